@@ -1,0 +1,2 @@
+//! overfall
+fn main() {}

@@ -1,0 +1,1 @@
+//! Shapes into particles: lattice filling of fluid bodies.

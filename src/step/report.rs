@@ -1,0 +1,111 @@
+//! What a step reports, and how it fails.
+
+use bevy_ecs::prelude::*;
+use glam::Vec3;
+
+use super::phase::Phase;
+
+/// What one step did.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct StepReport {
+    /// Number of the step, from 1.
+    pub step: u64,
+    /// Simulated time at its end [s].
+    pub time: f64,
+    /// Its length [s].
+    pub dt: f32,
+    /// Pressure iterations; 0 for methods that do not iterate.
+    pub iterations: u32,
+    /// Largest `max(0, (ρ − ρ0)/ρ0)` [-] that remains at the end of the pressure phase.
+    pub max_density_error: f32,
+    /// Mean over all particles of the same [-].
+    pub mean_density_error: f32,
+    /// Kinetic energy [J; J/m in 2-D].
+    pub kinetic_energy: f64,
+    /// Potential energy in the scene's gravity [J; J/m in 2-D].
+    pub potential_energy: f64,
+    /// Largest speed [m/s].
+    pub max_speed: f32,
+    /// Fluid particles.
+    pub particles: usize,
+    /// Neighbours a particle, fluid and boundary together, on average.
+    pub mean_neighbours: f32,
+    /// Wall time of every phase [s], in the order of [`Phase::ALL`].
+    pub phase_seconds: [f64; Phase::ALL.len()],
+}
+
+/// Why a step failed. The columns keep the last good state.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("step {step} at t = {time:.6} s: {cause}{}", place(.particle))]
+pub struct StepError {
+    /// Number of the step that failed, from 1.
+    pub step: u64,
+    /// Simulated time at its start [s].
+    pub time: f64,
+    /// The particle concerned, if one is.
+    pub particle: Option<(Entity, Vec3)>,
+    /// What went wrong.
+    pub cause: FailureCause,
+}
+
+/// What went wrong in a step.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum FailureCause {
+    /// A position, velocity or density is not a number or infinite.
+    #[error("{quantity} is not finite")]
+    NotFinite {
+        /// Which quantity.
+        quantity: &'static str,
+    },
+    /// A particle would move more than half the support radius.
+    #[error(
+        "a particle would move {displacement:.3e} m in one step, more than h/2 = {limit:.3e} m; a smaller time step is needed"
+    )]
+    TooFast {
+        /// Length of the movement [m].
+        displacement: f32,
+        /// The limit, h/2 [m].
+        limit: f32,
+    },
+    /// A particle is compressed beyond the scene's limit.
+    #[error(
+        "compression {compression:.3} is above the limit {limit:.3}; a smaller time step or a stiffer fluid is needed"
+    )]
+    OverCompressed {
+        /// `(ρ − ρ0)/ρ0` [-].
+        compression: f32,
+        /// The scene's limit [-].
+        limit: f32,
+    },
+    /// A particle left the scene's domain.
+    #[error("a particle left the domain")]
+    LeftDomain,
+    /// The pressure iterations did not reach the limit on the density error.
+    #[error(
+        "pressure did not converge: density error {error:.3e} after {iterations} iterations, the limit is {limit:.3e}"
+    )]
+    NotConverged {
+        /// Iterations done.
+        iterations: u32,
+        /// Density error reached [-].
+        error: f32,
+        /// The limit [-].
+        limit: f32,
+    },
+    /// More neighbour pairs than a list can address.
+    #[error("{pairs} neighbour pairs are more than the lists can hold")]
+    TooManyPairs {
+        /// Number of pairs.
+        pairs: u64,
+    },
+}
+
+fn place(particle: &Option<(Entity, Vec3)>) -> String {
+    particle.map_or_else(String::new, |(entity, at)| {
+        format!(
+            " (particle {entity} at ({:.4}, {:.4}, {:.4}) m)",
+            at.x, at.y, at.z
+        )
+    })
+}
