@@ -6,13 +6,20 @@
 //!
 //! In a file `Some(…)` around a value, the names of structs, and the second bracket of `Pcisph((…))` may be left out.
 
+mod check;
+mod error;
 mod geometry;
+mod load;
 mod output;
+mod overrides;
 mod physics;
 pub mod shapes;
+mod spans;
 
+pub use error::{Place, SceneError};
 pub use geometry::*;
 pub use output::*;
+pub use overrides::Override;
 pub use physics::*;
 
 use glam::Vec3;
