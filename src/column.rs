@@ -71,7 +71,12 @@ impl Default for Velocities {
 }
 
 /// State of the fluid as the tables hold it.
-type State = (&'static mut Position, &'static mut Velocity, &'static mut Density, &'static mut Pressure);
+type State = (
+    &'static mut Position,
+    &'static mut Velocity,
+    &'static mut Density,
+    &'static mut Pressure,
+);
 
 /// Brings the columns of all tables together (phase `RebuildIndex`).
 pub fn gather_columns(
@@ -135,7 +140,10 @@ pub fn scatter_columns(
 }
 
 /// The entity and position in `row`, counted as [`gather_columns`] does.
-pub fn entity_of_row(fluid: &Query<(Entity, &Position), With<Fluid>>, row: usize) -> Option<(Entity, Vec3)> {
+pub fn entity_of_row(
+    fluid: &Query<(Entity, &Position), With<Fluid>>,
+    row: usize,
+) -> Option<(Entity, Vec3)> {
     let mut first = 0;
     for (entities, x) in fluid.contiguous_iter().ok()? {
         if let Some(&entity) = entities.get(row - first) {

@@ -15,7 +15,10 @@ use crate::{
 /// Densities at the positions of the step (phase `Density`).
 pub fn compute_density(mut densities: ResMut<Densities>, pairs: Pairs, material: Res<Material>) {
     densities.0.resize(pairs.positions().rows(), 0.0);
-    pairs.sum(&DensitySum::new(&material, &pairs.positions().0, pairs.boundary_samples()), &mut densities.0);
+    pairs.sum(
+        &DensitySum::new(&material, &pairs.positions().0, pairs.boundary_samples()),
+        &mut densities.0,
+    );
 }
 
 /// The sum of equation 1, at any positions.

@@ -54,7 +54,11 @@ pub fn integrate(
     mut positions: ResMut<Positions>,
     mut velocities: ResMut<Velocities>,
     mut motion: ResMut<Motion>,
-    columns: (Res<Accelerations>, Res<PressureAccelerations>, Res<Densities>),
+    columns: (
+        Res<Accelerations>,
+        Res<PressureAccelerations>,
+        Res<Densities>,
+    ),
     domain: Option<Res<Domain>>,
     material: Res<Material>,
     clock: Res<Clock>,
@@ -69,8 +73,12 @@ pub fn integrate(
     let advance = |first: usize, x: &mut [Vec4], v: &mut [Vec4]| {
         let mut result = ChunkMotion::default();
         let state = x.iter_mut().zip(v);
-        let forces = accelerations.0[first..].iter().zip(&pressure_accelerations.0[first..]);
-        for (row, (((x, v), (a, a_p)), &rho)) in (first..).zip(state.zip(forces).zip(&densities.0[first..])) {
+        let forces = accelerations.0[first..]
+            .iter()
+            .zip(&pressure_accelerations.0[first..]);
+        for (row, (((x, v), (a, a_p)), &rho)) in
+            (first..).zip(state.zip(forces).zip(&densities.0[first..]))
+        {
             let acceleration = *a + *a_p;
             let velocity = v.truncate() + dt * acceleration;
             let position = x.truncate() + dt * velocity;
@@ -82,7 +90,10 @@ pub fn integrate(
                     ("position", position.is_finite()),
                     ("density", rho.is_finite()),
                 ];
-                result.not_finite = quantities.iter().find(|(_, finite)| !finite).map(|(name, _)| (*name, row));
+                result.not_finite = quantities
+                    .iter()
+                    .find(|(_, finite)| !finite)
+                    .map(|(name, _)| (*name, row));
             }
             let speed_squared = velocity.length_squared();
             if speed_squared > result.speed_squared.0 {
@@ -97,7 +108,9 @@ pub fn integrate(
             {
                 result.outside.get_or_insert(row);
             }
-            result.acceleration_squared = result.acceleration_squared.max(acceleration.length_squared());
+            result.acceleration_squared = result
+                .acceleration_squared
+                .max(acceleration.length_squared());
             result.speed_squared_sum += f64::from(speed_squared);
             result.height_sum += f64::from(gravity.dot(position));
         }
@@ -127,15 +140,17 @@ impl Motion {
     /// All chunks, folded in their order.
     fn total(&self) -> ChunkMotion {
         let larger = |a: (f32, usize), b: (f32, usize)| if b.0 > a.0 { b } else { a };
-        self.chunks.iter().fold(ChunkMotion::default(), |sum, chunk| ChunkMotion {
-            speed_squared: larger(sum.speed_squared, chunk.speed_squared),
-            acceleration_squared: sum.acceleration_squared.max(chunk.acceleration_squared),
-            speed_squared_sum: sum.speed_squared_sum + chunk.speed_squared_sum,
-            height_sum: sum.height_sum + chunk.height_sum,
-            compression: larger(sum.compression, chunk.compression),
-            not_finite: sum.not_finite.or(chunk.not_finite),
-            outside: sum.outside.or(chunk.outside),
-        })
+        self.chunks
+            .iter()
+            .fold(ChunkMotion::default(), |sum, chunk| ChunkMotion {
+                speed_squared: larger(sum.speed_squared, chunk.speed_squared),
+                acceleration_squared: sum.acceleration_squared.max(chunk.acceleration_squared),
+                speed_squared_sum: sum.speed_squared_sum + chunk.speed_squared_sum,
+                height_sum: sum.height_sum + chunk.height_sum,
+                compression: larger(sum.compression, chunk.compression),
+                not_finite: sum.not_finite.or(chunk.not_finite),
+                outside: sum.outside.or(chunk.outside),
+            })
     }
 }
 
@@ -155,12 +170,21 @@ pub fn guard(
     let limit = 0.5 * material.kernel.support_radius;
     let displacement = clock.dt * motion.max_speed;
     if displacement > limit {
-        return failure.record(FailureCause::TooFast { displacement, limit }, Some(total.speed_squared.1));
+        return failure.record(
+            FailureCause::TooFast {
+                displacement,
+                limit,
+            },
+            Some(total.speed_squared.1),
+        );
     }
     let (compression, row) = total.compression;
     let limit = limits.0.compression;
     if compression > limit {
-        return failure.record(FailureCause::OverCompressed { compression, limit }, Some(row));
+        return failure.record(
+            FailureCause::OverCompressed { compression, limit },
+            Some(row),
+        );
     }
     if let Some(row) = total.outside {
         failure.record(FailureCause::LeftDomain, Some(row));

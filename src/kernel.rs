@@ -89,7 +89,9 @@ impl CubicSpline {
         };
         let h = self.support_radius;
         (-depth..=depth)
-            .flat_map(move |z| (-reach..=reach).flat_map(move |y| (-reach..=reach).map(move |x| (x, y, z))))
+            .flat_map(move |z| {
+                (-reach..=reach).flat_map(move |y| (-reach..=reach).map(move |x| (x, y, z)))
+            })
             .map(move |(x, y, z)| Vec3::new(x as f32, y as f32, z as f32) * spacing)
             .filter(move |x| x.length() <= h)
     }
@@ -128,9 +130,16 @@ mod tests {
             let kernel = CubicSpline::new(dimension, 2.0);
             for k in 0..=100 {
                 let q = k as f32 / 100.0;
-                let expected = if q <= 0.5 { 6.0 * (q * q * q - q * q) + 1.0 } else { 2.0 * (1.0 - q).powi(3) };
+                let expected = if q <= 0.5 {
+                    6.0 * (q * q * q - q * q) + 1.0
+                } else {
+                    2.0 * (1.0 - q).powi(3)
+                };
                 let value = kernel.value(2.0 * q) / kernel.normalisation;
-                assert!((value - expected).abs() < 1e-6, "q = {q}: {value} for {expected}");
+                assert!(
+                    (value - expected).abs() < 1e-6,
+                    "q = {q}: {value} for {expected}"
+                );
             }
             assert_eq!(kernel.value(2.0), 0.0);
             assert_eq!(kernel.value(9.0), 0.0);
@@ -150,7 +159,10 @@ mod tests {
                     ((value(x + step * e) - value(x - step * e)) / f64::from(2.0 * step)) as f32
                 }));
                 let gradient = kernel.gradient(x);
-                assert!((gradient - difference).length() < 2e-3 * kernel.slope_factor, "{gradient} for {difference}");
+                assert!(
+                    (gradient - difference).length() < 2e-3 * kernel.slope_factor,
+                    "{gradient} for {difference}"
+                );
             }
             assert_eq!(kernel.gradient(Vec3::ZERO), Vec3::ZERO);
         }
@@ -165,7 +177,10 @@ mod tests {
         fn run<S: Simd>(self, simd: S) -> (f32, f32) {
             let table = self.1.map(|r| glam::Vec4::new(r * r, 0.0, 0.0, 0.0));
             let [r, ..] = simd.gather(&table, simd.rows(&[0, 1, 2, 3, 4, 5, 6, 7]));
-            (simd.sum(self.0.shape(simd, r)), simd.sum(self.0.slope(simd, r)))
+            (
+                simd.sum(self.0.shape(simd, r)),
+                simd.sum(self.0.slope(simd, r)),
+            )
         }
     }
 
@@ -174,20 +189,34 @@ mod tests {
         let kernel = CubicSpline::new(Dimension::Three, 0.5);
         let r = [0.0, 0.01, 0.1, 0.2, 0.25, 0.3, 0.5, 1e9];
         let values: f32 = r.iter().map(|&r| kernel.value(r)).sum();
-        let slopes: f32 = r.iter().skip(1).map(|&r| kernel.gradient(Vec3::X * r).x / r).sum();
+        let slopes: f32 = r
+            .iter()
+            .skip(1)
+            .map(|&r| kernel.gradient(Vec3::X * r).x / r)
+            .sum();
         for set in InstructionSet::available() {
             let (shape, slope) = set.dispatch(Lanes(kernel, r));
-            assert!((shape * kernel.normalisation / values - 1.0).abs() < 1e-5, "{set:?}");
+            assert!(
+                (shape * kernel.normalisation / values - 1.0).abs() < 1e-5,
+                "{set:?}"
+            );
             // At r = 0 the slope is finite and meets a zero vector.
             assert!(slope.is_finite(), "{set:?}");
             let (_, rest) = set.dispatch(Lanes(kernel, [1e9, 0.01, 0.1, 0.2, 0.25, 0.3, 0.5, 1e9]));
-            assert!((rest * kernel.slope_factor / slopes - 1.0).abs() < 1e-4, "{set:?}");
+            assert!(
+                (rest * kernel.slope_factor / slopes - 1.0).abs() < 1e-4,
+                "{set:?}"
+            );
         }
     }
 
     #[test]
     fn lattice_of_twice_the_spacing_has_the_known_number_of_points() {
-        let count = |dimension| CubicSpline::new(dimension, 2.0).lattice(dimension, 1.0).count();
+        let count = |dimension| {
+            CubicSpline::new(dimension, 2.0)
+                .lattice(dimension, 1.0)
+                .count()
+        };
         assert_eq!((count(Dimension::Two), count(Dimension::Three)), (13, 33));
     }
 }

@@ -82,7 +82,11 @@ impl NeighbourLists {
                 (cells.map(|cell| index.cell_len(cell)).sum::<usize>() as f64 * mean) as usize
             };
             let len = expected + expected / 16 + CANDIDATE_ALIGNMENT;
-            *region = Region { start, len, needed: 0 };
+            *region = Region {
+                start,
+                len,
+                needed: 0,
+            };
             start += len;
         }
         if self.rows.len() < start {
@@ -134,7 +138,9 @@ impl Scratch {
     /// Takes the candidates around `cell`, and room for as many hits.
     fn fetch(&mut self, search: &Search, cell: IVec3) {
         self.candidates.clear();
-        search.among.candidates(cell, search.among_points, &mut self.candidates);
+        search
+            .among
+            .candidates(cell, search.among_points, &mut self.candidates);
         self.candidates.pad();
         if self.hits.len() < self.room() {
             self.hits.resize(self.room(), 0);
@@ -148,12 +154,28 @@ impl Scratch {
 }
 
 /// Writes the lists of all rows. `same_cells` says that the cells are, by and large, those of the last search.
-pub fn search(search: &Search, lists: &mut NeighbourLists, same_cells: bool, execution: &Execution) {
+pub fn search(
+    search: &Search,
+    lists: &mut NeighbourLists,
+    same_cells: bool,
+    execution: &Execution,
+) {
     lists.lay_out(search.of, search.points.len(), same_cells);
-    let NeighbourLists { spans, rows, regions } = lists;
+    let NeighbourLists {
+        spans,
+        rows,
+        regions,
+    } = lists;
     let cells = search.of.cells();
     let run = |rows: &mut [u32], base: usize, first_block: usize, regions: &mut [Region]| {
-        let task = Task { search, spans, base, first_block, cells, execution };
+        let task = Task {
+            search,
+            spans,
+            base,
+            first_block,
+            cells,
+            execution,
+        };
         execution.install(|| task.split(rows, regions));
     };
     run(rows, 0, 0, regions);
@@ -164,8 +186,17 @@ pub fn search(search: &Search, lists: &mut NeighbourLists, same_cells: bool, exe
             let start = rows.len();
             let len = region.needed + CANDIDATE_ALIGNMENT;
             rows.resize(start + len, 0);
-            *region = Region { start, len, needed: 0 };
-            run(&mut rows[start..], start, block, std::slice::from_mut(region));
+            *region = Region {
+                start,
+                len,
+                needed: 0,
+            };
+            run(
+                &mut rows[start..],
+                start,
+                block,
+                std::slice::from_mut(region),
+            );
         }
     }
 }
@@ -188,7 +219,11 @@ impl Task<'_> {
         match regions {
             [] => {}
             [region] => {
-                let block = Block { task: self, region, rows };
+                let block = Block {
+                    task: self,
+                    region,
+                    rows,
+                };
                 self.execution.instruction_set.dispatch(block);
             }
             _ => {
@@ -200,7 +235,10 @@ impl Task<'_> {
                     first_block: self.first_block + half,
                     ..self
                 };
-                rayon::join(|| self.split(left_rows, left), || later.split(right_rows, right));
+                rayon::join(
+                    || self.split(left_rows, left),
+                    || later.split(right_rows, right),
+                );
             }
         }
     }
@@ -235,7 +273,8 @@ impl Vectorised for Block<'_> {
                             simd.collect_hits(&scratch.candidates, probe, list)
                         }
                         list => {
-                            let count = simd.collect_hits(&scratch.candidates, probe, &mut scratch.hits);
+                            let count =
+                                simd.collect_hits(&scratch.candidates, probe, &mut scratch.hits);
                             if let Some(list) = list.and_then(|list| list.get_mut(..count)) {
                                 list.copy_from_slice(&scratch.hits[..count]);
                             }
@@ -307,7 +346,13 @@ pub fn find_fluid_neighbours(
 ) {
     let points = positions.points();
     let of = &*index.structure;
-    let task = Search { of, points, among: of, among_points: points, same: true };
+    let task = Search {
+        of,
+        points,
+        among: of,
+        among_points: points,
+        same: true,
+    };
     search(&task, &mut lists.0, !index.rebuilt, &execution);
 }
 

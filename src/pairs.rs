@@ -35,14 +35,27 @@ pub trait PairSum: Sync {
 /// Position of a row in all lanes [m].
 #[inline(always)]
 pub fn broadcast<S: Simd>(simd: S, point: Vec4) -> [S::F; 3] {
-    [simd.splat(point.x), simd.splat(point.y), simd.splat(point.z)]
+    [
+        simd.splat(point.x),
+        simd.splat(point.y),
+        simd.splat(point.z),
+    ]
 }
 
 /// `x_i − x_j` [m], its square [m²], and the fourth entry of eight points.
 #[inline(always)]
-pub fn separation<S: Simd>(simd: S, own: [S::F; 3], points: &[Vec4], rows: S::Rows) -> ([S::F; 3], S::F, S::F) {
+pub fn separation<S: Simd>(
+    simd: S,
+    own: [S::F; 3],
+    points: &[Vec4],
+    rows: S::Rows,
+) -> ([S::F; 3], S::F, S::F) {
     let [x, y, z, w] = simd.gather(points, rows);
-    let d = [simd.sub(own[0], x), simd.sub(own[1], y), simd.sub(own[2], z)];
+    let d = [
+        simd.sub(own[0], x),
+        simd.sub(own[1], y),
+        simd.sub(own[2], z),
+    ];
     (d, dot(simd, d, d), w)
 }
 
@@ -75,7 +88,9 @@ pub struct Pairs<'w> {
 impl Pairs<'_> {
     /// Boundary particles as (position [m], volume [m³]), ended by a sentinel; only the sentinel if there are none.
     pub fn boundary_samples(&self) -> &[Vec4] {
-        self.samples.as_ref().map_or(&[SENTINEL], |samples| &samples.packed)
+        self.samples
+            .as_ref()
+            .map_or(&[SENTINEL], |samples| &samples.packed)
     }
 
     /// Positions at the start of the step, as the lists were found from.
@@ -89,7 +104,13 @@ impl Pairs<'_> {
             Some(fluid) => Source::Stored(&fluid.0, self.boundary.as_ref().map(|lists| &lists.0)),
             None => {
                 let (of, points) = (&*self.index.structure, self.positions.points());
-                let fluid = Search { of, points, among: of, among_points: points, same: true };
+                let fluid = Search {
+                    of,
+                    points,
+                    among: of,
+                    among_points: points,
+                    same: true,
+                };
                 let boundary = self.samples.as_ref().map(|samples| Search {
                     among: &*samples.index,
                     among_points: samples.points(),
@@ -116,17 +137,35 @@ pub enum Source<'a> {
 pub fn sum<P: PairSum>(pass: &P, source: Source, out: &mut [P::Output], execution: &Execution) {
     execution.for_each_chunk(out, |first, out| match source {
         Source::Stored(fluid, boundary) => {
-            execution.instruction_set.dispatch(StoredChunk { pass, fluid, boundary, first, out });
+            execution.instruction_set.dispatch(StoredChunk {
+                pass,
+                fluid,
+                boundary,
+                first,
+                out,
+            });
         }
         Source::OnTheSpot(fluid, boundary) => {
-            execution.instruction_set.dispatch(SpotChunk { pass, fluid, boundary, first, out });
+            execution.instruction_set.dispatch(SpotChunk {
+                pass,
+                fluid,
+                boundary,
+                first,
+                out,
+            });
         }
     });
 }
 
 /// One row of a pass.
 #[inline(always)]
-fn row<P: PairSum, S: Simd>(pass: &P, simd: S, i: usize, fluid: &[u32], boundary: &[u32]) -> P::Output {
+fn row<P: PairSum, S: Simd>(
+    pass: &P,
+    simd: S,
+    i: usize,
+    fluid: &[u32],
+    boundary: &[u32],
+) -> P::Output {
     let mut sums = pass.start(simd, i);
     let (blocks, rest) = fluid.as_chunks::<LANES>();
     for block in blocks {

@@ -65,7 +65,9 @@ pub fn reorder(world: &mut World) {
         let mut fluid = world.query_filtered::<(Entity, &Position), With<Fluid>>();
         for (entities, positions) in fluid.contiguous_iter(world).into_iter().flatten() {
             state.entities.extend_from_slice(entities);
-            state.points.extend(positions.iter().map(|x| x.0.extend(0.0)));
+            state
+                .points
+                .extend(positions.iter().map(|x| x.0.extend(0.0)));
         }
         let grid = world.resource::<FluidIndex>().structure.grid();
         z_curve::sort_handles(&state.points, grid, &execution, &mut state.handles);
@@ -81,7 +83,11 @@ pub fn reorder(world: &mut World) {
         if state.downwards {
             state.handles.iter().for_each(|handle| move_row(handle.1));
         } else {
-            state.handles.iter().rev().for_each(|handle| move_row(handle.1));
+            state
+                .handles
+                .iter()
+                .rev()
+                .for_each(|handle| move_row(handle.1));
         }
         state.marked = !state.marked;
         state.downwards = !state.downwards;

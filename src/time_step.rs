@@ -42,7 +42,9 @@ pub fn constant_limits(scene: &Scene) -> Vec<Limit> {
     let mut limits = Vec::new();
     let viscosity = match scene.fluid.viscosity {
         Viscosity::None => 0.0,
-        Viscosity::Laminar { kinematic_viscosity } => kinematic_viscosity,
+        Viscosity::Laminar {
+            kinematic_viscosity,
+        } => kinematic_viscosity,
         // The kinematic viscosity that it amounts to in 3-D (Monaghan 2005, eq. 8.8), with its smoothing length h.
         Viscosity::Artificial { alpha, sound_speed } => alpha * h * sound_speed / 10.0,
     };
@@ -58,7 +60,10 @@ pub fn constant_limits(scene: &Scene) -> Vec<Limit> {
 
 /// Limits by the motion, for a factor λ of the speed.
 pub fn motion_limits(factor: f32, h: f32, max_speed: f32, max_acceleration: f32) -> [Limit; 2] {
-    [("speed", factor * h / max_speed), ("force", FORCE_FACTOR * (h / max_acceleration).sqrt())]
+    [
+        ("speed", factor * h / max_speed),
+        ("force", FORCE_FACTOR * (h / max_acceleration).sqrt()),
+    ]
 }
 
 impl TimeStepControl {
@@ -68,10 +73,24 @@ impl TimeStepControl {
             TimeStep::Fixed(dt) => (dt, None),
             TimeStep::Cfl(cfl) => {
                 let limits = constant_limits(scene);
-                let constant_limit = limits.iter().fold(f32::INFINITY, |least, limit| least.min(limit.1));
-                let control = Self { cfl, constant_limit };
-                let speed = scene.bodies.iter().map(|body| body.velocity.length()).fold(0.0, f32::max);
-                let dt = control.choose(scene.support_radius(), speed, scene.gravity.length(), f32::INFINITY);
+                let constant_limit = limits
+                    .iter()
+                    .fold(f32::INFINITY, |least, limit| least.min(limit.1));
+                let control = Self {
+                    cfl,
+                    constant_limit,
+                };
+                let speed = scene
+                    .bodies
+                    .iter()
+                    .map(|body| body.velocity.length())
+                    .fold(0.0, f32::max);
+                let dt = control.choose(
+                    scene.support_radius(),
+                    speed,
+                    scene.gravity.length(),
+                    f32::INFINITY,
+                );
                 (dt, Some(control))
             }
         }
@@ -81,7 +100,9 @@ impl TimeStepControl {
         let motion = motion_limits(self.cfl.factor, h, max_speed, max_acceleration);
         motion
             .iter()
-            .fold(self.constant_limit.min(GROWTH * last), |least, limit| least.min(limit.1))
+            .fold(self.constant_limit.min(GROWTH * last), |least, limit| {
+                least.min(limit.1)
+            })
             .clamp(self.cfl.min, self.cfl.max)
     }
 }

@@ -5,7 +5,7 @@ use std::f32::consts::{PI, TAU};
 
 use glam::{IVec3, Vec3};
 
-use crate::scene::{BoundaryShape, Dimension, Scene};
+use crate::scene::{BoundaryShape, Dimension, Scene, shapes::wall_axes};
 
 /// Boundary particles of a scene [m].
 pub fn sample(scene: &Scene) -> Vec<Vec3> {
@@ -19,11 +19,20 @@ pub fn sample(scene: &Scene) -> Vec<Vec3> {
 fn sample_shape(shape: &BoundaryShape, dimension: Dimension, spacing: f32, out: &mut Vec<Vec3>) {
     let half = Vec3::splat(0.5 * spacing);
     match *shape {
-        BoundaryShape::Tank { min, max, open } => shell(min - half, max + half, open, dimension, spacing, out),
+        BoundaryShape::Tank { min, max, open } => {
+            shell(min - half, max + half, open, dimension, spacing, out)
+        }
         BoundaryShape::Box { min, max } => {
             // A plate thinner than the spacing keeps one layer, in its middle.
             let middle = 0.5 * (min + max);
-            shell((min + half).min(middle), (max - half).max(middle), false, dimension, spacing, out);
+            shell(
+                (min + half).min(middle),
+                (max - half).max(middle),
+                false,
+                dimension,
+                spacing,
+                out,
+            );
         }
         BoundaryShape::Sphere { center, radius } => {
             let radius = (radius - half.x).max(half.x);
@@ -32,17 +41,38 @@ fn sample_shape(shape: &BoundaryShape, dimension: Dimension, spacing: f32, out: 
                 Dimension::Three => sphere(center, radius, spacing, out),
             }
         }
-        BoundaryShape::Plane { center, normal, half_size } => {
+        BoundaryShape::Plane {
+            center,
+            normal,
+            half_size,
+        } => {
             let normal = normal.normalize_or(Vec3::Y);
-            plane(center - half.x * normal, normal, half_size, dimension, spacing, out);
+            plane(
+                center - half.x * normal,
+                normal,
+                half_size,
+                dimension,
+                spacing,
+                out,
+            );
         }
     }
 }
 
 /// The surface of the box `min`–`max` on a lattice no coarser than the spacing; edges and corners once.
-fn shell(min: Vec3, max: Vec3, open_top: bool, dimension: Dimension, spacing: f32, out: &mut Vec<Vec3>) {
+fn shell(
+    min: Vec3,
+    max: Vec3,
+    open_top: bool,
+    dimension: Dimension,
+    spacing: f32,
+    out: &mut Vec<Vec3>,
+) {
     let size = max - min;
-    let mut last = ((size / spacing) - Vec3::splat(1e-3)).ceil().max(Vec3::ZERO).as_ivec3();
+    let mut last = ((size / spacing) - Vec3::splat(1e-3))
+        .ceil()
+        .max(Vec3::ZERO)
+        .as_ivec3();
     let (mut min, mut size) = (min, size);
     if dimension == Dimension::Two {
         (last.z, min.z, size.z) = (0, 0.0, 0.0);
@@ -84,13 +114,21 @@ fn sphere(center: Vec3, radius: f32, spacing: f32, out: &mut Vec<Vec3>) {
     }));
 }
 
-fn plane(center: Vec3, normal: Vec3, half_size: f32, dimension: Dimension, spacing: f32, out: &mut Vec<Vec3>) {
-    let (along, across) = match dimension {
-        Dimension::Two => (Vec3::new(-normal.y, normal.x, 0.0).normalize_or(Vec3::X), Vec3::ZERO),
-        Dimension::Three => normal.any_orthonormal_pair(),
-    };
+fn plane(
+    center: Vec3,
+    normal: Vec3,
+    half_size: f32,
+    dimension: Dimension,
+    spacing: f32,
+    out: &mut Vec<Vec3>,
+) {
+    let (along, across) = wall_axes(normal, dimension);
     let count = (2.0 * half_size / spacing - 1e-3).ceil().max(1.0) as i32;
-    let rows = if dimension == Dimension::Two { 0..=0 } else { 0..=count };
+    let rows = if dimension == Dimension::Two {
+        0..=0
+    } else {
+        0..=count
+    };
     let place = |k: i32| half_size * (2.0 * k as f32 / count as f32 - 1.0);
     for row in rows {
         out.extend((0..=count).map(|k| center + place(k) * along + place(row) * across));
@@ -102,7 +140,11 @@ mod tests {
     use super::*;
 
     fn tank(open: bool) -> BoundaryShape {
-        BoundaryShape::Tank { min: Vec3::ZERO, max: Vec3::new(0.4, 0.3, 0.2), open }
+        BoundaryShape::Tank {
+            min: Vec3::ZERO,
+            max: Vec3::new(0.4, 0.3, 0.2),
+            open,
+        }
     }
 
     fn sampled(shape: BoundaryShape, dimension: Dimension) -> Vec<Vec3> {
@@ -134,18 +176,34 @@ mod tests {
     fn two_dimensions_lie_in_the_plane() {
         for shape in [
             tank(false),
-            BoundaryShape::Sphere { center: Vec3::ONE, radius: 0.3 },
-            BoundaryShape::Plane { center: Vec3::ZERO, normal: Vec3::new(1.0, 1.0, 0.0), half_size: 0.5 },
+            BoundaryShape::Sphere {
+                center: Vec3::ONE,
+                radius: 0.3,
+            },
+            BoundaryShape::Plane {
+                center: Vec3::ZERO,
+                normal: Vec3::new(1.0, 1.0, 0.0),
+                half_size: 0.5,
+            },
         ] {
             let points = sampled(shape, Dimension::Two);
-            assert!(points.len() > 8 && points.iter().all(|x| x.z == 0.0), "{shape:?}");
+            assert!(
+                points.len() > 8 && points.iter().all(|x| x.z == 0.0),
+                "{shape:?}"
+            );
         }
     }
 
     #[test]
     fn a_sphere_is_covered_evenly() {
         let center = Vec3::new(1.0, 2.0, 3.0);
-        let points = sampled(BoundaryShape::Sphere { center, radius: 1.05 }, Dimension::Three);
+        let points = sampled(
+            BoundaryShape::Sphere {
+                center,
+                radius: 1.05,
+            },
+            Dimension::Three,
+        );
         for (k, a) in points.iter().enumerate() {
             assert!((a.distance(center) - 1.0).abs() < 1e-4);
             let others = points[..k].iter().chain(&points[k + 1..]);

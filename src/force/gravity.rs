@@ -8,7 +8,11 @@ use crate::{
 };
 
 /// Sets every acceleration to gravity (phase `Forces`, first).
-pub fn apply_gravity(mut accelerations: ResMut<Accelerations>, positions: Res<Positions>, material: Res<Material>) {
+pub fn apply_gravity(
+    mut accelerations: ResMut<Accelerations>,
+    positions: Res<Positions>,
+    material: Res<Material>,
+) {
     accelerations.0.clear();
     accelerations.0.resize(positions.rows(), material.gravity);
 }

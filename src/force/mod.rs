@@ -8,7 +8,9 @@ mod viscosity;
 
 pub use gravity::apply_gravity;
 pub use surface_tension::{Cohesion, apply_surface_tension};
-pub use viscosity::{ArtificialViscosity, LaminarViscosity, apply_artificial_viscosity, apply_laminar_viscosity};
+pub use viscosity::{
+    ArtificialViscosity, LaminarViscosity, apply_artificial_viscosity, apply_laminar_viscosity,
+};
 
 use bevy_ecs::prelude::*;
 use glam::Vec3;

@@ -55,7 +55,10 @@ impl PairSum for CohesionSum<'_> {
     #[inline(always)]
     fn fluid<S: Simd>(&self, simd: S, j: S::Rows, (own, sum): &mut Self::Sums<S>) {
         let (x, distance, _) = separation(simd, *own, self.positions, j);
-        let shape = self.material.kernel.shape(simd, simd.max(distance, simd.splat(self.nearest)));
+        let shape = self
+            .material
+            .kernel
+            .shape(simd, simd.max(distance, simd.splat(self.nearest)));
         accumulate(simd, sum, shape, x);
     }
 

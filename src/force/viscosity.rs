@@ -65,7 +65,8 @@ pub fn apply_artificial_viscosity(
 ) {
     let ArtificialViscosity { alpha, sound_speed } = *viscosity;
     let h = material.kernel.support_radius;
-    let factor = 2.0 * alpha * h * sound_speed * material.particle_mass * material.kernel.slope_factor;
+    let factor =
+        2.0 * alpha * h * sound_speed * material.particle_mass * material.kernel.slope_factor;
     for (velocity, rho) in velocities.0.iter_mut().zip(&densities.0) {
         velocity.w = *rho;
     }
@@ -84,7 +85,12 @@ struct Friction<'a, const ARTIFICIAL: bool> {
 }
 
 impl<'a, const ARTIFICIAL: bool> Friction<'a, ARTIFICIAL> {
-    fn new(pairs: &'a Pairs, velocities: &'a Velocities, material: &'a Material, factor: f32) -> Self {
+    fn new(
+        pairs: &'a Pairs,
+        velocities: &'a Velocities,
+        material: &'a Material,
+        factor: f32,
+    ) -> Self {
         Self {
             material,
             positions: &pairs.positions().0,
@@ -123,7 +129,10 @@ impl<const ARTIFICIAL: bool> PairSum for Friction<'_, ARTIFICIAL> {
         let approach = dot(simd, v, x);
         let (approach, weight) = if ARTIFICIAL {
             let approach = simd.min(approach, simd.splat(0.0));
-            (approach, simd.div(simd.splat(1.0), simd.add(sums.weight, weight)))
+            (
+                approach,
+                simd.div(simd.splat(1.0), simd.add(sums.weight, weight)),
+            )
         } else {
             (approach, weight)
         };

@@ -18,7 +18,10 @@ pub struct BruteForce {
 impl BruteForce {
     /// The grid serves its support radius alone.
     pub fn new(grid: Grid) -> Self {
-        Self { grid, rows: Vec::new() }
+        Self {
+            grid,
+            rows: Vec::new(),
+        }
     }
 
     fn block(&self, cell: usize) -> &[u32] {

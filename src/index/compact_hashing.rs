@@ -87,7 +87,8 @@ impl Table {
     #[inline(always)]
     fn hash(&self, cell: IVec3) -> u32 {
         let [x, y, z] = cell.to_array().map(|c| c as u32);
-        let mixed = x.wrapping_mul(PRIMES[0]) ^ y.wrapping_mul(PRIMES[1]) ^ z.wrapping_mul(PRIMES[2]);
+        let mixed =
+            x.wrapping_mul(PRIMES[0]) ^ y.wrapping_mul(PRIMES[1]) ^ z.wrapping_mul(PRIMES[2]);
         let fraction = self.reciprocal.wrapping_mul(u64::from(mixed));
         ((u128::from(fraction) * self.handles.len() as u128) >> 64) as u32
     }
@@ -112,7 +113,11 @@ impl Pool {
     }
 
     fn allocate(&mut self, capacity: u32, reserved: usize) -> u32 {
-        if let Some(start) = self.free.get_mut(Self::class(capacity, reserved)).and_then(Vec::pop) {
+        if let Some(start) = self
+            .free
+            .get_mut(Self::class(capacity, reserved))
+            .and_then(Vec::pop)
+        {
             return start;
         }
         let start = self.rows.len() as u32;
@@ -162,7 +167,8 @@ impl CompactHashing {
 
     /// Share of the used cells that hold points of several spatial cells [-].
     pub fn collision_share(&self) -> f32 {
-        self.cells.iter().filter(|cell| cell.collision).count() as f32 / self.cells.len().max(1) as f32
+        self.cells.iter().filter(|cell| cell.collision).count() as f32
+            / self.cells.len().max(1) as f32
     }
 
     /// Adds entries of spatial cell `cell` to the used cell of its hash, which it creates if there is none.
@@ -196,7 +202,9 @@ impl CompactHashing {
         let entries = &mut self.entries.rows[old.start..old.start + needed as usize];
         // Points of one spatial cell stay side by side, so that they can be handed out as a slice.
         let place = if used.collision {
-            let kin = entries[..old.len()].iter().rposition(|&row| self.cell_of_row[row as usize] == cell);
+            let kin = entries[..old.len()]
+                .iter()
+                .rposition(|&row| self.cell_of_row[row as usize] == cell);
             kin.map_or(old.len(), |kin| kin + 1)
         } else {
             old.len()
@@ -209,13 +217,17 @@ impl CompactHashing {
 
     /// Moves a used cell to a block of at least `needed` entries.
     fn grow(&mut self, used: usize, needed: u32) {
-        let UsedCell { start, capacity, .. } = self.cells[used];
+        let UsedCell {
+            start, capacity, ..
+        } = self.cells[used];
         let mut larger = capacity;
         while larger < needed {
             larger *= 2;
         }
         let new_start = self.entries.allocate(larger, self.reserved);
-        self.entries.rows.copy_within(self.cells[used].range(), new_start as usize);
+        self.entries
+            .rows
+            .copy_within(self.cells[used].range(), new_start as usize);
         self.entries.release(start, capacity, self.reserved);
         self.cells[used].start = new_start;
         self.cells[used].capacity = larger;
@@ -232,7 +244,9 @@ impl CompactHashing {
             used.len -= 1;
         }
         if used.len == 0 {
-            let UsedCell { start, capacity, .. } = *used;
+            let UsedCell {
+                start, capacity, ..
+            } = *used;
             self.entries.release(start, capacity, self.reserved);
             self.table.handles[hash as usize] = EMPTY;
             self.cells.swap_remove(handle);
@@ -243,14 +257,17 @@ impl CompactHashing {
             let cells = &self.cell_of_row;
             let entries = &self.entries.rows[used.range()];
             used.cell = cells[entries[0] as usize];
-            used.collision = entries.iter().any(|&entry| cells[entry as usize] != used.cell);
+            used.collision = entries
+                .iter()
+                .any(|&entry| cells[entry as usize] != used.cell);
         }
     }
 
     /// Finds the points that changed their cell, in parallel (paper 4.5.1, first loop), and says how many.
     fn find_movers(&mut self, points: &[Vec4], execution: &Execution) -> usize {
         let grid = &self.grid;
-        self.movers.resize_with(points.len().div_ceil(CHUNK), Vec::new);
+        self.movers
+            .resize_with(points.len().div_ceil(CHUNK), Vec::new);
         execution.install(|| {
             self.movers
                 .par_iter_mut()
@@ -260,10 +277,12 @@ impl CompactHashing {
                 .for_each(|(chunk, ((movers, points), cells))| {
                     movers.clear();
                     let rows = (chunk * CHUNK) as u32..;
-                    movers.extend(rows.zip(points).zip(cells).filter_map(|((row, &point), &old)| {
-                        let cell = grid.cell_of(point);
-                        (cell != old).then_some((row, cell))
-                    }));
+                    movers.extend(rows.zip(points).zip(cells).filter_map(
+                        |((row, &point), &old)| {
+                            let cell = grid.cell_of(point);
+                            (cell != old).then_some((row, cell))
+                        },
+                    ));
                 });
         });
         self.movers.iter().map(Vec::len).sum()
@@ -304,7 +323,10 @@ impl SpatialIndex for CompactHashing {
         self.entries.clear();
         let grid = &self.grid;
         execution.install(|| {
-            points.par_iter().map(|&point| grid.cell_of(point)).collect_into_vec(&mut self.cell_of_row);
+            points
+                .par_iter()
+                .map(|&point| grid.cell_of(point))
+                .collect_into_vec(&mut self.cell_of_row);
         });
         let mut handles = std::mem::take(&mut self.handles);
         z_curve::sort_handles(points, &self.grid, execution, &mut handles);
@@ -312,7 +334,10 @@ impl SpatialIndex for CompactHashing {
         let mut rest = handles.as_slice();
         while let Some(&(_, first)) = rest.first() {
             let cell = self.cell_of_row[first as usize];
-            let len = rest.iter().take_while(|handle| self.cell_of_row[handle.1 as usize] == cell).count();
+            let len = rest
+                .iter()
+                .take_while(|handle| self.cell_of_row[handle.1 as usize] == cell)
+                .count();
             let (run, after) = rest.split_at(len);
             self.insert(cell, run.iter().map(|handle| handle.1));
             rest = after;
@@ -340,7 +365,10 @@ impl SpatialIndex for CompactHashing {
             return Some((used.cell, rows));
         }
         let cell = self.cell_of_row[first as usize];
-        let len = rows.iter().take_while(|&&row| self.cell_of_row[row as usize] == cell).count();
+        let len = rows
+            .iter()
+            .take_while(|&&row| self.cell_of_row[row as usize] == cell)
+            .count();
         Some((cell, &rows[..len]))
     }
 
@@ -366,7 +394,11 @@ impl SpatialIndex for CompactHashing {
     }
 
     fn bytes(&self) -> usize {
-        let movers: usize = self.movers.iter().map(|m| m.capacity() * size_of::<(u32, IVec3)>()).sum();
+        let movers: usize = self
+            .movers
+            .iter()
+            .map(|m| m.capacity() * size_of::<(u32, IVec3)>())
+            .sum();
         self.table.handles.capacity() * size_of::<u32>()
             + self.cells.capacity() * size_of::<UsedCell>()
             + self.entries.rows.capacity() * size_of::<u32>()

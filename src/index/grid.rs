@@ -25,13 +25,17 @@ impl Grid {
     pub fn new(dimension: Dimension, support_radius: f32, cell_size: f32) -> Self {
         // 1/3 in f32 is a little more than a third, which must not cost another layer of cells.
         let reach = (1.0 / f64::from(cell_size) - 1e-6).ceil().max(1.0) as i32;
-        let size = f64::from(support_radius) * f64::from(cell_size).max(1.0 / f64::from(reach)) * SAFETY;
+        let size =
+            f64::from(support_radius) * f64::from(cell_size).max(1.0 / f64::from(reach)) * SAFETY;
         let depth = match dimension {
             Dimension::Two => 0,
             Dimension::Three => reach,
         };
         let neighbourhood = (-depth..=depth)
-            .flat_map(|z| (-reach..=reach).flat_map(move |y| (-reach..=reach).map(move |x| IVec3::new(x, y, z))))
+            .flat_map(|z| {
+                (-reach..=reach)
+                    .flat_map(move |y| (-reach..=reach).map(move |x| IVec3::new(x, y, z)))
+            })
             .collect();
         Self {
             support_radius,
@@ -51,6 +55,10 @@ impl Grid {
             let toward_zero = scaled as i32;
             toward_zero.wrapping_sub(i32::from(scaled < f64::from(toward_zero)))
         };
-        IVec3::new(coordinate(point.x), coordinate(point.y), coordinate(point.z))
+        IVec3::new(
+            coordinate(point.x),
+            coordinate(point.y),
+            coordinate(point.z),
+        )
     }
 }

@@ -64,11 +64,15 @@ pub struct FluidIndex {
 
 /// The structure of a scene.
 pub fn build(scene: &Scene) -> Box<dyn SpatialIndex> {
-    let scene::Index { structure, cell_size } = scene.index;
+    let scene::Index {
+        structure,
+        cell_size,
+    } = scene.index;
     let grid = Grid::new(scene.dimension, scene.support_radius(), cell_size);
     match structure {
         IndexStructure::CompactHashing => {
-            let particles_a_cell = (cell_size * scene.support).powi(u8::from(scene.dimension).into());
+            let particles_a_cell =
+                (cell_size * scene.support).powi(u8::from(scene.dimension).into());
             Box::new(CompactHashing::new(grid, particles_a_cell))
         }
         IndexStructure::BruteForce => Box::new(BruteForce::new(grid)),
@@ -76,7 +80,11 @@ pub fn build(scene: &Scene) -> Box<dyn SpatialIndex> {
 }
 
 /// Brings the index up to date with the rows (phase `RebuildIndex`).
-pub fn update_index(mut index: ResMut<FluidIndex>, positions: Res<Positions>, execution: Res<Execution>) {
+pub fn update_index(
+    mut index: ResMut<FluidIndex>,
+    positions: Res<Positions>,
+    execution: Res<Execution>,
+) {
     index.rebuilt = std::mem::take(&mut index.reordered);
     if index.rebuilt {
         index.structure.rebuild(positions.points(), &execution);

@@ -30,11 +30,20 @@ pub fn key(cell: IVec3, origin: IVec3) -> u64 {
 pub type Handle = (u64, u32);
 
 /// Fills `handles` with the rows of `points` in Z-curve order of their cells; rows of one cell stay in their order.
-pub fn sort_handles(points: &[Vec4], grid: &Grid, execution: &Execution, handles: &mut Vec<Handle>) {
+pub fn sort_handles(
+    points: &[Vec4],
+    grid: &Grid,
+    execution: &Execution,
+    handles: &mut Vec<Handle>,
+) {
     execution.install(|| {
         let origin = points
             .par_chunks(CHUNK)
-            .map(|points| points.iter().fold(IVec3::MAX, |least, &point| least.min(grid.cell_of(point))))
+            .map(|points| {
+                points
+                    .iter()
+                    .fold(IVec3::MAX, |least, &point| least.min(grid.cell_of(point)))
+            })
             .reduce(|| IVec3::MAX, IVec3::min);
         points
             .par_iter()
@@ -53,7 +62,9 @@ mod tests {
 
     #[test]
     fn visits_the_cells_of_a_cube_before_those_of_the_next() {
-        let order: Vec<u64> = (0..8).map(|k| key(IVec3::new(k & 1, k >> 1 & 1, k >> 2), IVec3::ZERO)).collect();
+        let order: Vec<u64> = (0..8)
+            .map(|k| key(IVec3::new(k & 1, k >> 1 & 1, k >> 2), IVec3::ZERO))
+            .collect();
         assert_eq!(order, [0, 1, 2, 3, 4, 5, 6, 7]);
         assert_eq!(key(IVec3::new(-4, -4, -4), IVec3::splat(-4)), 0);
         assert_eq!(key(IVec3::new(2, 0, 0), IVec3::ZERO), 8);

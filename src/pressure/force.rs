@@ -1,7 +1,12 @@
-//! The symmetric pressure force: `a_i = −Σ_j m (p_i/ρ_i² + p_j/ρ_j²) ∇W_ij − Σ_b ρ0 V_b (p_i/ρ_i²) ∇W_ib`.
+//! The symmetric pressure force: `a_i = −Σ_j m (p_i/ρ_i² + p_j/ρ_j²) ∇W_ij − Σ_b ρ0 V_b 2 (p_i/ρ_i²) ∇W_ib`.
 //!
 //! Between two fluid particles the terms are equal and opposite to the bit, so linear momentum is kept to rounding. The
-//! boundary mirrors the particle's pressure and only pushes, since pressures are not negative (Akinci et al. 2012).
+//! boundary mirrors the particle's pressure and density, and only pushes, since pressures are not negative.
+//!
+//! Deviation from Akinci et al. 2012, who take the term `p_i/ρ_i²` once: with their volumes, which are 1.4 times a
+//! particle's for one layer of samples, that is about right. With volumes that give a lattice at the wall its rest
+//! density ([`crate::boundary::volumes`]) the full mirror image is right (Band et al. 2018, section 3): a lattice at rest
+//! then feels the wall as it would feel more fluid.
 
 use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};
@@ -14,13 +19,17 @@ use crate::{
 };
 
 /// Accelerations of the pressure terms beside the positions (phase `Pressure`).
-pub fn pressure_force(mut accelerations: ResMut<PressureAccelerations>, pairs: Pairs, material: Res<Material>) {
+pub fn pressure_force(
+    mut accelerations: ResMut<PressureAccelerations>,
+    pairs: Pairs,
+    material: Res<Material>,
+) {
     accelerations.0.resize(pairs.positions().rows(), Vec3::ZERO);
     let pass = PressureForce {
         material: &material,
         positions: &pairs.positions().0,
         boundary: pairs.boundary_samples(),
-        boundary_mass: material.rest_density / material.particle_mass,
+        mirrored_mass: 2.0 * material.rest_density / material.particle_mass,
     };
     pairs.sum(&pass, &mut accelerations.0);
 }
@@ -29,8 +38,8 @@ struct PressureForce<'a> {
     material: &'a Material,
     positions: &'a [Vec4],
     boundary: &'a [Vec4],
-    /// ρ0/m: with a volume, the boundary particle's mass in particle masses.
-    boundary_mass: f32,
+    /// 2 ρ0/m: with a volume, the boundary particle's mass in particle masses, for both terms.
+    mirrored_mass: f32,
 }
 
 struct ForceSums<S: Simd> {
@@ -56,15 +65,25 @@ impl PairSum for PressureForce<'_> {
     fn fluid<S: Simd>(&self, simd: S, j: S::Rows, sums: &mut ForceSums<S>) {
         let (x, distance, term) = separation(simd, sums.own, self.positions, j);
         let slope = self.material.kernel.slope(simd, distance);
-        accumulate(simd, &mut sums.sum, simd.mul(simd.add(sums.term, term), slope), x);
+        accumulate(
+            simd,
+            &mut sums.sum,
+            simd.mul(simd.add(sums.term, term), slope),
+            x,
+        );
     }
 
     #[inline(always)]
     fn boundary<S: Simd>(&self, simd: S, b: S::Rows, sums: &mut ForceSums<S>) {
         let (x, distance, volume) = separation(simd, sums.own, self.boundary, b);
         let slope = self.material.kernel.slope(simd, distance);
-        let mass = simd.mul(volume, simd.splat(self.boundary_mass));
-        accumulate(simd, &mut sums.sum, simd.mul(simd.mul(mass, sums.term), slope), x);
+        let mass = simd.mul(volume, simd.splat(self.mirrored_mass));
+        accumulate(
+            simd,
+            &mut sums.sum,
+            simd.mul(simd.mul(mass, sums.term), slope),
+            x,
+        );
     }
 
     #[inline(always)]

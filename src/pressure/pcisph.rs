@@ -38,12 +38,15 @@ impl PressureCorrection {
     /// The correction for a lattice of this material.
     pub fn new(parameters: Pcisph, material: &Material) -> Self {
         let gradients = || {
-            let lattice = material.kernel.lattice(material.dimension, material.spacing);
+            let lattice = material
+                .kernel
+                .lattice(material.dimension, material.spacing);
             lattice.map(|x| material.kernel.gradient(x).as_dvec3())
         };
         let sum: glam::DVec3 = gradients().sum();
         let squares: f64 = gradients().map(|gradient| gradient.length_squared()).sum();
-        let beta = 2.0 * (f64::from(material.particle_mass) / f64::from(material.rest_density)).powi(2);
+        let beta =
+            2.0 * (f64::from(material.particle_mass) / f64::from(material.rest_density)).powi(2);
         Self {
             parameters,
             delta_dt_squared: (1.0 / (beta * (sum.length_squared() + squares))) as f32,
@@ -61,7 +64,13 @@ pub struct PredictedDensities(Vec<f32>);
 
 /// The systems of [`PressureIteration`], in their order.
 pub fn iteration() -> bevy_ecs::schedule::ScheduleConfigs<bevy_ecs::system::ScheduleSystem> {
-    (predict_positions, predict_density, update_pressure, super::pressure_force).chain()
+    (
+        predict_positions,
+        predict_density,
+        update_pressure,
+        super::pressure_force,
+    )
+        .chain()
 }
 
 /// Inserts what the method needs.
@@ -84,7 +93,9 @@ pub fn solve_pressure(world: &mut World) {
                 Criterion::Largest => solve.error.largest,
                 Criterion::Mean => solve.error.mean,
             };
-            if error <= parameters.max_density_error && solve.iterations >= parameters.min_iterations {
+            if error <= parameters.max_density_error
+                && solve.iterations >= parameters.min_iterations
+            {
                 return None;
             }
             if solve.iterations >= parameters.max_iterations {
@@ -92,9 +103,14 @@ pub fn solve_pressure(world: &mut World) {
             }
         }
     });
-    if let (Some((error, iterations, row)), NotConverged::Stop) = (missed, parameters.not_converged) {
+    if let (Some((error, iterations, row)), NotConverged::Stop) = (missed, parameters.not_converged)
+    {
         let limit = parameters.max_density_error;
-        let cause = FailureCause::NotConverged { iterations, error, limit };
+        let cause = FailureCause::NotConverged {
+            iterations,
+            error,
+            limit,
+        };
         world.resource_mut::<Failure>().record(cause, Some(row));
     }
 }
@@ -124,7 +140,9 @@ fn predict_positions(
     predicted.0[rows] = SENTINEL;
     execution.for_each_chunk(&mut predicted.0[..rows], |first, predicted| {
         let state = positions.0[first..].iter().zip(&velocities.0[first..]);
-        let forces = accelerations.0[first..].iter().zip(&pressure_accelerations.0[first..]);
+        let forces = accelerations.0[first..]
+            .iter()
+            .zip(&pressure_accelerations.0[first..]);
         for ((predicted, (x, v)), (a, a_p)) in predicted.iter_mut().zip(state).zip(forces) {
             let velocity = v.truncate() + dt * (*a + *a_p);
             *predicted = (x.truncate() + dt * velocity).extend(0.0);
@@ -139,7 +157,10 @@ fn predict_density(
     material: Res<Material>,
 ) {
     densities.0.resize(pairs.positions().rows(), 0.0);
-    pairs.sum(&DensitySum::new(&material, &predicted.0, pairs.boundary_samples()), &mut densities.0);
+    pairs.sum(
+        &DensitySum::new(&material, &predicted.0, pairs.boundary_samples()),
+        &mut densities.0,
+    );
 }
 
 fn update_pressure(
@@ -155,7 +176,12 @@ fn update_pressure(
     let rest_density = material.rest_density;
     let delta = correction.delta_dt_squared / (clock.dt * clock.dt);
     let inverse = 1.0 / (rest_density * rest_density);
-    for ((position, pressure), rho) in positions.0.iter_mut().zip(&mut pressures.0).zip(&predicted.0) {
+    for ((position, pressure), rho) in positions
+        .0
+        .iter_mut()
+        .zip(&mut pressures.0)
+        .zip(&predicted.0)
+    {
         *pressure = (*pressure + delta * (rho - rest_density)).max(0.0);
         position.w = *pressure * inverse;
     }

@@ -52,7 +52,12 @@ pub fn compute_pressure(
     execution: Res<Execution>,
 ) {
     let rest_density = material.rest_density;
-    for ((position, pressure), &rho) in positions.0.iter_mut().zip(&mut pressures.0).zip(&densities.0) {
+    for ((position, pressure), &rho) in positions
+        .0
+        .iter_mut()
+        .zip(&mut pressures.0)
+        .zip(&densities.0)
+    {
         *pressure = equation.pressure(rho, rest_density);
         position.w = *pressure / (rho * rho);
     }
@@ -66,7 +71,9 @@ mod tests {
     #[test]
     fn equations_give_the_published_pressures() {
         let tait = EquationOfState(StateEquation::Tait { stiffness: 1000.0 });
-        assert!((tait.pressure(1010.0, 1000.0) / (1000.0 * (1.01f32.powi(7) - 1.0)) - 1.0).abs() < 1e-3);
+        assert!(
+            (tait.pressure(1010.0, 1000.0) / (1000.0 * (1.01f32.powi(7) - 1.0)) - 1.0).abs() < 1e-3
+        );
         let gas = EquationOfState(StateEquation::Gas { stiffness: 50.0 });
         assert_eq!(gas.pressure(1010.0, 1000.0), 500.0);
         for equation in [tait, gas] {

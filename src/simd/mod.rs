@@ -95,7 +95,10 @@ impl Candidates {
         for column in [&mut self.x, &mut self.y, &mut self.z] {
             column.resize(len + rows.len(), 0.0);
         }
-        let columns = self.x[len..].iter_mut().zip(&mut self.y[len..]).zip(&mut self.z[len..]);
+        let columns = self.x[len..]
+            .iter_mut()
+            .zip(&mut self.y[len..])
+            .zip(&mut self.z[len..]);
         for (((x, y), z), &row) in columns.zip(rows) {
             let point = points[row as usize];
             (*x, *y, *z) = (point.x, point.y, point.z);

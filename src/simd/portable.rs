@@ -86,7 +86,8 @@ impl Simd for Portable {
     #[inline(always)]
     fn gather(self, table: &[Vec4], rows: [u32; LANES]) -> [Lanes; 4] {
         let last = table.len() - 1;
-        let entries: [[f32; 4]; LANES] = from_fn(|k| table[(rows[k] as usize).min(last)].to_array());
+        let entries: [[f32; 4]; LANES] =
+            from_fn(|k| table[(rows[k] as usize).min(last)].to_array());
         from_fn(|column| from_fn(|k| entries[k][column]))
     }
 
@@ -95,7 +96,11 @@ impl Simd for Portable {
         let Candidates { x, y, z, rows } = candidates;
         let mut count = 0;
         for (((x, y), z), &row) in x.iter().zip(y).zip(z).zip(rows) {
-            let (dx, dy, dz) = (x - probe.center[0], y - probe.center[1], z - probe.center[2]);
+            let (dx, dy, dz) = (
+                x - probe.center[0],
+                y - probe.center[1],
+                z - probe.center[2],
+            );
             // Not fused, here and in every path: all must find the same pairs.
             let inside = dx * dx + dy * dy + dz * dz <= probe.radius_squared;
             hits[count] = row;

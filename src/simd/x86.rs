@@ -39,7 +39,8 @@ impl Avx512 {
     #[inline]
     pub(super) fn detect() -> Option<Self> {
         let avx2 = Avx2::detect()?;
-        (is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512vl")).then_some(Self(avx2))
+        (is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512vl"))
+            .then_some(Self(avx2))
     }
 
     #[inline]
@@ -127,7 +128,9 @@ impl Simd for Avx2 {
             let mut index = [0u32; LANES];
             _mm256_storeu_si256(index.as_mut_ptr().cast(), rows);
             let at = |k: usize| _mm_loadu_ps(base.add(4 * index[k] as usize));
-            let pair = |low: usize, high: usize| _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(at(low)), at(high));
+            let pair = |low: usize, high: usize| {
+                _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(at(low)), at(high))
+            };
             let (a, b, c, d) = (pair(0, 4), pair(1, 5), pair(2, 6), pair(3, 7));
             let (ab_low, ab_high) = (_mm256_unpacklo_ps(a, b), _mm256_unpackhi_ps(a, b));
             let (cd_low, cd_high) = (_mm256_unpacklo_ps(c, d), _mm256_unpackhi_ps(c, d));
@@ -164,7 +167,8 @@ impl Simd for Avx2 {
                 );
                 let row = _mm256_loadu_si256(rows.as_ptr().add(k).cast());
                 let inside = _mm256_cmp_ps::<_CMP_LE_OQ>(distance, limit);
-                let other = _mm256_andnot_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32(row, own)), inside);
+                let other =
+                    _mm256_andnot_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32(row, own)), inside);
                 let mask = _mm256_movemask_ps(other) as usize;
                 let order = _mm256_loadu_si256(COMPACTION[mask].as_ptr().cast());
                 let packed = _mm256_permutevar8x32_epi32(row, order);

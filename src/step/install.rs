@@ -24,7 +24,7 @@ use crate::{
     particle::{self, Boundary, BoundaryVolume, Density, Position, Velocity},
     pressure::{PressureSolve, pcisph, state_equation::EquationOfState},
     reorder::ReorderState,
-    scene::{Neighbours, PressureMethod, Scene, SurfaceTension, Viscosity, shapes},
+    scene::{Neighbours, PressureMethod, Scene, SceneError, SurfaceTension, Viscosity, shapes},
     time_step::TimeStepControl,
 };
 
@@ -35,6 +35,9 @@ pub enum InstallError {
     /// The world runs a scene already.
     #[error("a scene is installed in this world already; a world holds one")]
     Occupied,
+    /// The scene contradicts itself.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
     /// The system gave no threads.
     #[error("could not start threads: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),
@@ -61,12 +64,14 @@ pub enum InstallError {
 
 /// The order of a scene, checked.
 pub(super) fn order_of(scene: &Scene) -> Result<Order, InstallError> {
-    let path = scene.order.as_ref().map(|order| scene.directory.join(order));
+    let path = scene.order.as_ref().map(PathBuf::from);
     let order = match &path {
         None => Ok(Order::standard()),
         Some(path) => {
-            let text = std::fs::read_to_string(path)
-                .map_err(|error| InstallError::OrderFile { path: path.clone(), error })?;
+            let text = std::fs::read_to_string(path).map_err(|error| InstallError::OrderFile {
+                path: path.clone(),
+                error,
+            })?;
             Order::parse(&text)
         }
     };
@@ -84,6 +89,7 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
     if world.contains_resource::<Clock>() {
         return Err(InstallError::Occupied);
     }
+    scene.check()?;
     let order = order_of(scene)?;
     if !world.contains_resource::<Execution>() {
         world.insert_resource(Execution::new(0)?);
@@ -112,7 +118,13 @@ fn spawn_fluid(world: &mut World, scene: &Scene, material: &Material) -> usize {
     let density = Density(material.rest_density);
     world.spawn_batch(order.into_iter().map(|(_, row)| {
         let seed = &seeds[row as usize];
-        (particle::Fluid, Position(seed.position), Velocity(seed.velocity), density, particle::Pressure(0.0))
+        (
+            particle::Fluid,
+            Position(seed.position),
+            Velocity(seed.velocity),
+            density,
+            particle::Pressure(0.0),
+        )
     }));
     seeds.len()
 }
@@ -131,10 +143,18 @@ fn insert_step_resources(world: &mut World, scene: &Scene, material: &Material) 
     if scene.neighbours == Neighbours::Stored {
         world.init_resource::<FluidNeighbours>();
     }
-    world.insert_resource(Clock { next_dt: dt, dt, ..Clock::default() });
+    world.insert_resource(Clock {
+        next_dt: dt,
+        dt,
+        ..Clock::default()
+    });
     world.insert_resource(*material);
     world.insert_resource(GuardLimits(scene.limits));
-    world.insert_resource(FluidIndex { structure: index::build(scene), reordered: true, rebuilt: true });
+    world.insert_resource(FluidIndex {
+        structure: index::build(scene),
+        reordered: true,
+        rebuilt: true,
+    });
     world.init_resource::<Failure>();
     world.init_resource::<PhaseTimer>();
     world.init_resource::<StepOutcome>();
@@ -155,8 +175,15 @@ fn insert_boundary(world: &mut World, scene: &Scene) {
     let positions: Vec<Vec3> = boundary::sample(scene);
     let execution = world.resource::<Execution>().clone();
     let samples = BoundarySamples::new(scene, &positions, &execution);
-    let rows: Vec<_> = samples.points().iter().map(|b| (b.truncate(), b.w)).collect();
-    world.spawn_batch(rows.into_iter().map(|(x, volume)| (Boundary, Position(x), BoundaryVolume(volume))));
+    let rows: Vec<_> = samples
+        .points()
+        .iter()
+        .map(|b| (b.truncate(), b.w))
+        .collect();
+    world.spawn_batch(
+        rows.into_iter()
+            .map(|(x, volume)| (Boundary, Position(x), BoundaryVolume(volume))),
+    );
     world.insert_resource(samples);
     if scene.neighbours == Neighbours::Stored {
         world.init_resource::<BoundaryNeighbours>();
@@ -166,7 +193,9 @@ fn insert_boundary(world: &mut World, scene: &Scene) {
 fn insert_forces(world: &mut World, scene: &Scene) {
     match scene.fluid.viscosity {
         Viscosity::None => {}
-        Viscosity::Laminar { kinematic_viscosity } => world.insert_resource(LaminarViscosity(kinematic_viscosity)),
+        Viscosity::Laminar {
+            kinematic_viscosity,
+        } => world.insert_resource(LaminarViscosity(kinematic_viscosity)),
         Viscosity::Artificial { alpha, sound_speed } => {
             world.insert_resource(ArtificialViscosity { alpha, sound_speed });
         }
@@ -174,7 +203,9 @@ fn insert_forces(world: &mut World, scene: &Scene) {
     if let SurfaceTension::BeckerTeschner { kappa } = scene.fluid.surface_tension {
         world.insert_resource(Cohesion(kappa));
     }
-    if scene.fluid.viscosity != Viscosity::None || scene.fluid.surface_tension != SurfaceTension::None {
+    if scene.fluid.viscosity != Viscosity::None
+        || scene.fluid.surface_tension != SurfaceTension::None
+    {
         world.init_resource::<ForceScratch>();
     }
 }

@@ -86,7 +86,11 @@ fn suggestion(name: &str) -> String {
 }
 
 fn names() -> String {
-    Stage::ALL.iter().map(|stage| stage.name).collect::<Vec<_>>().join(", ")
+    Stage::ALL
+        .iter()
+        .map(|stage| stage.name)
+        .collect::<Vec<_>>()
+        .join(", ")
 }
 
 impl fmt::Display for Datum {
@@ -129,7 +133,11 @@ impl Order {
             integrates: false,
         };
         checker.items(&self.stages)?;
-        if checker.integrates { Ok(()) } else { Err(OrderError::NeverIntegrates) }
+        if checker.integrates {
+            Ok(())
+        } else {
+            Err(OrderError::NeverIntegrates)
+        }
     }
 }
 
@@ -149,7 +157,9 @@ impl Checker<'_> {
                 OrderItem::Run(name) => self.stage(Stage::find(name)?)?,
                 OrderItem::Every(0, _) => return Err(OrderError::ZeroCount { item: "Every" }),
                 OrderItem::Repeat(0, _) => return Err(OrderError::ZeroCount { item: "Repeat" }),
-                OrderItem::Repeat(count, items) => (0..*count).try_for_each(|_| self.items(items))?,
+                OrderItem::Repeat(count, items) => {
+                    (0..*count).try_for_each(|_| self.items(items))?
+                }
                 OrderItem::Every(count, items) => {
                     let before = self.current.clone();
                     self.items(items)?;
@@ -170,12 +180,20 @@ impl Checker<'_> {
         for &datum in stage.needs {
             let exists = self.made.contains(&datum);
             // What no stage makes in this scene (lists, where neighbours are recomputed) nobody lacks.
-            let Some(maker) = Stage::ALL.iter().find(|s| s.makes.contains(&datum) && (s.wanted)(self.scene)) else {
+            let Some(maker) = Stage::ALL
+                .iter()
+                .find(|s| s.makes.contains(&datum) && (s.wanted)(self.scene))
+            else {
                 continue;
             };
             if !self.current.contains(&datum) && !(exists && self.allow_stale) {
                 let (stage, maker) = (stage.name, maker.name);
-                return Err(OrderError::Lacks { stage, datum, maker, stale: exists });
+                return Err(OrderError::Lacks {
+                    stage,
+                    datum,
+                    maker,
+                    stale: exists,
+                });
             }
         }
         if stage.spoils_all {
@@ -200,7 +218,9 @@ mod tests {
     }
 
     fn check(stages: &str) -> Result<(), String> {
-        Order::parse(stages).and_then(|order| order.check(&scene())).map_err(|error| error.to_string())
+        Order::parse(stages)
+            .and_then(|order| order.check(&scene()))
+            .map_err(|error| error.to_string())
     }
 
     #[test]
@@ -213,12 +233,30 @@ mod tests {
     fn wrong_orders_are_refused_with_the_reason() {
         let all = r#"Run("rebuild_index"), Run("find_neighbours"), Run("density"), Run("gravity"), Run("viscosity")"#;
         for (stages, expected) in [
-            (r#"(stages: [Run("densty")])"#.to_owned(), "did you mean `density`?"),
-            (r#"(stages: [Run("rebuild_index"), Run("density")])"#.to_owned(), "stage `density` needs neighbours"),
-            (r#"(stages: [Run("find_neighbours")])"#.to_owned(), "`rebuild_index` makes it"),
-            (format!("(stages: [{all}, Run(\"pressure\")])"), "never runs `integrate`"),
-            (format!("(stages: [{all}, Run(\"integrate\")])"), "stage `integrate` needs pressure forces"),
-            (r#"(stages: [Every(0, [Run("density")])])"#.to_owned(), "count of 0"),
+            (
+                r#"(stages: [Run("densty")])"#.to_owned(),
+                "did you mean `density`?",
+            ),
+            (
+                r#"(stages: [Run("rebuild_index"), Run("density")])"#.to_owned(),
+                "stage `density` needs neighbours",
+            ),
+            (
+                r#"(stages: [Run("find_neighbours")])"#.to_owned(),
+                "`rebuild_index` makes it",
+            ),
+            (
+                format!("(stages: [{all}, Run(\"pressure\")])"),
+                "never runs `integrate`",
+            ),
+            (
+                format!("(stages: [{all}, Run(\"integrate\")])"),
+                "stage `integrate` needs pressure forces",
+            ),
+            (
+                r#"(stages: [Every(0, [Run("density")])])"#.to_owned(),
+                "count of 0",
+            ),
             ("(stages: [Run(density)])".to_owned(), "1:"),
         ] {
             let error = check(&stages).expect_err(&stages);
@@ -231,7 +269,10 @@ mod tests {
         let order = r#"(stages: [Run("rebuild_index"), Every(2, [Run("find_neighbours")]), Run("density"), Run("gravity"),
             Run("viscosity"), Run("pressure"), Run("integrate")]"#;
         let error = check(&format!("{order})")).expect_err("stale lists");
-        assert!(error.contains("left over") && error.contains("allow_stale"), "{error}");
+        assert!(
+            error.contains("left over") && error.contains("allow_stale"),
+            "{error}"
+        );
         assert_eq!(check(&format!("{order}, allow_stale: true)")), Ok(()));
     }
 }

@@ -139,7 +139,10 @@ pub(super) fn finish(
     solve: Res<PressureSolve>,
     motion: Res<Motion>,
     positions: Res<Positions>,
-    lists: (Option<Res<FluidNeighbours>>, Option<Res<BoundaryNeighbours>>),
+    lists: (
+        Option<Res<FluidNeighbours>>,
+        Option<Res<BoundaryNeighbours>>,
+    ),
 ) {
     if let Some(error) = failure.error(&clock) {
         outcome.0 = Err(error);
@@ -147,7 +150,8 @@ pub(super) fn finish(
     }
     let particles = positions.rows();
     let (fluid, boundary) = lists;
-    let pairs = fluid.map_or(0, |lists| lists.0.pairs()) + boundary.map_or(0, |lists| lists.0.pairs());
+    let pairs =
+        fluid.map_or(0, |lists| lists.0.pairs()) + boundary.map_or(0, |lists| lists.0.pairs());
     outcome.0 = Ok(StepReport {
         step: clock.step,
         time: clock.time,

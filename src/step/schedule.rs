@@ -3,8 +3,8 @@
 use bevy_ecs::{
     prelude::*,
     schedule::{
-        Chain, LogLevel, MultiThreadedExecutor, ScheduleBuildSettings, ScheduleConfigs, ScheduleLabel,
-        SingleThreadedExecutor,
+        Chain, LogLevel, MultiThreadedExecutor, ScheduleBuildSettings, ScheduleConfigs,
+        ScheduleLabel, SingleThreadedExecutor,
     },
     system::ScheduleSystem,
 };
@@ -35,7 +35,12 @@ pub struct Step;
 const PARALLEL_FROM: usize = 3_000;
 
 /// Adds the schedules of `order` for `scene` to the world.
-pub(super) fn add_schedules(world: &mut World, scene: &Scene, order: &Order, particles: usize) -> Result<(), InstallError> {
+pub(super) fn add_schedules(
+    world: &mut World,
+    scene: &Scene,
+    order: &Order,
+    particles: usize,
+) -> Result<(), InstallError> {
     let mut step = Schedule::new(Step);
     let parallel = match scene.executor {
         Executor::Auto => particles >= PARALLEL_FROM,
@@ -50,14 +55,23 @@ pub(super) fn add_schedules(world: &mut World, scene: &Scene, order: &Order, par
     }
     let mut configs = vec![(clock::begin, start_timer).chain()];
     add_stages(&order.stages, scene, None, &mut configs);
-    configs.push((clock::name_the_particle, stop_watch(Phase::Observe), finish).chain().in_set(Phase::Observe));
-    step.set_build_settings(strict()).add_systems(chain(configs));
-    step.initialize(world).map_err(|error| InstallError::Schedule(error.to_string(step.graph(), world)))?;
+    configs.push(
+        (clock::name_the_particle, stop_watch(Phase::Observe), finish)
+            .chain()
+            .in_set(Phase::Observe),
+    );
+    step.set_build_settings(strict())
+        .add_systems(chain(configs));
+    step.initialize(world)
+        .map_err(|error| InstallError::Schedule(error.to_string(step.graph(), world)))?;
     world.add_schedule(step);
 
     if let PressureMethod::Pcisph(_) = scene.pressure {
         let mut iteration = Schedule::new(PressureIteration);
-        iteration.set_executor(SingleThreadedExecutor::new()).set_build_settings(strict()).add_systems(pcisph::iteration());
+        iteration
+            .set_executor(SingleThreadedExecutor::new())
+            .set_build_settings(strict())
+            .add_systems(pcisph::iteration());
         iteration
             .initialize(world)
             .map_err(|error| InstallError::Schedule(error.to_string(iteration.graph(), world)))?;
@@ -94,22 +108,32 @@ fn add_stages(
         match item {
             OrderItem::Run(name) => {
                 // Names were checked with the order.
-                let Some(stage) = Stage::ALL.iter().find(|stage| stage.name == name) else { continue };
+                let Some(stage) = Stage::ALL.iter().find(|stage| stage.name == name) else {
+                    continue;
+                };
                 if !(stage.wanted)(scene) {
                     continue;
                 }
                 let mut systems = (stage.systems)(scene).in_set(stage.phase).run_if(healthy);
                 if let Some(count) = every {
-                    systems = systems.run_if(move |clock: Res<Clock>| clock.step.is_multiple_of(count));
+                    systems =
+                        systems.run_if(move |clock: Res<Clock>| clock.step.is_multiple_of(count));
                 }
                 configs.push(systems);
                 configs.push(stop_watch(stage.phase).in_set(stage.phase));
             }
             OrderItem::Every(count, items) => {
                 let count = u64::from(*count);
-                add_stages(items, scene, Some(every.map_or(count, |outer| outer * count)), configs);
+                add_stages(
+                    items,
+                    scene,
+                    Some(every.map_or(count, |outer| outer * count)),
+                    configs,
+                );
             }
-            OrderItem::Repeat(count, items) => (0..*count).for_each(|_| add_stages(items, scene, every, configs)),
+            OrderItem::Repeat(count, items) => {
+                (0..*count).for_each(|_| add_stages(items, scene, every, configs))
+            }
         }
     }
 }
@@ -120,7 +144,9 @@ pub(super) fn planned(order: &Order, scene: &Scene) -> Vec<(Phase, Vec<String>)>
         for item in items {
             match item {
                 OrderItem::Run(name) => {
-                    let Some(stage) = Stage::ALL.iter().find(|stage| stage.name == name) else { continue };
+                    let Some(stage) = Stage::ALL.iter().find(|stage| stage.name == name) else {
+                        continue;
+                    };
                     if !(stage.wanted)(scene) {
                         continue;
                     }
@@ -133,7 +159,9 @@ pub(super) fn planned(order: &Order, scene: &Scene) -> Vec<(Phase, Vec<String>)>
                 OrderItem::Every(count, items) => {
                     walk(items, scene, &format!("{prefix}every {count} steps: "), out);
                 }
-                OrderItem::Repeat(count, items) => walk(items, scene, &format!("{prefix}{count} times: "), out),
+                OrderItem::Repeat(count, items) => {
+                    walk(items, scene, &format!("{prefix}{count} times: "), out)
+                }
             }
         }
     }

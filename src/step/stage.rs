@@ -67,7 +67,11 @@ impl Stage {
                 if scene.boundaries.is_empty() {
                     neighbours::find_fluid_neighbours.into_configs()
                 } else {
-                    (neighbours::find_fluid_neighbours, neighbours::find_boundary_neighbours).into_configs()
+                    (
+                        neighbours::find_fluid_neighbours,
+                        neighbours::find_boundary_neighbours,
+                    )
+                        .into_configs()
                 }
             },
         },
@@ -98,7 +102,9 @@ impl Stage {
             wanted: |scene| scene.fluid.viscosity != Viscosity::None,
             systems: |scene| match scene.fluid.viscosity {
                 Viscosity::Artificial { .. } => force::apply_artificial_viscosity.into_configs(),
-                Viscosity::Laminar { .. } | Viscosity::None => force::apply_laminar_viscosity.into_configs(),
+                Viscosity::Laminar { .. } | Viscosity::None => {
+                    force::apply_laminar_viscosity.into_configs()
+                }
             },
         },
         Self {
@@ -118,9 +124,11 @@ impl Stage {
             spoils_all: false,
             wanted: |_| true,
             systems: |scene| match scene.pressure {
-                PressureMethod::Sesph(_) => {
-                    (pressure::state_equation::compute_pressure, pressure::pressure_force).chain()
-                }
+                PressureMethod::Sesph(_) => (
+                    pressure::state_equation::compute_pressure,
+                    pressure::pressure_force,
+                )
+                    .chain(),
                 PressureMethod::Pcisph(_) => pressure::pcisph::solve_pressure.into_configs(),
             },
         },
@@ -137,7 +145,12 @@ impl Stage {
                     TimeStep::Fixed(_) => accept,
                     TimeStep::Cfl(_) => (accept, time_step::choose_time_step).chain(),
                 };
-                (integrate::integrate, integrate::guard, accept.run_if(clock::healthy)).chain()
+                (
+                    integrate::integrate,
+                    integrate::guard,
+                    accept.run_if(clock::healthy),
+                )
+                    .chain()
             },
         },
         Self {
@@ -156,6 +169,8 @@ impl Stage {
         Self::ALL
             .iter()
             .find(|stage| stage.name == name)
-            .ok_or_else(|| OrderError::UnknownStage { name: name.to_owned() })
+            .ok_or_else(|| OrderError::UnknownStage {
+                name: name.to_owned(),
+            })
     }
 }
