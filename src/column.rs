@@ -46,6 +46,16 @@ pub struct Accelerations(pub Vec<Vec3>);
 #[derive(Resource, Debug, Clone, Default)]
 pub struct PressureAccelerations(pub Vec<Vec3>);
 
+/// Positions at the end of the step [m], while it is not certain that the step is good. A sentinel ends them.
+#[derive(Resource, Debug, Clone)]
+pub struct PredictedPositions(pub Vec<Vec4>);
+
+impl Default for PredictedPositions {
+    fn default() -> Self {
+        Self(vec![SENTINEL])
+    }
+}
+
 impl Default for Positions {
     fn default() -> Self {
         Self(vec![SENTINEL])
@@ -82,6 +92,7 @@ type State = (
 pub fn gather_columns(
     fluid: Query<(&Position, &Velocity, &Pressure), With<Fluid>>,
     mut positions: ResMut<Positions>,
+    mut predicted: ResMut<PredictedPositions>,
     mut velocities: ResMut<Velocities>,
     mut pressures: ResMut<Pressures>,
     execution: Res<Execution>,
@@ -92,6 +103,8 @@ pub fn gather_columns(
     velocities.0.resize(rows + 1, Vec4::ZERO);
     positions.0[rows] = SENTINEL;
     velocities.0[rows] = Vec4::ZERO;
+    predicted.0.resize(rows + 1, SENTINEL);
+    predicted.0[rows] = SENTINEL;
     pressures.0.resize(rows, 0.0);
     let mut first = 0;
     for (x, v, p) in tables() {
@@ -113,7 +126,7 @@ pub fn gather_columns(
 /// Writes the state of the step into the tables and marks it as changed (phase `Integrate`).
 pub fn scatter_columns(
     mut fluid: Query<State, With<Fluid>>,
-    positions: Res<Positions>,
+    positions: Res<PredictedPositions>,
     velocities: Res<Velocities>,
     densities: Res<Densities>,
     pressures: Res<Pressures>,

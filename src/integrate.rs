@@ -8,7 +8,9 @@ use glam::Vec4;
 use rayon::prelude::*;
 
 use crate::{
-    column::{Accelerations, Densities, Positions, PressureAccelerations, Velocities},
+    column::{
+        Accelerations, Densities, Positions, PredictedPositions, PressureAccelerations, Velocities,
+    },
     execution::{CHUNK, ChunkResults, Execution},
     material::Material,
     scene::{Bounds, Limits},
@@ -51,10 +53,11 @@ struct ChunkMotion {
 
 /// Moves every particle (phase `Integrate`).
 pub fn integrate(
-    mut positions: ResMut<Positions>,
+    mut predicted: ResMut<PredictedPositions>,
     mut velocities: ResMut<Velocities>,
     mut motion: ResMut<Motion>,
     columns: (
+        Res<Positions>,
         Res<Accelerations>,
         Res<PressureAccelerations>,
         Res<Densities>,
@@ -64,26 +67,26 @@ pub fn integrate(
     clock: Res<Clock>,
     execution: Res<Execution>,
 ) {
-    let (accelerations, pressure_accelerations, densities) = columns;
+    let (positions, accelerations, pressure_accelerations, densities) = columns;
     let (dt, gravity, rest_density) = (clock.dt, material.gravity, material.rest_density);
     let bounds = domain.map(|domain| domain.0);
     let rows = positions.rows();
     let motion = &mut *motion;
     let chunks = motion.chunks.reset(rows);
-    let advance = |first: usize, x: &mut [Vec4], v: &mut [Vec4]| {
+    let advance = |first: usize, new_x: &mut [Vec4], v: &mut [Vec4]| {
         let mut result = ChunkMotion::default();
-        let state = x.iter_mut().zip(v);
+        let state = new_x.iter_mut().zip(&positions.0[first..]).zip(v);
         let forces = accelerations.0[first..]
             .iter()
             .zip(&pressure_accelerations.0[first..]);
-        for (row, (((x, v), (a, a_p)), &rho)) in
+        for (row, ((((new_x, x), v), (a, a_p)), &rho)) in
             (first..).zip(state.zip(forces).zip(&densities.0[first..]))
         {
             let acceleration = *a + *a_p;
             let velocity = v.truncate() + dt * acceleration;
             let position = x.truncate() + dt * velocity;
             *v = velocity.extend(v.w);
-            *x = position.extend(x.w);
+            *new_x = position.extend(0.0);
             if result.not_finite.is_none() {
                 let quantities = [
                     ("velocity", velocity.is_finite()),
@@ -119,7 +122,7 @@ pub fn integrate(
     execution.install(|| {
         chunks
             .par_iter_mut()
-            .zip(positions.0[..rows].par_chunks_mut(CHUNK))
+            .zip(predicted.0[..rows].par_chunks_mut(CHUNK))
             .zip(velocities.0[..rows].par_chunks_mut(CHUNK))
             .enumerate()
             .for_each(|(chunk, ((result, x), v))| *result = advance(chunk * CHUNK, x, v));

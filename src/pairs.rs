@@ -5,11 +5,12 @@
 
 use bevy_ecs::{prelude::*, system::SystemParam};
 use glam::{IVec3, Vec4};
+use rayon::prelude::*;
 
 use crate::{
     boundary::BoundarySamples,
     column::{Positions, SENTINEL},
-    execution::Execution,
+    execution::{CHUNK, Execution},
     index::FluidIndex,
     neighbours::{BoundaryNeighbours, FluidNeighbours, NeighbourLists, OnTheSpot, Search},
     simd::{LANES, Simd, Vectorised},
@@ -100,7 +101,49 @@ impl Pairs<'_> {
 
     /// Runs `pass` over all rows into `out`, which has one entry a row.
     pub fn sum<P: PairSum>(&self, pass: &P, out: &mut [P::Output]) {
-        let source = match &self.fluid {
+        sum(pass, self.source(), out, &self.execution);
+    }
+
+    /// Calls `work` with the boundary neighbours of every row that has some, and the row's entries of two columns.
+    pub fn update_near_boundary<A: Send, B: Send>(
+        &self,
+        (a, b): (&mut [A], &mut [B]),
+        work: impl Fn(&[u32], &mut A, &mut B) + Sync,
+    ) {
+        let execution = &*self.execution;
+        let source = self.source();
+        execution.install(|| {
+            a.par_chunks_mut(CHUNK)
+                .zip(b.par_chunks_mut(CHUNK))
+                .enumerate()
+                .for_each(|(chunk, (a, b))| {
+                    let (rows, work) = (chunk * CHUNK.., &work);
+                    match source {
+                        Source::Stored(_, Some(boundary)) => {
+                            for ((i, a), b) in rows.zip(a).zip(b) {
+                                let near = boundary.of(i);
+                                if !near.is_empty() {
+                                    work(near, a, b);
+                                }
+                            }
+                        }
+                        Source::OnTheSpot(_, Some(boundary)) => {
+                            execution.instruction_set.dispatch(BoundaryChunk {
+                                boundary,
+                                first: rows.start,
+                                a,
+                                b,
+                                work,
+                            });
+                        }
+                        Source::Stored(_, None) | Source::OnTheSpot(_, None) => {}
+                    }
+                });
+        });
+    }
+
+    fn source(&self) -> Source<'_> {
+        match &self.fluid {
             Some(fluid) => Source::Stored(&fluid.0, self.boundary.as_ref().map(|lists| &lists.0)),
             None => {
                 let (of, points) = (&*self.index.structure, self.positions.points());
@@ -119,8 +162,7 @@ impl Pairs<'_> {
                 });
                 Source::OnTheSpot(fluid, boundary)
             }
-        };
-        sum(pass, source, out, &self.execution);
+        }
     }
 }
 
@@ -203,6 +245,30 @@ impl<P: PairSum> Vectorised for StoredChunk<'_, P> {
                 None => &[],
             };
             *out = row(self.pass, simd, i, self.fluid.of(i), boundary);
+        }
+    }
+}
+
+/// Rows near the boundary, found on the spot.
+struct BoundaryChunk<'a, A, B, F> {
+    boundary: Search<'a>,
+    first: usize,
+    a: &'a mut [A],
+    b: &'a mut [B],
+    work: &'a F,
+}
+
+impl<A, B, F: Fn(&[u32], &mut A, &mut B)> Vectorised for BoundaryChunk<'_, A, B, F> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let mut boundary = OnTheSpot::new(self.boundary);
+        for ((i, a), b) in (self.first..).zip(self.a).zip(self.b) {
+            let near = boundary.of(simd, i);
+            if !near.is_empty() {
+                (self.work)(near, a, b);
+            }
         }
     }
 }

@@ -37,7 +37,18 @@ pub struct Fluid;
 #[repr(transparent)]
 pub struct BoundaryVolume(pub f32);
 
+/// Unit vector at a boundary particle from the solid into the fluid.
+#[derive(Component, Debug, Clone, Copy, PartialEq, TransparentWrapper, Pod, Zeroable)]
+#[repr(transparent)]
+pub struct BoundaryNormal(pub Vec3);
+
+impl Default for BoundaryNormal {
+    fn default() -> Self {
+        Self(Vec3::Y)
+    }
+}
+
 /// Marks a boundary particle.
 #[derive(Component, Debug, Clone, Copy, Default)]
-#[require(Position, BoundaryVolume)]
+#[require(Position, BoundaryVolume, BoundaryNormal)]
 pub struct Boundary;

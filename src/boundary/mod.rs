@@ -3,6 +3,7 @@
 //! A wall adds `ρ0 V_b W` to the density of the fluid near it, which makes pressure push the fluid away. The particles
 //! are entities; loops read a packed copy, and an index of their own that is built once, since they do not move.
 
+pub mod contact;
 mod sampling;
 mod volume;
 
@@ -10,14 +11,14 @@ use bevy_ecs::prelude::*;
 use bytemuck::TransparentWrapper;
 use glam::{Vec3, Vec4};
 
-pub use sampling::sample;
+pub use sampling::{BoundarySample, sample};
 pub use volume::volumes;
 
 use crate::{
     column::SENTINEL,
     execution::Execution,
     index::{self, SpatialIndex},
-    particle::{Boundary, BoundaryVolume, Position},
+    particle::{Boundary, BoundaryNormal, BoundaryVolume, Position},
     scene::Scene,
 };
 
@@ -26,6 +27,8 @@ use crate::{
 pub struct BoundarySamples {
     /// Position [m] and volume [m³; m² in 2-D] of every particle; a sentinel without volume ends them.
     pub packed: Vec<Vec4>,
+    /// Unit vectors from the solid into the fluid.
+    pub normals: Vec<Vec3>,
     /// Who is where.
     pub index: Box<dyn SpatialIndex>,
 }
@@ -36,9 +39,12 @@ impl BoundarySamples {
         &self.packed[..self.packed.len() - 1]
     }
 
-    /// Packs particles at `positions` [m] and calculates their volumes.
-    pub fn new(scene: &Scene, positions: &[Vec3], execution: &Execution) -> Self {
-        let mut packed: Vec<Vec4> = positions.iter().map(|x| x.extend(0.0)).collect();
+    /// Packs particles and calculates their volumes.
+    pub fn new(scene: &Scene, samples: &[BoundarySample], execution: &Execution) -> Self {
+        let mut packed: Vec<Vec4> = samples
+            .iter()
+            .map(|sample| sample.position.extend(0.0))
+            .collect();
         let mut index = index::build(scene);
         index.rebuild(&packed, execution);
         packed.push(SENTINEL);
@@ -46,16 +52,27 @@ impl BoundarySamples {
         for (particle, volume) in packed.iter_mut().zip(volumes) {
             particle.w = volume;
         }
-        Self { packed, index }
+        let normals = samples.iter().map(|sample| sample.normal).collect();
+        Self {
+            packed,
+            normals,
+            index,
+        }
     }
 }
 
 /// Takes the boundary particles of a world over again, after a host has spawned, moved or despawned some.
 pub fn refresh_boundary(world: &mut World, scene: &Scene) {
     let execution = world.resource::<Execution>().clone();
-    let mut query = world.query_filtered::<&Position, With<Boundary>>();
-    let positions: Vec<Vec3> = query.iter(world).map(|x| x.0).collect();
-    let samples = BoundarySamples::new(scene, &positions, &execution);
+    let mut query = world.query_filtered::<(&Position, &BoundaryNormal), With<Boundary>>();
+    let samples: Vec<BoundarySample> = query
+        .iter(world)
+        .map(|(x, n)| BoundarySample {
+            position: x.0,
+            normal: n.0,
+        })
+        .collect();
+    let samples = BoundarySamples::new(scene, &samples, &execution);
     let mut query = world.query_filtered::<&mut BoundaryVolume, With<Boundary>>();
     for (mut volume, sample) in query.iter_mut(world).zip(samples.points()) {
         *BoundaryVolume::peel_mut(&mut volume) = sample.w;

@@ -7,28 +7,47 @@ use glam::{IVec3, Vec3};
 
 use crate::scene::{BoundaryShape, Dimension, Scene, shapes::wall_axes};
 
-/// Boundary particles of a scene [m].
-pub fn sample(scene: &Scene) -> Vec<Vec3> {
-    let mut positions = Vec::new();
-    for shape in &scene.boundaries {
-        sample_shape(shape, scene.dimension, scene.spacing, &mut positions);
-    }
-    positions
+/// A boundary particle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BoundarySample {
+    /// Where it is [m].
+    pub position: Vec3,
+    /// Unit vector from the solid into the fluid; in edges and corners the mean of the faces'.
+    pub normal: Vec3,
 }
 
-fn sample_shape(shape: &BoundaryShape, dimension: Dimension, spacing: f32, out: &mut Vec<Vec3>) {
+/// Boundary particles of a scene.
+pub fn sample(scene: &Scene) -> Vec<BoundarySample> {
+    let mut samples = Vec::new();
+    for shape in &scene.boundaries {
+        sample_shape(shape, scene.dimension, scene.spacing, &mut samples);
+    }
+    samples
+}
+
+fn sample_shape(
+    shape: &BoundaryShape,
+    dimension: Dimension,
+    spacing: f32,
+    out: &mut Vec<BoundarySample>,
+) {
     let half = Vec3::splat(0.5 * spacing);
     match *shape {
-        BoundaryShape::Tank { min, max, open } => {
-            shell(min - half, max + half, open, dimension, spacing, out)
-        }
+        BoundaryShape::Tank { min, max, open } => shell(
+            min - half,
+            max + half,
+            Side::Inside { open },
+            dimension,
+            spacing,
+            out,
+        ),
         BoundaryShape::Box { min, max } => {
             // A plate thinner than the spacing keeps one layer, in its middle.
             let middle = 0.5 * (min + max);
             shell(
                 (min + half).min(middle),
                 (max - half).max(middle),
-                false,
+                Side::Outside,
                 dimension,
                 spacing,
                 out,
@@ -59,14 +78,21 @@ fn sample_shape(shape: &BoundaryShape, dimension: Dimension, spacing: f32, out: 
     }
 }
 
+/// On which side of a shell the fluid is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Side {
+    Inside { open: bool },
+    Outside,
+}
+
 /// The surface of the box `min`–`max` on a lattice no coarser than the spacing; edges and corners once.
 fn shell(
     min: Vec3,
     max: Vec3,
-    open_top: bool,
+    fluid: Side,
     dimension: Dimension,
     spacing: f32,
-    out: &mut Vec<Vec3>,
+    out: &mut Vec<BoundarySample>,
 ) {
     let size = max - min;
     let mut last = ((size / spacing) - Vec3::splat(1e-3))
@@ -78,39 +104,59 @@ fn shell(
         (last.z, min.z, size.z) = (0, 0.0, 0.0);
     }
     let step = size / last.max(IVec3::ONE).as_vec3();
+    let open_top = fluid == Side::Inside { open: true };
+    let inwards = |k: i32, last: i32| i32::from(k == 0) - i32::from(k == last && last > 0);
     for z in 0..=last.z {
         for y in 0..=last.y {
+            // An open tank's walls end at its rim.
+            if open_top && y == last.y && y > 0 {
+                continue;
+            }
             for x in 0..=last.x {
-                let side = x == 0 || x == last.x;
-                let front = dimension == Dimension::Three && (z == 0 || z == last.z);
-                let level = y == 0 || y == last.y && !open_top;
-                // An open tank's walls end at its rim.
-                let above_rim = open_top && y == last.y && last.y > 0;
-                if (side || front || level) && !above_rim {
-                    out.push(min + step * IVec3::new(x, y, z).as_vec3());
+                let depth = if dimension == Dimension::Two {
+                    0
+                } else {
+                    inwards(z, last.z)
+                };
+                let normal = IVec3::new(inwards(x, last.x), inwards(y, last.y), depth).as_vec3();
+                if normal != Vec3::ZERO {
+                    let outwards = if fluid == Side::Outside { -1.0 } else { 1.0 };
+                    let position = min + step * IVec3::new(x, y, z).as_vec3();
+                    out.push(BoundarySample {
+                        position,
+                        normal: outwards * normal.normalize(),
+                    });
                 }
             }
         }
     }
 }
 
-fn circle(center: Vec3, radius: f32, spacing: f32, out: &mut Vec<Vec3>) {
+fn circle(center: Vec3, radius: f32, spacing: f32, out: &mut Vec<BoundarySample>) {
     let count = (TAU * radius / spacing).ceil().max(1.0) as u32;
     out.extend((0..count).map(|k| {
         let (sin, cos) = (TAU * k as f32 / count as f32).sin_cos();
-        (center + radius * Vec3::new(cos, sin, 0.0)).with_z(0.0)
+        let normal = Vec3::new(cos, sin, 0.0);
+        BoundarySample {
+            position: (center + radius * normal).with_z(0.0),
+            normal,
+        }
     }));
 }
 
 /// A Fibonacci lattice with one particle for every square of the spacing.
-fn sphere(center: Vec3, radius: f32, spacing: f32, out: &mut Vec<Vec3>) {
+fn sphere(center: Vec3, radius: f32, spacing: f32, out: &mut Vec<BoundarySample>) {
     let count = (4.0 * PI * (radius / spacing).powi(2)).ceil().max(1.0) as u32;
     let golden_angle = PI * (3.0 - 5f32.sqrt());
     out.extend((0..count).map(|k| {
         let height = 1.0 - (2.0 * k as f32 + 1.0) / count as f32;
         let ring = (1.0 - height * height).max(0.0).sqrt();
         let (sin, cos) = (golden_angle * k as f32).sin_cos();
-        center + radius * Vec3::new(ring * cos, height, ring * sin)
+        let normal = Vec3::new(ring * cos, height, ring * sin);
+        BoundarySample {
+            position: center + radius * normal,
+            normal,
+        }
     }));
 }
 
@@ -120,7 +166,7 @@ fn plane(
     half_size: f32,
     dimension: Dimension,
     spacing: f32,
-    out: &mut Vec<Vec3>,
+    out: &mut Vec<BoundarySample>,
 ) {
     let (along, across) = wall_axes(normal, dimension);
     let count = (2.0 * half_size / spacing - 1e-3).ceil().max(1.0) as i32;
@@ -131,7 +177,10 @@ fn plane(
     };
     let place = |k: i32| half_size * (2.0 * k as f32 / count as f32 - 1.0);
     for row in rows {
-        out.extend((0..=count).map(|k| center + place(k) * along + place(row) * across));
+        out.extend((0..=count).map(|k| BoundarySample {
+            position: center + place(k) * along + place(row) * across,
+            normal,
+        }));
     }
 }
 
@@ -150,7 +199,11 @@ mod tests {
     fn sampled(shape: BoundaryShape, dimension: Dimension) -> Vec<Vec3> {
         let mut out = Vec::new();
         sample_shape(&shape, dimension, 0.1, &mut out);
-        out
+        assert!(
+            out.iter()
+                .all(|sample| (sample.normal.length() - 1.0).abs() < 1e-5)
+        );
+        out.into_iter().map(|sample| sample.position).collect()
     }
 
     #[test]
@@ -170,6 +223,29 @@ mod tests {
         let points = sampled(tank(true), Dimension::Three);
         assert!(points.iter().all(|x| x.y < 0.3));
         assert_eq!(points.len(), 6 * 5 * 4 - 4 * 3 * 2 - 6 * 4);
+    }
+
+    #[test]
+    fn normals_point_into_the_fluid() {
+        let mut samples = Vec::new();
+        sample_shape(&tank(false), Dimension::Three, 0.1, &mut samples);
+        let middle = Vec3::new(0.2, 0.15, 0.1);
+        assert!(
+            samples
+                .iter()
+                .all(|sample| sample.normal.dot(middle - sample.position) > 0.0)
+        );
+        samples.clear();
+        let obstacle = BoundaryShape::Box {
+            min: Vec3::ZERO,
+            max: Vec3::new(0.4, 0.3, 0.2),
+        };
+        sample_shape(&obstacle, Dimension::Three, 0.1, &mut samples);
+        assert!(
+            samples
+                .iter()
+                .all(|sample| sample.normal.dot(middle - sample.position) < 0.0)
+        );
     }
 
     #[test]

@@ -11,12 +11,15 @@ use glam::{Vec3, Vec4};
 
 use super::PressureSolve;
 use crate::{
-    column::{Accelerations, Positions, PressureAccelerations, Pressures, SENTINEL, Velocities},
+    column::{
+        Accelerations, Positions, PredictedPositions, PressureAccelerations, Pressures, Velocities,
+    },
     density::DensitySum,
     execution::Execution,
     material::Material,
-    pairs::Pairs,
+    pairs::{PairSum, Pairs, accumulate, broadcast, separation},
     scene::{Criterion, NotConverged, Pcisph},
+    simd::Simd,
     step::{Clock, Failure, FailureCause},
 };
 
@@ -32,6 +35,8 @@ pub struct PressureCorrection {
     pub parameters: Pcisph,
     /// `δ dt²` [Pa s²·m³/kg]: only dt changes δ.
     delta_dt_squared: f32,
+    /// `|Σ_j ∇W_ij|² + Σ_j |∇W_ij|²` of the lattice.
+    lattice_response: f32,
 }
 
 impl PressureCorrection {
@@ -50,13 +55,14 @@ impl PressureCorrection {
         Self {
             parameters,
             delta_dt_squared: (1.0 / (beta * (sum.length_squared() + squares))) as f32,
+            lattice_response: (sum.length_squared() + squares) as f32,
         }
     }
 }
 
-/// Predicted positions x* [m], ended by a sentinel.
+/// Factors on δ, in (0, 1].
 #[derive(Resource, Debug, Default)]
-pub struct PredictedPositions(Vec<Vec4>);
+pub struct Damping(Vec<f32>);
 
 /// Densities at the predicted positions ρ* [kg/m³].
 #[derive(Resource, Debug, Default)]
@@ -76,13 +82,14 @@ pub fn iteration() -> bevy_ecs::schedule::ScheduleConfigs<bevy_ecs::system::Sche
 /// Inserts what the method needs.
 pub fn install(world: &mut World, parameters: Pcisph, material: &Material) {
     world.insert_resource(PressureCorrection::new(parameters, material));
-    world.init_resource::<PredictedPositions>();
     world.init_resource::<PredictedDensities>();
+    world.init_resource::<Damping>();
 }
 
 /// Iterates until the density error is small enough (phase `Pressure`).
 pub fn solve_pressure(world: &mut World) {
     start(world);
+    let _ = world.run_system_cached(compute_damping);
     let parameters = world.resource::<PressureCorrection>().parameters;
     let missed = world.schedule_scope(PressureIteration, |world, iteration| {
         loop {
@@ -136,8 +143,6 @@ fn predict_positions(
 ) {
     let dt = clock.dt;
     let rows = positions.rows();
-    predicted.0.resize(rows + 1, SENTINEL);
-    predicted.0[rows] = SENTINEL;
     execution.for_each_chunk(&mut predicted.0[..rows], |first, predicted| {
         let state = positions.0[first..].iter().zip(&velocities.0[first..]);
         let forces = accelerations.0[first..]
@@ -169,6 +174,7 @@ fn update_pressure(
     mut solve: ResMut<PressureSolve>,
     predicted: Res<PredictedDensities>,
     correction: Res<PressureCorrection>,
+    damping: Res<Damping>,
     material: Res<Material>,
     clock: Res<Clock>,
     execution: Res<Execution>,
@@ -186,4 +192,80 @@ fn update_pressure(
         position.w = *pressure * inverse;
     }
     solve.measure(&predicted.0, rest_density, &execution);
+}
+
+fn compute_damping(
+    mut damping: ResMut<Damping>,
+    pairs: Pairs,
+    material: Res<Material>,
+    correction: Res<PressureCorrection>,
+) {
+    damping.0.resize(pairs.positions().rows(), 1.0);
+    let pass = DampingSum {
+        material: &material,
+        positions: &pairs.positions().0,
+        boundary: pairs.boundary_samples(),
+        boundary_mass: material.rest_density / material.particle_mass,
+        lattice_response: correction.lattice_response,
+    };
+    pairs.sum(&pass, &mut damping.0);
+}
+
+struct DampingSum<'a> {
+    material: &'a Material,
+    positions: &'a [Vec4],
+    boundary: &'a [Vec4],
+    /// ρ0/m
+    boundary_mass: f32,
+    lattice_response: f32,
+}
+
+struct DampingSums<S: Simd> {
+    own: [S::F; 3],
+    sum: [S::F; 3],
+    squares: S::F,
+}
+
+impl PairSum for DampingSum<'_> {
+    type Sums<S: Simd> = DampingSums<S>;
+    type Output = f32;
+
+    #[inline(always)]
+    fn start<S: Simd>(&self, simd: S, i: usize) -> DampingSums<S> {
+        let zero = simd.splat(0.0);
+        DampingSums {
+            own: broadcast(simd, self.positions[i]),
+            sum: [zero; 3],
+            squares: zero,
+        }
+    }
+
+    #[inline(always)]
+    fn fluid<S: Simd>(&self, simd: S, j: S::Rows, sums: &mut DampingSums<S>) {
+        let (x, distance, _) = separation(simd, sums.own, self.positions, j);
+        let slope = self.material.kernel.slope(simd, distance);
+        accumulate(simd, &mut sums.sum, slope, x);
+        sums.squares = simd.mul_add(simd.mul(slope, slope), distance, sums.squares);
+    }
+
+    #[inline(always)]
+    fn boundary<S: Simd>(&self, simd: S, b: S::Rows, sums: &mut DampingSums<S>) {
+        let (x, distance, volume) = separation(simd, sums.own, self.boundary, b);
+        let slope = self.material.kernel.slope(simd, distance);
+        accumulate(
+            simd,
+            &mut sums.sum,
+            simd.mul(simd.mul(volume, simd.splat(self.boundary_mass)), slope),
+            x,
+        );
+    }
+
+    #[inline(always)]
+    fn finish<S: Simd>(&self, simd: S, _: usize, sums: DampingSums<S>) -> f32 {
+        let [x, y, z] = sums.sum;
+        let sum = Vec3::new(simd.sum(x), simd.sum(y), simd.sum(z));
+        let factor = self.material.kernel.slope_factor;
+        let response = factor * factor * (sum.length_squared() + simd.sum(sums.squares));
+        (self.lattice_response / response.max(self.lattice_response)).min(1.0)
+    }
 }

@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 
 use bevy_ecs::prelude::*;
-use glam::Vec3;
 
 use super::{
     clock::{Clock, Failure},
@@ -14,14 +13,17 @@ use super::{
 };
 use crate::{
     boundary::{self, BoundarySamples},
-    column::{Accelerations, Densities, Positions, PressureAccelerations, Pressures, Velocities},
+    column::{
+        Accelerations, Densities, Positions, PredictedPositions, PressureAccelerations, Pressures,
+        Velocities,
+    },
     execution::Execution,
     force::{ArtificialViscosity, Cohesion, ForceScratch, LaminarViscosity},
     index::{self, FluidIndex, z_curve},
     integrate::{Domain, GuardLimits, Motion},
     material::Material,
     neighbours::{BoundaryNeighbours, FluidNeighbours},
-    particle::{self, Boundary, BoundaryVolume, Density, Position, Velocity},
+    particle::{self, Boundary, BoundaryNormal, BoundaryVolume, Density, Position, Velocity},
     pressure::{PressureSolve, pcisph, state_equation::EquationOfState},
     reorder::ReorderState,
     scene::{Neighbours, PressureMethod, Scene, SceneError, SurfaceTension, Viscosity, shapes},
@@ -161,6 +163,7 @@ fn insert_step_resources(world: &mut World, scene: &Scene, material: &Material) 
     world.init_resource::<Motion>();
     world.init_resource::<PressureSolve>();
     world.init_resource::<Positions>();
+    world.init_resource::<PredictedPositions>();
     world.init_resource::<Velocities>();
     world.init_resource::<Densities>();
     world.init_resource::<Pressures>();
@@ -172,18 +175,18 @@ fn insert_boundary(world: &mut World, scene: &Scene) {
     if scene.boundaries.is_empty() {
         return;
     }
-    let positions: Vec<Vec3> = boundary::sample(scene);
+    let sampled = boundary::sample(scene);
     let execution = world.resource::<Execution>().clone();
-    let samples = BoundarySamples::new(scene, &positions, &execution);
-    let rows: Vec<_> = samples
-        .points()
-        .iter()
-        .map(|b| (b.truncate(), b.w))
-        .collect();
-    world.spawn_batch(
-        rows.into_iter()
-            .map(|(x, volume)| (Boundary, Position(x), BoundaryVolume(volume))),
-    );
+    let samples = BoundarySamples::new(scene, &sampled, &execution);
+    let volumes: Vec<f32> = samples.points().iter().map(|sample| sample.w).collect();
+    world.spawn_batch(sampled.into_iter().zip(volumes).map(|(sample, volume)| {
+        (
+            Boundary,
+            Position(sample.position),
+            BoundaryNormal(sample.normal),
+            BoundaryVolume(volume),
+        )
+    }));
     world.insert_resource(samples);
     if scene.neighbours == Neighbours::Stored {
         world.init_resource::<BoundaryNeighbours>();

@@ -4,6 +4,7 @@ use bevy_ecs::{prelude::*, schedule::ScheduleConfigs, system::ScheduleSystem};
 
 use super::{clock, order::OrderError, phase::Phase};
 use crate::{
+    boundary::contact,
     column, density, force, index, integrate, neighbours, pressure, reorder,
     scene::{Neighbours, PressureMethod, Scene, SurfaceTension, TimeStep, Viscosity},
     time_step,
@@ -135,7 +136,7 @@ impl Stage {
         Self {
             name: "integrate",
             phase: Phase::Integrate,
-            needs: &[Density, Forces, Pressure],
+            needs: &[Index, Lists, Density, Forces, Pressure],
             makes: &[],
             spoils_all: true,
             wanted: |_| true,
@@ -145,12 +146,12 @@ impl Stage {
                     TimeStep::Fixed(_) => accept,
                     TimeStep::Cfl(_) => (accept, time_step::choose_time_step).chain(),
                 };
-                (
-                    integrate::integrate,
-                    integrate::guard,
-                    accept.run_if(clock::healthy),
-                )
-                    .chain()
+                let guard = (integrate::guard, accept.run_if(clock::healthy)).chain();
+                if scene.boundaries.is_empty() {
+                    (integrate::integrate, guard).chain()
+                } else {
+                    (integrate::integrate, contact::keep_outside, guard).chain()
+                }
             },
         },
         Self {
