@@ -1,0 +1,104 @@
+//! Obstacles: where a ray meets them, and how they are turned there.
+
+use glam::Vec3;
+
+use super::projection::{NEAREST, Ray};
+use crate::scene::Bounds;
+
+/// A solid thing in the picture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Solid {
+    /// An axis-aligned box.
+    Box(Bounds),
+    /// A ball.
+    Sphere {
+        /// Centre [m].
+        center: Vec3,
+        /// Radius [m].
+        radius: f32,
+    },
+    /// A square wall; invisible from behind, so that a wall between the eye and the fluid does not hide it.
+    Wall {
+        /// Centre [m].
+        center: Vec3,
+        /// Direction from the solid into the fluid.
+        normal: Vec3,
+        /// Half the edge of the square [m].
+        half_size: f32,
+    },
+}
+
+impl Solid {
+    /// Depth at which a ray enters [m]; infinity if it misses, or starts inside.
+    pub(super) fn hit(&self, ray: &Ray) -> f32 {
+        let depth = match *self {
+            Self::Box(bounds) => hit_box(&bounds, ray),
+            Self::Sphere { center, radius } => hit_sphere(center, radius, ray),
+            Self::Wall {
+                center,
+                normal,
+                half_size,
+            } => hit_wall(center, normal, half_size, ray),
+        };
+        if depth > NEAREST {
+            depth
+        } else {
+            f32::INFINITY
+        }
+    }
+
+    /// Unit normal at a point of the surface, outwards.
+    pub(super) fn normal(&self, at: Vec3) -> Vec3 {
+        match *self {
+            Self::Box(bounds) => {
+                let half = 0.5 * (bounds.max - bounds.min);
+                let from_centre = (at - bounds.min - half) / half.max(Vec3::splat(1e-9));
+                let largest = from_centre.abs().max_element();
+                let face = from_centre
+                    .abs()
+                    .cmpge(Vec3::splat(largest))
+                    .test(0)
+                    .then_some(Vec3::X)
+                    .or_else(|| (from_centre.y.abs() >= largest).then_some(Vec3::Y))
+                    .unwrap_or(Vec3::Z);
+                face * from_centre.dot(face).signum()
+            }
+            Self::Sphere { center, .. } => (at - center).normalize_or(Vec3::Y),
+            Self::Wall { normal, .. } => normal.normalize_or(Vec3::Y),
+        }
+    }
+}
+
+fn hit_box(bounds: &Bounds, ray: &Ray) -> f32 {
+    // Directions of zero give infinities, which compare as they should.
+    let to_min = (bounds.min - ray.origin) / ray.direction;
+    let to_max = (bounds.max - ray.origin) / ray.direction;
+    let enter = to_min.min(to_max).max_element();
+    let leave = to_min.max(to_max).min_element();
+    if enter <= leave { enter } else { f32::INFINITY }
+}
+
+fn hit_sphere(center: Vec3, radius: f32, ray: &Ray) -> f32 {
+    let to_origin = ray.origin - center;
+    let a = ray.direction.length_squared();
+    let b = to_origin.dot(ray.direction);
+    let c = to_origin.length_squared() - radius * radius;
+    let root = b * b - a * c;
+    if root < 0.0 {
+        return f32::INFINITY;
+    }
+    (-b - root.sqrt()) / a
+}
+
+fn hit_wall(center: Vec3, normal: Vec3, half_size: f32, ray: &Ray) -> f32 {
+    let normal = normal.normalize_or(Vec3::Y);
+    let towards = ray.direction.dot(normal);
+    if towards >= 0.0 {
+        return f32::INFINITY;
+    }
+    let depth = (center - ray.origin).dot(normal) / towards;
+    let (u, v) = normal.any_orthonormal_pair();
+    let from_centre = ray.at(depth) - center;
+    let inside = from_centre.dot(u).abs() <= half_size && from_centre.dot(v).abs() <= half_size;
+    if inside { depth } else { f32::INFINITY }
+}
