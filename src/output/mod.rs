@@ -1,22 +1,34 @@
 //! What a run writes: frames, series, history, summary, pictures.
+//!
+//! | file | written by | when |
+//! | --- | --- | --- |
+//! | `frame_000042.vtu`, `.ply` | [`Frame::write_vtu`], [`Frame::write_ply`] | a frame |
+//! | `frames.pvd` | [`Series`] | a frame |
+//! | `history.csv` | [`History`] | a step |
+//! | `summary.json` | [`Summary`](summary::Summary) | the end, however it comes (feature `cli`) |
+//! | `*.png` | [`picture::draw`] | a frame (feature `cli`) |
+//!
+//! Whatever is written whole is written to a temporary file first and renamed, so a run that is killed leaves
+//! complete files only. [`FIELDS`] declares once what a frame holds; both formats, both ways, go by it.
 
-use glam::Vec3;
+mod atomic;
+mod cursor;
+mod error;
+mod fields;
+mod frame;
+mod history;
+#[cfg(feature = "cli")]
+pub mod picture;
+mod ply;
+mod series;
+#[cfg(feature = "cli")]
+pub mod summary;
+mod vtu;
 
-/// The state of all fluid particles at one time: what frames and pictures are made from.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Frame {
-    /// Number of the step, 0 before the first.
-    pub step: u64,
-    /// Simulated time [s].
-    pub time: f64,
-    /// A particle's lasting number.
-    pub ids: Vec<u32>,
-    /// [m]
-    pub positions: Vec<Vec3>,
-    /// [m/s]
-    pub velocities: Vec<Vec3>,
-    /// [kg/m³]
-    pub densities: Vec<f32>,
-    /// [Pa]
-    pub pressures: Vec<f32>,
-}
+pub use error::OutputError;
+pub use fields::{FIELDS, Field};
+pub use frame::Frame;
+pub use history::History;
+pub use series::{Series, SeriesEntry};
+#[cfg(feature = "cli")]
+pub use summary::{RunTotals, Status, Summary, peak_rss_bytes};

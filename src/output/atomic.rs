@@ -1,0 +1,37 @@
+//! Files that are there whole or not at all.
+
+use std::fs::{self, File};
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use super::OutputError;
+
+/// Writes to `NAME.partial` beside `path` and renames it to `path` once complete.
+///
+/// The data is not forced to the disk: that survives a kill of the process, which is common, and not a power
+/// failure, which would cost a disk flush for every frame. The temporary name is fixed, so the next run cleans
+/// up after a killed one by overwriting.
+pub(super) fn write_atomically(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<File>) -> std::io::Result<()>,
+) -> Result<(), OutputError> {
+    let partial = partial_name(path);
+    let result = File::create(&partial)
+        .and_then(|file| {
+            let mut writer = BufWriter::with_capacity(1 << 18, file);
+            write(&mut writer)?;
+            writer.flush()
+        })
+        .and_then(|()| fs::rename(&partial, path));
+    result.map_err(|source| {
+        // The first error is the one to report; a leftover that cannot be removed does no harm.
+        let _ = fs::remove_file(&partial);
+        OutputError::io(path, source)
+    })
+}
+
+fn partial_name(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".partial");
+    PathBuf::from(name)
+}

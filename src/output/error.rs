@@ -1,0 +1,63 @@
+//! How writing and reading files fails.
+
+use std::path::{Path, PathBuf};
+
+/// Why a file could not be written or read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum OutputError {
+    /// The system refused.
+    #[error("{path}: {source}", path = .path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// The file is not what its name says, or was damaged.
+    #[error("{path}: {reason}", path = .path.display())]
+    Malformed {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// The name ends in no known format.
+    #[error("{path}: unknown format; a frame's name ends in .vtu or .ply", path = .path.display())]
+    UnknownFormat {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The columns of a frame differ in length.
+    #[error("field {field} has {found} rows, the positions have {expected}")]
+    UnequalColumns {
+        /// Name of the column.
+        field: &'static str,
+        /// Its rows.
+        found: usize,
+        /// Rows of the positions.
+        expected: usize,
+    },
+    /// More particles than the format can number.
+    #[error("{particles} particles are more than a frame file can number (2147483647)")]
+    TooManyParticles {
+        /// Particles of the frame.
+        particles: usize,
+    },
+}
+
+impl OutputError {
+    pub(super) fn io(path: &Path, source: std::io::Error) -> Self {
+        Self::Io {
+            path: path.to_owned(),
+            source,
+        }
+    }
+
+    pub(super) fn malformed(path: &Path, reason: impl Into<String>) -> Self {
+        Self::Malformed {
+            path: path.to_owned(),
+            reason: reason.into(),
+        }
+    }
+}

@@ -1,0 +1,156 @@
+//! `history.csv`: one row a step.
+
+use std::fmt::Write as _;
+use std::fs::{self, File};
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use super::OutputError;
+use super::atomic::write_atomically;
+use crate::step::{Phase, StepReport};
+
+/// Rows go to the file when so many bytes wait …
+const BUFFER_BYTES: usize = 1 << 16;
+/// … or so long after the last time, so that who watches the file sees a slow run go on.
+const BUFFER_TIME: Duration = Duration::from_secs(1);
+
+/// Columns before the phases; their names end in their SI unit where they have one.
+const COLUMNS: [&str; 11] = [
+    "step",
+    "t_s",
+    "dt_s",
+    "iterations",
+    "max_density_error",
+    "mean_density_error",
+    "kinetic_energy_J",
+    "potential_energy_J",
+    "max_speed_m_per_s",
+    "particles",
+    "mean_neighbours",
+];
+
+/// Writes `history.csv`: a row a step, wall time of the phases in milliseconds (`rebuild_index_ms`, …).
+///
+/// Only whole rows ever go to the file: what an interruption leaves is valid. Rows that wait are written by
+/// [`flush`](Self::flush) or when the history is dropped.
+#[derive(Debug)]
+pub struct History {
+    path: PathBuf,
+    file: File,
+    waiting: String,
+    written_at: Instant,
+}
+
+impl History {
+    /// Starts a history, over an older one if there is one.
+    ///
+    /// # Errors
+    /// When the system refuses.
+    pub fn create(path: &Path) -> Result<Self, OutputError> {
+        Self::start(path, &header())
+    }
+
+    /// Goes on with the history of a run that resumes after a step: the rows up to that step stay. A missing
+    /// file, or one with other columns, is started afresh.
+    ///
+    /// # Errors
+    /// When the system refuses.
+    pub fn resume(path: &Path, after_step: u64) -> Result<Self, OutputError> {
+        let old = match fs::read_to_string(path) {
+            Ok(old) => old,
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => String::new(),
+            Err(e) => return Err(OutputError::io(path, e)),
+        };
+        let mut kept = header();
+        if let Some(rows) = old.strip_prefix(&header()) {
+            rows.split_inclusive('\n')
+                .filter(|row| row.ends_with('\n'))
+                .take_while(|row| step_of(row).is_some_and(|step| step <= after_step))
+                .for_each(|row| kept.push_str(row));
+        }
+        Self::start(path, &kept)
+    }
+
+    fn start(path: &Path, text: &str) -> Result<Self, OutputError> {
+        write_atomically(path, |out| out.write_all(text.as_bytes()))?;
+        let file = File::options()
+            .append(true)
+            .open(path)
+            .map_err(|source| OutputError::io(path, source))?;
+        Ok(Self {
+            path: path.to_owned(),
+            file,
+            waiting: String::new(),
+            written_at: Instant::now(),
+        })
+    }
+
+    /// Adds the row of a step.
+    ///
+    /// # Errors
+    /// When the system refuses to take the rows that wait.
+    pub fn push(&mut self, report: &StepReport) -> Result<(), OutputError> {
+        push_row(&mut self.waiting, report);
+        if self.waiting.len() >= BUFFER_BYTES || self.written_at.elapsed() >= BUFFER_TIME {
+            self.flush()?;
+        }
+        Ok(())
+    }
+
+    /// Writes the rows that wait.
+    ///
+    /// # Errors
+    /// When the system refuses.
+    pub fn flush(&mut self) -> Result<(), OutputError> {
+        let result = self.file.write_all(self.waiting.as_bytes());
+        self.waiting.clear();
+        self.written_at = Instant::now();
+        result.map_err(|source| OutputError::io(&self.path, source))
+    }
+}
+
+impl Drop for History {
+    fn drop(&mut self) {
+        // There is no one to tell; who wants to know calls `flush`.
+        let _ = self.flush();
+    }
+}
+
+fn header() -> String {
+    let mut header = COLUMNS.join(",");
+    for phase in Phase::ALL {
+        header.push(',');
+        header.push_str(phase.name());
+        header.push_str("_ms");
+    }
+    header.push('\n');
+    header
+}
+
+fn push_row(text: &mut String, r: &StepReport) {
+    // Writing to a String cannot fail.
+    let _ = write!(
+        text,
+        "{},{},{:e},{},{:e},{:e},{:e},{:e},{},{},{}",
+        r.step,
+        r.time,
+        r.dt,
+        r.iterations,
+        r.max_density_error,
+        r.mean_density_error,
+        r.kinetic_energy,
+        r.potential_energy,
+        r.max_speed,
+        r.particles,
+        r.mean_neighbours,
+    );
+    for seconds in r.phase_seconds {
+        let _ = write!(text, ",{:.4}", seconds * 1e3);
+    }
+    text.push('\n');
+}
+
+fn step_of(row: &str) -> Option<u64> {
+    row.split(',').next()?.parse().ok()
+}

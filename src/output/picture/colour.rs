@@ -1,0 +1,77 @@
+//! Colours: linear light while drawing, sRGB in the file, OKLab to choose them in.
+
+use glam::{Vec3, vec3};
+
+/// Lightness, chroma and hue [°] of the speed colours in OKLCh, evenly spaced. Lightness grows evenly, so equal
+/// steps of speed look equal, in print without colour too; from deep water to foam.
+const SPEED_STOPS: [[f32; 3]; 6] = [
+    [0.47, 0.140, 257.0],
+    [0.57, 0.145, 252.0],
+    [0.66, 0.130, 246.0],
+    [0.77, 0.100, 237.0],
+    [0.88, 0.058, 225.0],
+    [0.985, 0.010, 215.0],
+];
+
+/// Colours of speed as linear light, from the slow to the fast end of the range.
+pub(super) struct SpeedColours([Vec3; 256]);
+
+impl SpeedColours {
+    pub(super) fn new() -> Self {
+        Self(std::array::from_fn(|i| {
+            let at = i as f32 / 255.0 * (SPEED_STOPS.len() - 1) as f32;
+            let stop = (at as usize).min(SPEED_STOPS.len() - 2);
+            let [from, to] = [SPEED_STOPS[stop], SPEED_STOPS[stop + 1]].map(from_oklch);
+            from_oklab(from.lerp(to, at - stop as f32))
+        }))
+    }
+
+    /// Colour at a place of the range, 0 to 1.
+    pub(super) fn at(&self, place: f32) -> Vec3 {
+        // A place that is not a number becomes 0.
+        self.0[(place.clamp(0.0, 1.0) * 255.0 + 0.5) as usize]
+    }
+}
+
+fn from_oklch([lightness, chroma, hue]: [f32; 3]) -> Vec3 {
+    let (sin, cos) = hue.to_radians().sin_cos();
+    vec3(lightness, chroma * cos, chroma * sin)
+}
+
+/// Linear sRGB from OKLab (B. Ottosson, "A perceptual color space for image processing", 2020).
+fn from_oklab(lab: Vec3) -> Vec3 {
+    let l = (lab.x + 0.396_337_78 * lab.y + 0.215_803_76 * lab.z).powi(3);
+    let m = (lab.x - 0.105_561_346 * lab.y - 0.063_854_17 * lab.z).powi(3);
+    let s = (lab.x - 0.089_484_18 * lab.y - 1.291_485_5 * lab.z).powi(3);
+    let rgb = vec3(
+        4.076_741_7 * l - 3.307_711_6 * m + 0.230_969_94 * s,
+        -1.268_438 * l + 2.609_757_4 * m - 0.341_319_38 * s,
+        -0.004_196_086_3 * l - 0.703_418_6 * m + 1.707_614_7 * s,
+    );
+    rgb.clamp(Vec3::ZERO, Vec3::ONE)
+}
+
+/// Linear light of an sRGB colour.
+pub(super) fn linear(srgb: [u8; 3]) -> Vec3 {
+    Vec3::from(srgb.map(|value| {
+        let value = f32::from(value) / 255.0;
+        if value <= 0.040_45 {
+            value / 12.92
+        } else {
+            ((value + 0.055) / 1.055).powf(2.4)
+        }
+    }))
+}
+
+/// The sRGB colour of linear light.
+pub(super) fn srgb(linear: Vec3) -> [u8; 3] {
+    linear.to_array().map(|value| {
+        let value = value.clamp(0.0, 1.0);
+        let encoded = if value <= 0.003_130_8 {
+            12.92 * value
+        } else {
+            1.055 * value.powf(1.0 / 2.4) - 0.055
+        };
+        (encoded * 255.0 + 0.5) as u8
+    })
+}

@@ -1,0 +1,62 @@
+//! Time and colour bar, in the corners below.
+
+use glam::vec2;
+
+use super::canvas::Canvas;
+use super::colour::{SpeedColours, linear};
+use super::text;
+use super::view::View;
+use crate::output::Frame;
+
+/// Writes the time on the left and the colours of the speeds on the right.
+pub(super) fn draw(canvas: &mut Canvas, frame: &Frame, view: &View) {
+    if !view.legend {
+        return;
+    }
+    let (width, height) = (canvas.width as f32, canvas.height as f32);
+    let letter = (height / 36.0).max(8.0);
+    let margin = 1.6 * letter;
+    let ink = linear([52, 62, 74]);
+    let base = height - margin - letter;
+
+    let time = format!("t = {:.3} s", frame.time);
+    text::write(canvas, &time, vec2(margin, base), letter, ink);
+
+    let (low, high) = view.speed_range;
+    let [low, high] = [low, high].map(number);
+    let unit = format!("{high} m/s");
+    let right = width - margin - text::width(&unit, letter);
+    text::write(canvas, &unit, vec2(right, base), letter, ink);
+    let bar = (0.2 * width).min(right - margin).max(1.0);
+    let bar_right = right - 0.7 * letter;
+    let bar_left = bar_right - bar;
+    let low_left = bar_left - 0.7 * letter - text::width(&low, letter);
+    text::write(canvas, &low, vec2(low_left, base), letter, ink);
+
+    let colours = SpeedColours::new();
+    let columns = bar_left.max(0.0) as usize..bar_right.max(0.0) as usize;
+    let rows = base as usize..(base + letter + 0.5) as usize;
+    for x in columns.clone() {
+        let colour = colours.at((x as f32 + 0.5 - bar_left) / bar);
+        rows.clone().for_each(|y| canvas.blend(x, y, colour, 1.0));
+    }
+    // A thin frame keeps the white end from running into the background.
+    let [left, right] = [columns.start, columns.end].map(|x| x as f32);
+    let [top, bottom] = [rows.start, rows.end].map(|y| y as f32);
+    let corners = [
+        vec2(left, top),
+        vec2(right, top),
+        vec2(right, bottom),
+        vec2(left, bottom),
+    ];
+    for i in 0..4 {
+        let ends = [corners[i], corners[(i + 1) % 4]];
+        canvas.line(ends, 0.5, ink, |_, _, _| 0.6);
+    }
+}
+
+/// A number with at most two decimals and no zeros that say nothing.
+fn number(value: f32) -> String {
+    let text = format!("{value:.2}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}

@@ -1,0 +1,272 @@
+//! The nearest surface of every sample: spheres, solids, the floor.
+
+use std::ops::Range;
+
+use glam::{Vec2, Vec3, vec2};
+use rayon::prelude::*;
+
+use super::projection::{Projection, Ray};
+use super::solid::Solid;
+
+/// Rows of samples that are drawn by one task.
+const BAND: usize = 16;
+/// A sphere is drawn at least this large [samples], so that far particles do not fall between samples.
+const SMALLEST_RADIUS: f32 = 0.75;
+
+/// [`Layer::surface`] where there is nothing.
+pub(super) const NOTHING: u32 = u32::MAX;
+/// [`Layer::surface`] of the floor.
+pub(super) const FLOOR: u32 = u32::MAX - 1;
+/// [`Layer::surface`] of the first solid; the others count down from it. What is below is the row of a particle.
+const FIRST_SOLID: u32 = u32::MAX - 2;
+/// More are not drawn.
+const MAX_SOLIDS: usize = 1 << 16;
+
+/// Particles to draw.
+pub(super) struct Spheres<'a> {
+    /// Centres [m].
+    pub(super) positions: &'a [Vec3],
+    /// Radius of all [m].
+    pub(super) radius: f32,
+}
+
+/// A sphere on the picture.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Splat {
+    pub(super) at: Vec2,
+    /// [samples]; 0 if it is not on the picture.
+    pub(super) radius: f32,
+    /// Depth of the centre [m].
+    depth: f32,
+}
+
+/// What is nearest to the eye, for every sample, rows from the top.
+pub(super) struct Layer {
+    pub(super) width: usize,
+    pub(super) height: usize,
+    /// [m]; infinity where there is nothing.
+    pub(super) depth: Vec<f32>,
+    /// Row of a particle, [`FLOOR`], [`NOTHING`], or a solid (see [`Layer::solid`]).
+    pub(super) surface: Vec<u32>,
+    /// One a particle.
+    pub(super) splats: Vec<Splat>,
+}
+
+impl Layer {
+    pub(super) fn draw(
+        projection: &Projection,
+        (width, height): (usize, usize),
+        spheres: &Spheres<'_>,
+        solids: &[Solid],
+        floor: Option<f32>,
+    ) -> Self {
+        let splats: Vec<Splat> = spheres
+            .positions
+            .par_iter()
+            .map(|&centre| splat(projection, (width, height), centre, spheres.radius))
+            .collect();
+        let bands = Bands::new(&splats, height);
+        let windows: Vec<Window> = solids
+            .iter()
+            .take(MAX_SOLIDS)
+            .map(|solid| Window::new(projection, solid, width, height))
+            .collect();
+
+        let mut depth = vec![f32::INFINITY; width * height];
+        let mut surface = vec![NOTHING; width * height];
+        let samples = (
+            depth.par_chunks_mut(BAND * width),
+            surface.par_chunks_mut(BAND * width),
+        );
+        samples
+            .into_par_iter()
+            .enumerate()
+            .for_each(|(band, (depth, surface))| {
+                let mut target = Target {
+                    first_row: band * BAND,
+                    width,
+                    depth,
+                    surface,
+                };
+                if let Some(height) = floor {
+                    target.floor(projection, height);
+                }
+                for (k, (solid, window)) in solids.iter().zip(&windows).enumerate() {
+                    target.solid(projection, solid, window, FIRST_SOLID - k as u32);
+                }
+                for &row in bands.rows(band) {
+                    target.sphere(&splats[row as usize], row, spheres.radius);
+                }
+            });
+        Self {
+            width,
+            height,
+            depth,
+            surface,
+            splats,
+        }
+    }
+
+    /// The solid a surface belongs to, if it is one.
+    pub(super) fn solid(surface: u32) -> Option<usize> {
+        (surface > FIRST_SOLID - MAX_SOLIDS as u32 && surface <= FIRST_SOLID)
+            .then(|| (FIRST_SOLID - surface) as usize)
+    }
+}
+
+fn splat(
+    projection: &Projection,
+    (width, height): (usize, usize),
+    centre: Vec3,
+    radius: f32,
+) -> Splat {
+    let projected = projection.project(centre);
+    let r = (radius * projected.scale).max(SMALLEST_RADIUS);
+    let at = projected.at;
+    let on_picture = projection.sees(projected.depth - radius)
+        && at.x + r > 0.0
+        && at.y + r > 0.0
+        && at.x - r < width as f32
+        && at.y - r < height as f32;
+    Splat {
+        at,
+        radius: if on_picture { r } else { 0.0 },
+        depth: projected.depth,
+    }
+}
+
+/// The particles that touch each band of rows, in the order of their rows.
+struct Bands {
+    starts: Vec<usize>,
+    rows: Vec<u32>,
+}
+
+impl Bands {
+    fn new(splats: &[Splat], height: usize) -> Self {
+        let bands = height.div_ceil(BAND);
+        let touched = |splat: &Splat| {
+            // A negative number becomes 0.
+            let first = (splat.at.y - splat.radius) as usize / BAND;
+            let last = (splat.at.y + splat.radius) as usize / BAND;
+            first..(last + 1).min(bands)
+        };
+        let drawn = || splats.iter().enumerate().filter(|(_, s)| s.radius > 0.0);
+
+        let mut starts = vec![0; bands + 1];
+        for (_, splat) in drawn() {
+            touched(splat).for_each(|band| starts[band + 1] += 1);
+        }
+        for band in 0..bands {
+            starts[band + 1] += starts[band];
+        }
+        let mut next = starts.clone();
+        let mut rows = vec![0; starts[bands]];
+        for (row, splat) in drawn() {
+            for band in touched(splat) {
+                rows[next[band]] = row as u32;
+                next[band] += 1;
+            }
+        }
+        Self { starts, rows }
+    }
+
+    fn rows(&self, band: usize) -> &[u32] {
+        &self.rows[self.starts[band]..self.starts[band + 1]]
+    }
+}
+
+/// The samples that may see a solid.
+struct Window {
+    columns: Range<usize>,
+    rows: Range<usize>,
+}
+
+impl Window {
+    fn new(projection: &Projection, solid: &Solid, width: usize, height: usize) -> Self {
+        let corners = solid.corners().map(|corner| projection.project(corner));
+        let mut window = Self {
+            columns: 0..width,
+            rows: 0..height,
+        };
+        // With a corner behind the eye there is no saying where the rest appears.
+        if corners.iter().all(|corner| projection.sees(corner.depth)) {
+            let (mut low, mut high) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
+            for corner in corners {
+                low = low.min(corner.at);
+                high = high.max(corner.at);
+            }
+            // Negative numbers become 0.
+            window.columns = low.x as usize..(high.x.ceil() as usize).min(width);
+            window.rows = low.y as usize..(high.y.ceil() as usize).min(height);
+        }
+        window
+    }
+}
+
+/// A band of rows being drawn.
+struct Target<'a> {
+    first_row: usize,
+    width: usize,
+    depth: &'a mut [f32],
+    surface: &'a mut [u32],
+}
+
+impl Target<'_> {
+    fn ray(&self, projection: &Projection, x: usize, y: usize) -> Ray {
+        let y = self.first_row + y;
+        projection.ray(vec2(x as f32 + 0.5, y as f32 + 0.5))
+    }
+
+    fn floor(&mut self, projection: &Projection, height: f32) {
+        for i in 0..self.depth.len() {
+            let ray = self.ray(projection, i % self.width, i / self.width);
+            let depth = (height - ray.origin.y) / ray.direction.y;
+            if ray.direction.y < 0.0 && projection.sees(depth) {
+                self.depth[i] = depth;
+                self.surface[i] = FLOOR;
+            }
+        }
+    }
+
+    /// Casts a ray through every sample that may see the solid.
+    fn solid(&mut self, projection: &Projection, solid: &Solid, window: &Window, surface: u32) {
+        let rows = self.depth.len() / self.width;
+        let first = window.rows.start.saturating_sub(self.first_row);
+        let end = window.rows.end.saturating_sub(self.first_row).min(rows);
+        for y in first..end {
+            for x in window.columns.clone() {
+                let depth = solid.hit(&self.ray(projection, x, y));
+                let i = y * self.width + x;
+                if depth < self.depth[i] {
+                    self.depth[i] = depth;
+                    self.surface[i] = surface;
+                }
+            }
+        }
+    }
+
+    /// Draws the front of a sphere. In perspective its outline is taken for a circle, which small ones nearly are.
+    fn sphere(&mut self, splat: &Splat, row: u32, radius: f32) {
+        let rows = self.depth.len() / self.width;
+        let r2 = splat.radius * splat.radius;
+        let top = splat.at.y - self.first_row as f32;
+        let first = (top - splat.radius - 0.5).ceil().max(0.0) as usize;
+        let end = ((top + splat.radius + 0.5).max(0.0) as usize).min(rows);
+        for y in first..end {
+            let dy = y as f32 + 0.5 - top;
+            let half = (r2 - dy * dy).max(0.0).sqrt();
+            let left = (splat.at.x - half - 0.5).ceil().max(0.0) as usize;
+            let right = ((splat.at.x + half + 0.5).max(0.0) as usize).min(self.width);
+            for x in left..right {
+                let dx = x as f32 + 0.5 - splat.at.x;
+                let bulge = (1.0 - (dx * dx + dy * dy) / r2).max(0.0).sqrt();
+                let depth = splat.depth - radius * bulge;
+                let i = y * self.width + x;
+                if depth < self.depth[i] {
+                    self.depth[i] = depth;
+                    self.surface[i] = row;
+                }
+            }
+        }
+    }
+}

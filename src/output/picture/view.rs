@@ -1,0 +1,308 @@
+//! What a picture shows, and from where.
+
+use glam::{Vec2, Vec3, vec2, vec3};
+
+use super::projection::Projection;
+use super::solid::{Solid, around, corners};
+use crate::scene::shapes::wall_axes;
+use crate::scene::{BoundaryShape, Bounds, Camera, Dimension, Scene, Shape};
+
+/// Direction from which an unset camera looks at the scene: from the front, a little from the right and above.
+const DEFAULT_DIRECTION: Vec3 = vec3(0.40, 0.38, 1.0);
+/// Vertical angle of view of an unset camera [°].
+const DEFAULT_FIELD_OF_VIEW: f32 = 26.0;
+/// Part of the picture, in the units −1 to 1 from edge to edge, that an unset camera fills: left, right, bottom, top.
+const FILLED: [f32; 4] = [-0.93, 0.93, -0.80, 0.90];
+/// Samples along an edge of the light's layer.
+const SHADOW_SIZE: usize = 1024;
+
+/// What a picture shows, and from where. The same view for all frames of a series makes them comparable.
+#[derive(Debug, Clone, PartialEq)]
+pub struct View {
+    /// Width [pixels].
+    pub width: u32,
+    /// Height [pixels].
+    pub height: u32,
+    /// 2-D scenes are seen as a plane; the camera has no say then.
+    pub dimension: Dimension,
+    /// The camera; if absent, one that fills the picture with [`bounds`](Self::bounds).
+    pub camera: Option<Camera>,
+    /// What should be in the picture.
+    pub bounds: Bounds,
+    /// Radius of a particle as drawn [m].
+    pub particle_radius: f32,
+    /// Speeds at the ends of the colours [m/s].
+    pub speed_range: (f32, f32),
+    /// Height of the floor [m]; none if absent.
+    pub floor: Option<f32>,
+    /// Edges of tanks and walls: ends of lines [m].
+    pub edges: Vec<[Vec3; 2]>,
+    /// Obstacles.
+    pub solids: Vec<Solid>,
+    /// Whether time and colour bar are written.
+    pub legend: bool,
+}
+
+impl View {
+    /// A view of 960 × 540 pixels of all bodies and boundaries of a scene, by the scene's camera if it has one.
+    ///
+    /// The colours reach to the speed of a free fall through the height of the scene (and that of the bodies at
+    /// the start on top), which few particles pass.
+    pub fn from_scene(scene: &Scene) -> Self {
+        let flat = scene.dimension == Dimension::Two;
+        let mut view = Self {
+            width: 960,
+            height: 540,
+            dimension: scene.dimension,
+            camera: scene.output.camera,
+            bounds: Bounds {
+                min: Vec3::INFINITY,
+                max: Vec3::NEG_INFINITY,
+            },
+            particle_radius: scene.spacing * if flat { 0.58 } else { 0.60 },
+            speed_range: (0.0, 1.0),
+            floor: None,
+            edges: Vec::new(),
+            solids: Vec::new(),
+            legend: true,
+        };
+        for body in &scene.bodies {
+            view.include(shape_bounds(&body.shape));
+        }
+        let fluid = view.bounds;
+        for boundary in &scene.boundaries {
+            view.add_boundary(boundary, flat, scene.spacing);
+        }
+        if !(view.bounds.min.is_finite() && view.bounds.max.is_finite()) {
+            view.bounds = Bounds {
+                min: Vec3::splat(-0.5),
+                max: Vec3::splat(0.5),
+            };
+        }
+        if flat {
+            (view.bounds.min.z, view.bounds.max.z) = (0.0, 0.0);
+        } else if scene.gravity.y < 0.0 {
+            let bottoms = scene
+                .boundaries
+                .iter()
+                .filter_map(|boundary| match boundary {
+                    BoundaryShape::Tank { min, .. } => Some(min.y),
+                    _ => None,
+                });
+            view.floor = bottoms.reduce(f32::min);
+        }
+        let drop = (fluid.max.y - view.bounds.min.y).max(0.0);
+        let start = scene.bodies.iter().map(|body| body.velocity.length());
+        let fastest = (2.0 * scene.gravity.length() * drop).sqrt() + start.fold(0.0, f32::max);
+        if fastest.is_finite() && fastest > 0.0 {
+            view.speed_range.1 = round_up(fastest);
+        }
+        view
+    }
+
+    /// The same view in another size [pixels].
+    pub fn with_size(mut self, width: u32, height: u32) -> Self {
+        (self.width, self.height) = (width, height);
+        self
+    }
+
+    /// The same view with other speeds [m/s] at the ends of the colours.
+    pub fn with_speed_range(mut self, low: f32, high: f32) -> Self {
+        self.speed_range = (low, high);
+        self
+    }
+
+    fn include(&mut self, bounds: Bounds) {
+        self.bounds.min = self.bounds.min.min(bounds.min);
+        self.bounds.max = self.bounds.max.max(bounds.max);
+    }
+
+    fn add_boundary(&mut self, boundary: &BoundaryShape, flat: bool, spacing: f32) {
+        match *boundary {
+            BoundaryShape::Tank {
+                mut min, mut max, ..
+            } => {
+                if flat {
+                    (min.z, max.z) = (0.0, 0.0);
+                }
+                self.include(Bounds { min, max });
+                self.edges.extend(edges(&Bounds { min, max }));
+            }
+            BoundaryShape::Box { mut min, mut max } => {
+                self.include(Bounds { min, max });
+                if flat {
+                    // Give it the thickness of a particle, or there is no face to see.
+                    (min.z, max.z) = (-0.5 * spacing, 0.5 * spacing);
+                }
+                self.solids.push(Solid::Box(Bounds { min, max }));
+            }
+            BoundaryShape::Sphere { center, radius } => {
+                self.include(around(center, Vec3::splat(radius)));
+                self.solids.push(Solid::Sphere { center, radius });
+            }
+            BoundaryShape::Plane {
+                center,
+                normal,
+                half_size,
+            } => {
+                let normal = normal.normalize_or(Vec3::Y);
+                let (u, v) = wall_axes(normal, self.dimension);
+                let (u, v) = (half_size * u, half_size * v);
+                if flat {
+                    self.include(around(center, u.abs()));
+                    self.edges.push([center - u, center + u]);
+                    return;
+                }
+                let corners = [u + v, v - u, -u - v, u - v].map(|at| center + at);
+                for i in 0..4 {
+                    self.include(around(corners[i], Vec3::ZERO));
+                    self.edges.push([corners[i], corners[(i + 1) % 4]]);
+                }
+                self.solids.push(Solid::Wall {
+                    center,
+                    normal,
+                    half_edges: [u, v],
+                });
+            }
+        }
+    }
+
+    pub(super) fn is_flat(&self) -> bool {
+        self.dimension == Dimension::Two
+    }
+
+    pub(super) fn size(&self) -> (usize, usize) {
+        (self.width.max(1) as usize, self.height.max(1) as usize)
+    }
+
+    /// Where in the colours a speed lies: 0 to 1 within the range.
+    pub(super) fn place_of_speed(&self, speed: f32) -> f32 {
+        let (low, high) = self.speed_range;
+        (speed - low) / (high - low).max(f32::MIN_POSITIVE)
+    }
+
+    /// Towards the key light: from the left, above and before the scene.
+    pub(super) fn light(&self) -> Vec3 {
+        vec3(-0.45, 1.0, 0.40).normalize()
+    }
+
+    /// How far the floor has gone over into the background, 0 to 1.
+    pub(super) fn distance_haze(&self, at: Vec3) -> f32 {
+        let size = self.bounds.max - self.bounds.min;
+        let beyond = (at - at.clamp(self.bounds.min, self.bounds.max)).length();
+        let t = (beyond / (0.55 * size.max_element()).max(1e-6)).min(1.0);
+        t * t * (3.0 - 2.0 * t)
+    }
+
+    pub(super) fn projection(&self) -> Projection {
+        let (width, height) = self.size();
+        let size = vec2(width as f32, height as f32);
+        if self.is_flat() {
+            return self.flat_projection(size);
+        }
+        let camera = self.camera.unwrap_or_else(|| self.fitting_camera(size));
+        let half_angle = 0.5 * camera.field_of_view.clamp(1.0, 170.0).to_radians();
+        Projection::new(
+            camera.position,
+            camera.target - camera.position,
+            true,
+            0.5 * size.y / half_angle.tan(),
+            0.5 * size,
+        )
+    }
+
+    fn flat_projection(&self, size: Vec2) -> Projection {
+        let [left, right, bottom, top] = FILLED;
+        let shown = (self.bounds.max - self.bounds.min).truncate();
+        let shown = shown.max(Vec2::splat(2.0 * self.particle_radius));
+        let room = 0.5 * size * vec2(right - left, top - bottom);
+        let centre = 0.5 * size * vec2(1.0 + 0.5 * (left + right), 1.0 - 0.5 * (bottom + top));
+        let eye = 0.5 * (self.bounds.min + self.bounds.max) + Vec3::Z;
+        Projection::new(
+            eye,
+            Vec3::NEG_Z,
+            false,
+            (room / shown).min_element(),
+            centre,
+        )
+    }
+
+    /// A camera that fills the picture with the bounds: moved until all corners are where they should be.
+    fn fitting_camera(&self, size: Vec2) -> Camera {
+        let [left, right, bottom, top] = FILLED;
+        let tan = (0.5 * DEFAULT_FIELD_OF_VIEW.to_radians()).tan();
+        let direction = DEFAULT_DIRECTION.normalize();
+        let mut target = 0.5 * (self.bounds.min + self.bounds.max);
+        let diagonal = (self.bounds.max - self.bounds.min).length();
+        let mut distance = diagonal.max(self.particle_radius) / tan;
+        // The fit of the last round is off by what the round moved; it shrinks tenfold a round.
+        for _ in 0..12 {
+            let view = Projection::new(
+                target + distance * direction,
+                -direction,
+                true,
+                1.0 / tan,
+                Vec2::ZERO,
+            );
+            let wide = vec2(size.y / size.x, 1.0);
+            let points = corners(&self.bounds).map(|corner| view.project(corner).at * wide);
+            let low = points.into_iter().reduce(Vec2::min).unwrap_or_default();
+            let high = points.into_iter().reduce(Vec2::max).unwrap_or_default();
+            let wanted = vec2(0.5 * (left + right), -0.5 * (bottom + top));
+            let shift = (0.5 * (low + high) - wanted) / wide * tan * distance;
+            target += view.direction(shift.x, shift.y, 0.0);
+            let excess = (high - low) / vec2(right - left, top - bottom);
+            let factor = excess.max_element();
+            if !(factor.is_finite() && factor > 0.0) {
+                break;
+            }
+            distance *= factor.clamp(0.5, 2.0);
+        }
+        Camera {
+            position: target + distance * direction,
+            target,
+            field_of_view: DEFAULT_FIELD_OF_VIEW,
+        }
+    }
+
+    /// A parallel projection from the light on all that is shown; none in 2-D.
+    pub(super) fn shadow_projection(&self) -> Option<(Projection, usize)> {
+        if self.is_flat() {
+            return None;
+        }
+        let centre = 0.5 * (self.bounds.min + self.bounds.max);
+        let radius = 0.55 * (self.bounds.max - self.bounds.min).length();
+        let half = 0.5 * SHADOW_SIZE as f32;
+        let scale = half / radius.max(self.particle_radius);
+        let light = self.light();
+        let eye = centre + 2.0 * radius * light;
+        let projection = Projection::new(eye, -light, false, scale, Vec2::splat(half));
+        Some((projection, SHADOW_SIZE))
+    }
+}
+
+fn edges(bounds: &Bounds) -> impl Iterator<Item = [Vec3; 2]> {
+    let corners = corners(bounds);
+    let pairs = (0..8).flat_map(|i| [1, 2, 4].map(|bit| (i, i | bit)));
+    let ends = pairs.map(move |(i, j)| [corners[i], corners[j]]);
+    ends.filter(|[from, to]| from != to)
+}
+
+fn shape_bounds(shape: &Shape) -> Bounds {
+    match *shape {
+        Shape::Box { min, max } => Bounds { min, max },
+        Shape::Sphere { center, radius } => around(center, Vec3::splat(radius)),
+        Shape::Cylinder { start, end, radius } => Bounds {
+            min: start.min(end) - radius,
+            max: start.max(end) + radius,
+        },
+    }
+}
+
+/// The next of 1, 1.5, 2, 3, 4, 5, 6, 8, 10 times a power of ten.
+fn round_up(value: f32) -> f32 {
+    let power = 10f32.powf(value.log10().floor());
+    let steps = [1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0];
+    let step = steps.into_iter().find(|step| step * power >= value);
+    step.unwrap_or(10.0) * power
+}

@@ -1,0 +1,166 @@
+//! `summary.json`: what a run was and how it went.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::Write as _;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::OutputError;
+use super::atomic::write_atomically;
+use crate::step::{Phase, StepReport};
+
+/// Number of the layout of `summary.json`, raised when a field changes its meaning or leaves.
+pub const OUTPUT_VERSION: u32 = 1;
+
+/// How a run ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Status {
+    /// It reached its end.
+    #[default]
+    Done,
+    /// It was told to stop.
+    Interrupted,
+    /// A step failed.
+    Failed,
+}
+
+/// What `summary.json` holds.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Summary {
+    /// [`OUTPUT_VERSION`] of the writer.
+    pub output_version: u32,
+    /// Name of the scene.
+    pub scene: String,
+    /// How the run ended.
+    pub status: Status,
+    /// Why the run failed, if it did.
+    pub failure: Option<String>,
+    /// Fluid particles at the end.
+    pub particles: usize,
+    /// Boundary particles.
+    pub boundary_particles: usize,
+    /// Threads of the data-parallel loops.
+    pub threads: usize,
+    /// Which SIMD path ran.
+    pub instruction_set: String,
+    /// Steps of this run.
+    pub steps: u64,
+    /// Frames written.
+    pub frames: u64,
+    /// Simulated time at the end [s].
+    pub simulated_s: f64,
+    /// Wall time of the run, output included [s].
+    pub wall_s: f64,
+    /// Wall time of all phases, mean over the steps [ms].
+    pub ms_per_step: f64,
+    /// Wall time of each phase, mean over the steps [ms].
+    pub ms_per_phase: BTreeMap<String, f64>,
+    /// Pressure iterations, mean over the steps [-].
+    pub mean_iterations: f64,
+    /// Largest density error of all steps [-].
+    pub max_density_error: f32,
+    /// Mean density error, mean over the steps [-].
+    pub mean_density_error: f64,
+    /// Most memory the process held at any time [bytes]; none where the system does not tell.
+    pub peak_rss_bytes: Option<u64>,
+}
+
+impl Summary {
+    /// Writes the summary, atomically.
+    ///
+    /// # Errors
+    /// When the system refuses.
+    pub fn write(&self, path: &Path) -> Result<(), OutputError> {
+        write_atomically(path, |out| {
+            serde_json::to_writer_pretty(&mut *out, self)?;
+            out.write_all(b"\n")
+        })
+    }
+
+    /// Reads a summary.
+    ///
+    /// # Errors
+    /// When the file cannot be read or is no summary of this version.
+    pub fn read(path: &Path) -> Result<Self, OutputError> {
+        let bytes = fs::read(path).map_err(|source| OutputError::io(path, source))?;
+        let summary: Self = serde_json::from_slice(&bytes)
+            .map_err(|e| OutputError::malformed(path, e.to_string()))?;
+        if summary.output_version != OUTPUT_VERSION {
+            return Err(OutputError::malformed(
+                path,
+                format!(
+                    "output version {}, this program reads {OUTPUT_VERSION}",
+                    summary.output_version
+                ),
+            ));
+        }
+        Ok(summary)
+    }
+}
+
+/// Sums over the steps of a run, from which its summary takes the means.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct RunTotals {
+    steps: u64,
+    iterations: u64,
+    time: f64,
+    particles: usize,
+    max_density_error: f32,
+    mean_density_error: f64,
+    phase_seconds: [f64; Phase::ALL.len()],
+}
+
+impl RunTotals {
+    /// Adds a step.
+    pub fn add(&mut self, report: &StepReport) {
+        self.steps += 1;
+        self.iterations += u64::from(report.iterations);
+        self.time = report.time;
+        self.particles = report.particles;
+        self.max_density_error = self.max_density_error.max(report.max_density_error);
+        self.mean_density_error += f64::from(report.mean_density_error);
+        for (sum, seconds) in self.phase_seconds.iter_mut().zip(report.phase_seconds) {
+            *sum += seconds;
+        }
+    }
+
+    /// Steps added.
+    pub fn steps(&self) -> u64 {
+        self.steps
+    }
+
+    /// A summary with what follows from the steps filled in, and [`peak_rss_bytes`]. The caller fills in the
+    /// rest: `Summary { scene, threads, …, ..totals.summary() }`.
+    pub fn summary(&self) -> Summary {
+        let mean = |sum: f64| sum / self.steps.max(1) as f64;
+        let phases = Phase::ALL.iter().zip(self.phase_seconds);
+        Summary {
+            output_version: OUTPUT_VERSION,
+            particles: self.particles,
+            steps: self.steps,
+            simulated_s: self.time,
+            ms_per_step: 1e3 * mean(self.phase_seconds.iter().sum()),
+            ms_per_phase: phases
+                .map(|(phase, seconds)| (phase.name().to_owned(), 1e3 * mean(seconds)))
+                .collect(),
+            mean_iterations: mean(self.iterations as f64),
+            max_density_error: self.max_density_error,
+            mean_density_error: mean(self.mean_density_error),
+            peak_rss_bytes: peak_rss_bytes(),
+            ..Summary::default()
+        }
+    }
+}
+
+/// Most memory this process held at any time [bytes], where the system tells (Linux).
+pub fn peak_rss_bytes() -> Option<u64> {
+    let status = fs::read_to_string("/proc/self/status").ok()?;
+    let line = status
+        .lines()
+        .find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kilobytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    kilobytes.checked_mul(1024)
+}
