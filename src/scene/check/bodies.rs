@@ -1,0 +1,271 @@
+//! Bodies of fluid: proper shapes, and room for every particle.
+//!
+//! Fluid that starts in a wall, or in other fluid, explodes in the first steps. Option 1: delete such particles.
+//! Option 2: refuse the scene and say where. We use 2: a scene with fewer particles than its author thinks is a wrong
+//! result that nobody sees. What counts is the particles before jitter, each with half a spacing of room around it.
+
+use std::collections::HashMap;
+
+use glam::{DVec3, I64Vec3};
+
+use super::solids::Obstacle;
+use super::{AXIS_NAMES, Checked, Problem, axes, box_is_proper, ensure, is_flat, radius_is_proper};
+use crate::scene::shapes::{Lattice, TOLERANCE};
+use crate::scene::{BoundaryShape, Dimension, Scene, Shape};
+
+pub(super) fn shapes(scene: &Scene) -> Checked {
+    let dimension = scene.dimension;
+    ensure(!scene.bodies.is_empty(), "bodies", || {
+        "there is no body of fluid; add one, such as \
+         `(shape: Box(min: (0, 0, 0), max: (0.5, 0.5, 0.5)))`"
+            .to_owned()
+    })?;
+    for (index, body) in scene.bodies.iter().enumerate() {
+        let path = format!("bodies.{index}.shape");
+        match body.shape {
+            Shape::Box { min, max } => box_is_proper(&path, min, max, dimension)?,
+            Shape::Sphere { center, radius } => {
+                radius_is_proper(&path, radius)?;
+                is_flat(format!("{path}.center"), center, dimension)?;
+            }
+            Shape::Cylinder { start, end, radius } => {
+                ensure(dimension == Dimension::Three, &path, || {
+                    "a cylinder needs `dimension: 3`; in 2-D a `Box` or a `Sphere` (a disc) can be used".to_owned()
+                })?;
+                radius_is_proper(&path, radius)?;
+                ensure(start != end, format!("{path}.end"), || {
+                    "the cylinder ends where it starts; move `end`".to_owned()
+                })?;
+            }
+        }
+        is_flat(format!("bodies.{index}.velocity"), body.velocity, dimension)?;
+        let amplitude = body.jitter.map_or(0.0, |jitter| jitter.amplitude);
+        ensure(
+            (0.0..0.5).contains(&amplitude),
+            format!("bodies.{index}.jitter.amplitude"),
+            || {
+                format!(
+                    "the amplitude of the jitter is {amplitude} spacings; it must be from 0 to below 0.5, where \
+                     particles could meet"
+                )
+            },
+        )?;
+    }
+    Ok(())
+}
+
+/// The particles of one body: their lattice, and the box around their centres [m].
+struct Particles {
+    path: String,
+    lattice: Lattice,
+    min: DVec3,
+    max: DVec3,
+}
+
+pub(super) fn places(scene: &Scene) -> Checked {
+    let spacing = f64::from(scene.spacing);
+    let mut bodies = Vec::with_capacity(scene.bodies.len());
+    for (index, body) in scene.bodies.iter().enumerate() {
+        let path = format!("bodies.{index}.shape");
+        let lattice = Lattice::new(&body.shape, spacing, scene.dimension);
+        let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        lattice.for_each(|point| {
+            min = min.min(point);
+            max = max.max(point);
+        });
+        ensure(min.x <= max.x, &path, || {
+            format!(
+                "the body holds no particle: it is thinner than the spacing of {} m; make it larger or the spacing \
+                 smaller",
+                scene.spacing
+            )
+        })?;
+        let body = Particles {
+            path,
+            lattice,
+            min,
+            max,
+        };
+        in_domain(scene, &body)?;
+        in_a_tank(scene, &body)?;
+        clear_of_obstacles(scene, &body)?;
+        bodies.push(body);
+    }
+    for (index, second) in bodies.iter().enumerate() {
+        for (other, first) in bodies[..index].iter().enumerate() {
+            apart(first, other, second, spacing)?;
+        }
+    }
+    Ok(())
+}
+
+/// How far a body reaches beyond a box, at the worst side.
+struct Excess {
+    /// [m]; negative if the body is inside.
+    depth: f64,
+    side: String,
+}
+
+fn excess(scene: &Scene, body: &Particles, min: DVec3, max: DVec3, open: bool) -> Excess {
+    let half = 0.5 * f64::from(scene.spacing);
+    let mut worst = Excess {
+        depth: f64::NEG_INFINITY,
+        side: String::new(),
+    };
+    for axis in 0..axes(scene.dimension) {
+        let lower = (min[axis] - (body.min[axis] - half), '−');
+        let upper = ((body.max[axis] + half) - max[axis], '+');
+        for (depth, sign) in [lower, upper] {
+            let missing = open && axis == 1 && sign == '+';
+            if !missing && depth > worst.depth {
+                worst = Excess {
+                    depth,
+                    side: format!("{sign}{}", AXIS_NAMES[axis]),
+                };
+            }
+        }
+    }
+    worst
+}
+
+fn in_domain(scene: &Scene, body: &Particles) -> Checked {
+    let Some(domain) = scene.domain else {
+        return Ok(());
+    };
+    let spacing = f64::from(scene.spacing);
+    let (min, max) = (domain.min.as_dvec3(), domain.max.as_dvec3());
+    let over = excess(scene, body, min, max, false);
+    ensure(over.depth <= TOLERANCE * spacing, &body.path, || {
+        format!(
+            "the fluid sticks out of the domain by {} at its {} side; move or shrink it, or widen `domain`",
+            length(over.depth, spacing),
+            over.side
+        )
+    })
+}
+
+/// A body is inside one tank, or there is none; and it lies in no tank's walls, which are one spacing thick.
+fn in_a_tank(scene: &Scene, body: &Particles) -> Checked {
+    let spacing = f64::from(scene.spacing);
+    let tolerance = TOLERANCE * spacing;
+    let mut tanks = 0;
+    let mut inside = false;
+    for (index, boundary) in scene.boundaries.iter().enumerate() {
+        let BoundaryShape::Tank { min, max, open } = *boundary else {
+            continue;
+        };
+        tanks += 1;
+        let (min, max) = (min.as_dvec3(), max.as_dvec3());
+        let over = excess(scene, body, min, max, open);
+        if over.depth <= tolerance {
+            inside = true;
+            continue;
+        }
+        let separate = (0..axes(scene.dimension)).any(|axis| {
+            let wall = if open && axis == 1 { 0.0 } else { spacing };
+            let (lower, upper) = (min[axis] - spacing, max[axis] + wall);
+            body.max[axis] + 0.5 * spacing <= lower + tolerance
+                || body.min[axis] - 0.5 * spacing >= upper - tolerance
+        });
+        ensure(separate, &body.path, || {
+            format!(
+                "the fluid sticks out of the tank `boundaries.{index}` by {} at its {} side; move or shrink it",
+                length(over.depth, spacing),
+                over.side
+            )
+        })?;
+    }
+    ensure(inside || tanks == 0, &body.path, || {
+        format!(
+            "the fluid, from {} to {}, is outside every tank; move it into one, or remove the tanks",
+            point(body.min - 0.5 * spacing, scene.dimension),
+            point(body.max + 0.5 * spacing, scene.dimension)
+        )
+    })
+}
+
+fn clear_of_obstacles(scene: &Scene, body: &Particles) -> Checked {
+    let spacing = f64::from(scene.spacing);
+    for (index, boundary) in scene.boundaries.iter().enumerate() {
+        let Some(obstacle) = Obstacle::new(boundary, scene.dimension) else {
+            continue;
+        };
+        let (mut nearest, mut at) = (f64::INFINITY, DVec3::ZERO);
+        body.lattice.for_each(|point| {
+            let distance = obstacle.distance(point);
+            if distance < nearest {
+                (nearest, at) = (distance, point);
+            }
+        });
+        let depth = 0.5 * spacing - nearest;
+        ensure(depth <= TOLERANCE * spacing, &body.path, || {
+            format!(
+                "the fluid overlaps the {} `boundaries.{index}` by {}, most at {}; move one of them, or leave the \
+                 place free with two bodies",
+                obstacle.name,
+                length(depth, spacing),
+                point(at, scene.dimension)
+            )
+        })?;
+    }
+    Ok(())
+}
+
+/// No particle of one body is nearer than half a spacing to one of the other.
+fn apart(first: &Particles, first_index: usize, second: &Particles, spacing: f64) -> Checked {
+    let reach = 0.5 * spacing;
+    let (min, max) = (
+        first.min.max(second.min) - reach,
+        first.max.min(second.max) + reach,
+    );
+    if min.cmpgt(max).any() {
+        return Ok(());
+    }
+    let common = |point: DVec3| point.cmpge(min).all() && point.cmple(max).all();
+    // A cell is smaller than the distance within a lattice, so it holds one particle of a body at most.
+    let cell = |point: DVec3| (point / reach).floor().as_i64vec3();
+    let mut cells = HashMap::new();
+    first.lattice.for_each(|point| {
+        if common(point) {
+            cells.insert(cell(point), point);
+        }
+    });
+    let (mut nearest, mut at) = (f64::INFINITY, DVec3::ZERO);
+    second.lattice.for_each(|point| {
+        if !common(point) {
+            return;
+        }
+        for offset in 0..27 {
+            let offset = I64Vec3::new(offset % 3 - 1, offset / 3 % 3 - 1, offset / 9 - 1);
+            if let Some(&other) = cells.get(&(cell(point) + offset)) {
+                let distance = point.distance(other);
+                if distance < nearest {
+                    (nearest, at) = (distance, point);
+                }
+            }
+        }
+    });
+    if nearest >= reach - TOLERANCE * spacing {
+        return Ok(());
+    }
+    Err(Problem::new(
+        &second.path,
+        format!(
+            "the fluid overlaps that of `bodies.{first_index}`: two particles are {} apart at {}; at least half a \
+             spacing is needed, so move or shrink one body",
+            length(nearest, spacing),
+            point(at, Dimension::Three)
+        ),
+    ))
+}
+
+fn length(metres: f64, spacing: f64) -> String {
+    format!("{metres:.4} m ({:.2} spacings)", metres / spacing)
+}
+
+fn point(at: DVec3, dimension: Dimension) -> String {
+    match dimension {
+        Dimension::Two => format!("({:.4}, {:.4}) m", at.x, at.y),
+        Dimension::Three => format!("({:.4}, {:.4}, {:.4}) m", at.x, at.y, at.z),
+    }
+}

@@ -1,0 +1,180 @@
+//! Single numbers and pairs of them.
+
+use super::{Checked, Problem, ensure, is_flat};
+use crate::scene::load::options;
+use crate::scene::spans::scan;
+use crate::scene::{
+    Cfl, PressureMethod, Scene, StateEquation, SurfaceTension, TimeStep, Viscosity,
+};
+
+/// Every number of the scene is finite: asked of the written scene, so a field added later is asked, too.
+pub(super) fn finite(scene: &Scene) -> Checked {
+    let text = options()
+        .to_string(scene)
+        .map_err(|error| Problem::new("name", error.to_string()))?;
+    let mut found = None;
+    if let Some(tree) = scan(&text) {
+        tree.leaves("", &mut |path, leaf| {
+            let value = &text[leaf.span.clone()];
+            if found.is_none() && matches!(value, "inf" | "-inf" | "NaN" | "-NaN") {
+                found = Some(Problem::new(
+                    path,
+                    format!(
+                        "`{path}` is {value}; it must be a finite number (in single precision)"
+                    ),
+                ));
+            }
+        });
+    }
+    found.map_or(Ok(()), Err)
+}
+
+/// What each number means allows.
+pub(super) fn numbers(scene: &Scene) -> Checked {
+    let name_is_a_folder = !scene.name.trim().is_empty()
+        && !scene.name.contains(['/', '\\'])
+        && scene.name != "."
+        && scene.name != "..";
+    ensure(name_is_a_folder, "name", || {
+        format!(
+            "the name {:?} cannot name the output folder; write a word without slashes",
+            scene.name
+        )
+    })?;
+    positive("spacing", scene.spacing, "m")?;
+    ensure((1.2..=4.0).contains(&scene.support), "support", || {
+        format!(
+            "the support is {} spacings; it must be from 1.2 (below, a particle has too few neighbours to know its \
+             density) to 4 (above, it has over 250), and 2 is usual",
+            scene.support
+        )
+    })?;
+    is_flat("gravity", scene.gravity, scene.dimension)?;
+    fluid(scene)?;
+    match &scene.pressure {
+        PressureMethod::Sesph(sesph) => {
+            let (StateEquation::Tait { stiffness } | StateEquation::Gas { stiffness }) =
+                sesph.equation;
+            let unit = match sesph.equation {
+                StateEquation::Tait { .. } => "Pa",
+                StateEquation::Gas { .. } => "m²/s²",
+            };
+            positive("pressure.equation.stiffness", stiffness, unit)?;
+        }
+        PressureMethod::Pcisph(pcisph) => {
+            let limit = pcisph.max_density_error;
+            ensure(
+                limit > 0.0 && limit < 1.0,
+                "pressure.max_density_error",
+                || {
+                    format!(
+                        "the largest density error is {limit}, as a part of the rest density; it must be above 0 and \
+                         below 1 (0.01 is 1 %)"
+                    )
+                },
+            )?;
+            let (min, max) = (pcisph.min_iterations, pcisph.max_iterations);
+            ensure(max >= 1 && min <= max, "pressure.max_iterations", || {
+                format!(
+                    "at most {max} iterations, at least {min}; the first must be 1 or more and not below the second"
+                )
+            })?;
+        }
+    }
+    match scene.time_step {
+        TimeStep::Fixed(dt) => positive("time_step.0", dt, "s")?,
+        TimeStep::Cfl(cfl) => adaptive(cfl)?,
+    }
+    let cell_size = scene.index.cell_size;
+    ensure(
+        cell_size > 0.0 && cell_size <= 1.0,
+        "index.cell_size",
+        || format!("the cell size is {cell_size} support radii; it must be above 0 and at most 1"),
+    )?;
+    positive("limits.compression", scene.limits.compression, "")?;
+    positive("duration", scene.duration, "s")?;
+    output(scene)
+}
+
+fn fluid(scene: &Scene) -> Checked {
+    positive("fluid.rest_density", scene.fluid.rest_density, "kg/m³")?;
+    match scene.fluid.viscosity {
+        Viscosity::None => {}
+        Viscosity::Laminar {
+            kinematic_viscosity,
+        } => not_negative(
+            "fluid.viscosity.kinematic_viscosity",
+            kinematic_viscosity,
+            "m²/s",
+        )?,
+        Viscosity::Artificial { alpha, sound_speed } => {
+            not_negative("fluid.viscosity.alpha", alpha, "")?;
+            not_negative("fluid.viscosity.sound_speed", sound_speed, "m/s")?;
+        }
+    }
+    match scene.fluid.surface_tension {
+        SurfaceTension::None => Ok(()),
+        SurfaceTension::BeckerTeschner { kappa } => {
+            not_negative("fluid.surface_tension.kappa", kappa, "")
+        }
+    }
+}
+
+fn adaptive(cfl: Cfl) -> Checked {
+    let factor = cfl.factor;
+    ensure(factor > 0.0 && factor <= 1.0, "time_step.factor", || {
+        format!("the factor is {factor}; it must be above 0 and at most 1 (0.4 is usual)")
+    })?;
+    positive("time_step.min", cfl.min, "s")?;
+    ensure(cfl.min <= cfl.max, "time_step.max", || {
+        format!(
+            "the largest time step, {} s, is below the smallest, {} s",
+            cfl.max, cfl.min
+        )
+    })
+}
+
+fn output(scene: &Scene) -> Checked {
+    not_negative(
+        "output.frames_per_second",
+        scene.output.frames_per_second,
+        "1/s",
+    )?;
+    let Some(camera) = scene.output.camera else {
+        return Ok(());
+    };
+    let view = camera.field_of_view;
+    ensure(
+        view > 0.0 && view < 180.0,
+        "output.camera.field_of_view",
+        || {
+            format!(
+                "the angle of view is {view} degrees; it must be above 0 and below 180 (40 is usual)"
+            )
+        },
+    )?;
+    ensure(
+        camera.position != camera.target,
+        "output.camera.target",
+        || "the camera looks at the place where it is; move `target` or `position`".to_owned(),
+    )
+}
+
+fn positive(path: &str, value: f32, unit: &str) -> Checked {
+    ensure(value > 0.0, path, || {
+        format!("`{path}` is {}; it must be above 0", with_unit(value, unit))
+    })
+}
+
+fn not_negative(path: &str, value: f32, unit: &str) -> Checked {
+    ensure(value >= 0.0, path, || {
+        format!(
+            "`{path}` is {}; it must not be negative",
+            with_unit(value, unit)
+        )
+    })
+}
+
+fn with_unit(value: f32, unit: &str) -> String {
+    format!("{value} {unit}").trim_end().to_owned()
+}

@@ -1,0 +1,100 @@
+//! Why a scene is refused, and where.
+
+use std::fmt;
+use std::path::PathBuf;
+
+/// A scene that cannot be read or makes no sense. Its message names the place, what is wrong and what would be right.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SceneError {
+    /// The file cannot be read.
+    #[error("{}: cannot read the scene: {source}", .file.display())]
+    Unreadable {
+        /// The file.
+        file: PathBuf,
+        /// What the operating system says.
+        source: std::io::Error,
+    },
+    /// The text is no scene: RON's grammar, an unknown field, a value of another type.
+    #[error("{place}: {message}")]
+    Syntax {
+        /// Where.
+        place: Place,
+        /// What is wrong and what would be right.
+        message: String,
+    },
+    /// The scene can be read but cannot be simulated.
+    #[error("{place}: {message}")]
+    Invalid {
+        /// Where.
+        place: Place,
+        /// Path of the field concerned, as `--set` takes it.
+        field: String,
+        /// What is wrong and what would be right.
+        message: String,
+    },
+}
+
+/// The place an error speaks of.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Place {
+    /// In a scene file.
+    File {
+        /// The file's name, as the caller gave it.
+        file: String,
+        /// From 1.
+        line: usize,
+        /// In characters, from 1.
+        column: usize,
+    },
+    /// In an override, as the caller wrote it.
+    Override(String),
+    /// In a scene that was built in code: path of the field.
+    Field(String),
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::File { file, line, column } => write!(f, "{file}:{line}:{column}"),
+            Self::Override(text) => write!(f, "--set {text}"),
+            Self::Field(path) => f.write_str(path),
+        }
+    }
+}
+
+/// The message for a name that nobody knows: the nearest known one, and all of them.
+pub(super) fn unknown_name(what: &str, found: &str, of: Option<&str>, known: &[&str]) -> String {
+    let of = of.map_or_else(String::new, |of| format!(" in `{of}`"));
+    let list = known.join(", ");
+    match nearest(found, known) {
+        Some(near) => {
+            format!("unknown {what} `{found}`{of}; did you mean `{near}`? ({what}s: {list})")
+        }
+        None if known.is_empty() => format!("unknown {what} `{found}`{of}; there are none"),
+        None => format!("unknown {what} `{found}`{of} ({what}s: {list})"),
+    }
+}
+
+/// The known name nearest to `found`, if one is near enough to be meant.
+fn nearest<'a>(found: &str, known: &[&'a str]) -> Option<&'a str> {
+    let found = found.to_lowercase();
+    known
+        .iter()
+        .map(|&name| {
+            let lower = name.to_lowercase();
+            let mut likeness = strsim::jaro_winkler(&found, &lower);
+            // `max_error` for `max_density_error`: a part of the words is as good as a typo.
+            if found
+                .split('_')
+                .all(|word| lower.split('_').any(|other| other == word))
+            {
+                likeness = likeness.max(0.95);
+            }
+            (likeness, name)
+        })
+        .filter(|&(likeness, _)| likeness > 0.75)
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, name)| name)
+}

@@ -1,0 +1,144 @@
+//! Where things are: dimension, boxes, bodies of fluid, solid boundaries.
+
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+/// The number of space dimensions, 2 or 3 in the file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(try_from = "u8", into = "u8")]
+pub enum Dimension {
+    /// The plane z = 0.
+    Two,
+    /// Space.
+    #[default]
+    Three,
+}
+
+/// An axis-aligned box. In 2-D its z range only has to hold 0.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Bounds {
+    /// Lower corner [m].
+    pub min: Vec3,
+    /// Upper corner [m].
+    pub max: Vec3,
+}
+
+/// One body of fluid: a shape filled with particles on a lattice.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FluidBody {
+    /// Where.
+    pub shape: Shape,
+    /// Velocity at the start [m/s].
+    #[serde(default)]
+    pub velocity: Vec3,
+    /// Random displacement of the particles; none if absent.
+    #[serde(default)]
+    pub jitter: Option<Jitter>,
+}
+
+/// Random displacement of a lattice: the same seed gives the same particles everywhere.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Jitter {
+    /// Largest displacement a coordinate, in spacings [-]; from 0 to below 0.5.
+    pub amplitude: f32,
+    /// Seed of the generator.
+    #[serde(default)]
+    pub seed: u64,
+}
+
+/// The volume a body of fluid fills at the start; [`shapes`](super::shapes) says with which particles.
+///
+/// In 2-D a box's z range only has to hold 0, a sphere is a disc with its centre at z = 0, and a cylinder is refused.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub enum Shape {
+    /// Axis-aligned box.
+    Box {
+        /// Lower corner [m].
+        min: Vec3,
+        /// Upper corner [m].
+        max: Vec3,
+    },
+    /// Ball.
+    Sphere {
+        /// Centre [m].
+        center: Vec3,
+        /// Radius [m].
+        radius: f32,
+    },
+    /// Cylinder between two points, with flat ends.
+    Cylinder {
+        /// Centre of one end [m].
+        start: Vec3,
+        /// Centre of the other end [m].
+        end: Vec3,
+        /// Radius [m].
+        radius: f32,
+    },
+}
+
+/// A solid boundary, sampled with one layer of particles at the spacing, half a spacing inside the solid.
+///
+/// Fluid must start at least half a spacing (from a particle's centre) off it; where there are tanks, inside one. In
+/// 2-D a box's or tank's z range only has to hold 0; centres and normals have z = 0.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub enum BoundaryShape {
+    /// A tank that holds fluid inside the box `min`–`max`.
+    Tank {
+        /// Lower inner corner [m].
+        min: Vec3,
+        /// Upper inner corner [m].
+        max: Vec3,
+        /// Whether the side towards +y is missing.
+        #[serde(default)]
+        open: bool,
+    },
+    /// A solid box.
+    Box {
+        /// Lower corner [m].
+        min: Vec3,
+        /// Upper corner [m].
+        max: Vec3,
+    },
+    /// A solid sphere (a disc in 2-D).
+    Sphere {
+        /// Centre [m].
+        center: Vec3,
+        /// Radius [m].
+        radius: f32,
+    },
+    /// A flat rectangular wall (a line in 2-D) that is solid on the far side of its normal.
+    Plane {
+        /// Centre of the wall [m].
+        center: Vec3,
+        /// Direction from the solid into the fluid; any length but zero.
+        normal: Vec3,
+        /// Half the edge of the square [m]; its edges lie along [`shapes::wall_axes`](super::shapes::wall_axes).
+        half_size: f32,
+    },
+}
+
+impl TryFrom<u8> for Dimension {
+    type Error = String;
+
+    fn try_from(value: u8) -> Result<Self, Self::Error> {
+        match value {
+            2 => Ok(Self::Two),
+            3 => Ok(Self::Three),
+            other => Err(format!("dimension is {other}; it must be 2 or 3")),
+        }
+    }
+}
+
+impl From<Dimension> for u8 {
+    fn from(value: Dimension) -> Self {
+        match value {
+            Dimension::Two => 2,
+            Dimension::Three => 3,
+        }
+    }
+}
