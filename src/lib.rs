@@ -4,4 +4,4 @@ pub mod particle;
 pub mod scene;
 pub mod step;
 
-pub use step::{Phase, Simulation, StepError, StepReport};
+pub use step::{Phase, Plan, Simulation, StepError, StepReport, plan};

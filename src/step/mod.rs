@@ -1,9 +1,11 @@
 //! The step: its phases, its order, and the ways to run it.
 
 mod phase;
+mod plan;
 mod report;
 
 pub use phase::Phase;
+pub use plan::{Plan, plan};
 pub use report::{FailureCause, StepError, StepReport};
 
 use bevy_ecs::prelude::*;
