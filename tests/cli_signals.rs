@@ -193,7 +193,7 @@ fn progress_shows_as_plain_lines_where_there_is_no_terminal() {
         " left",
         "dt ",
         "iterations",
-        "density error",
+        "error",
         "ms/step",
     ] {
         assert!(text.contains(word), "{word} is missing in {text}");

@@ -2,25 +2,23 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::{Failure, console};
+use super::Failure;
 
 /// Exit status of a run that a signal ended.
 pub(super) const EXIT_STATUS: u8 = 130;
 
 static ASKED: AtomicBool = AtomicBool::new(false);
 
-/// Turns SIGINT, SIGTERM and SIGHUP into a question that [`asked`] answers.
+/// Turns SIGINT, SIGTERM and SIGHUP into a question that [`asked`] answers; `say` tells the user what happens now.
 ///
 /// Until this is called a signal kills the process, which is right as long as there is nothing to save.
-pub(super) fn listen() -> Result<(), Failure> {
+pub(super) fn listen(say: impl Fn(&str) + Send + 'static) -> Result<(), Failure> {
     // The handler runs in a thread of its own, not in the signal's context: it may write and exit.
-    ctrlc::set_handler(|| {
+    ctrlc::set_handler(move || {
         if ASKED.swap(true, Ordering::Relaxed) {
             std::process::exit(EXIT_STATUS.into());
         }
-        console::note(
-            "interrupted: finishing the step and writing what there is; again to leave at once",
-        );
+        say("interrupted: finishing the step and writing what there is; again to leave at once");
     })
     .map_err(|error| Failure::Failed(format!("cannot listen for signals: {error}")))
 }

@@ -50,14 +50,15 @@ impl Progress {
         }
     }
 
-    /// Takes note of a step; shows it if it is time.
-    pub(super) fn update(&mut self, report: &StepReport) {
+    /// Takes note of a step and the wall time it took; shows it if it is time.
+    pub(super) fn update(&mut self, report: &StepReport, taken: Duration) {
         let interval = match self.display {
             Display::Bar(_) => BAR_INTERVAL,
             Display::Lines => LINE_INTERVAL,
             Display::Nothing => return,
         };
         self.pace.steps += 1;
+        self.pace.stepping += taken;
         let elapsed = self.shown.elapsed();
         if elapsed < interval {
             return;
@@ -65,14 +66,27 @@ impl Progress {
         self.shown = Instant::now();
         let fraction = self.goal.fraction(report.step, report.time);
         self.pace.advance(fraction, elapsed.as_secs_f64());
-        let line = line(self.goal, report, &self.pace);
+        let (way, state) = (way(&self.pace), state(self.goal, report, &self.pace));
         match &self.display {
             Display::Bar(bar) => {
                 bar.set_position((fraction * BAR_LENGTH as f64) as u64);
-                bar.set_message(line);
+                bar.set_prefix(way);
+                bar.set_message(state);
             }
-            Display::Lines => console::note(&line),
+            Display::Lines => console::note(&format!("{way}, {state}")),
             Display::Nothing => {}
+        }
+    }
+
+    /// Says things while the run goes on, from any thread, without getting in the way of the bar.
+    pub(super) fn announcer(&self) -> impl Fn(&str) + Send + use<> {
+        let bar = match &self.display {
+            Display::Bar(bar) => Some(bar.clone()),
+            Display::Lines | Display::Nothing => None,
+        };
+        move |text| match &bar {
+            Some(bar) => bar.println(text),
+            None => console::note(text),
         }
     }
 
@@ -91,12 +105,14 @@ impl Progress {
     }
 }
 
+/// Two lines, so that a terminal of 80 columns shows all of it.
 fn bar(scene_name: &str) -> ProgressBar {
     let bar = ProgressBar::with_draw_target(Some(BAR_LENGTH), ProgressDrawTarget::stderr());
-    if let Ok(style) = ProgressStyle::with_template("{prefix} {bar:24} {wide_msg}") {
+    if let Ok(style) = ProgressStyle::with_template(&format!(
+        "{scene_name} {{wide_bar}} {{prefix}}\n{{wide_msg}}"
+    )) {
         bar.set_style(style.progress_chars("=> "));
     }
-    bar.set_prefix(scene_name.to_owned());
     bar
 }
 
@@ -109,7 +125,9 @@ struct Pace {
     fraction: f64,
     /// Fraction of the way a second of wall time, smoothed [1/s]; 0 before the first showing.
     per_second: f64,
-    /// Wall time a step since the last showing [ms].
+    /// Wall time within these steps: waiting for a frame to be written is not the step's.
+    stepping: Duration,
+    /// Wall time a step, over the steps before the last showing [ms].
     ms_per_step: f64,
 }
 
@@ -122,9 +140,9 @@ impl Pace {
             1.0
         };
         self.per_second += weight * (now - self.per_second);
-        self.ms_per_step = 1e3 * seconds / f64::from(self.steps.max(1));
+        self.ms_per_step = 1e3 * self.stepping.as_secs_f64() / f64::from(self.steps.max(1));
         self.fraction = fraction;
-        self.steps = 0;
+        (self.steps, self.stepping) = (0, Duration::ZERO);
     }
 
     /// Wall time left [s], if it can be told.
@@ -133,15 +151,26 @@ impl Pace {
     }
 }
 
-fn line(goal: Goal, report: &StepReport, pace: &Pace) -> String {
-    let way = match goal {
-        Goal::Time(end) => format!("t {:.4}/{end:.4} s, step {}", report.time, report.step),
+/// How much is done and how long the rest takes.
+fn way(pace: &Pace) -> String {
+    format!(
+        "{:.0} %, {} left",
+        (100.0 * pace.fraction).floor(),
+        pace.time_left().map_or_else(|| "?".to_owned(), clock),
+    )
+}
+
+/// Where the run is, and how the last step went.
+fn state(goal: Goal, report: &StepReport, pace: &Pace) -> String {
+    let at = match goal {
+        Goal::Time(end) => format!(
+            "t {:.4}/{} s, step {}",
+            report.time, end as f32, report.step
+        ),
         Goal::Steps(end) => format!("step {}/{end}, t {:.4} s", report.step, report.time),
     };
     format!(
-        "{way}, {:.0} %, {} left, dt {:.2e} s, {} iterations, density error {:.2} %, {:.1} ms/step",
-        (100.0 * pace.fraction).floor(),
-        pace.time_left().map_or_else(|| "?".to_owned(), clock),
+        "{at}, dt {:.1e} s, {} iterations, error {:.2} %, {:.1} ms/step",
         report.dt,
         report.iterations,
         100.0 * report.max_density_error,
@@ -176,15 +205,17 @@ mod tests {
         };
         let mut pace = Pace {
             steps: 250,
+            stepping: Duration::from_secs(4),
             ..Pace::default()
         };
         pace.advance(0.25, 5.0);
+        assert_eq!(way(&pace), "25 %, 0:15 left");
         assert_eq!(
-            line(Goal::Time(1.0), &report, &pace),
-            "t 0.2500/1.0000 s, step 250, 25 %, 0:15 left, dt 1.00e-3 s, 4 iterations, \
-             density error 0.98 %, 20.0 ms/step"
+            state(Goal::Time(1.0), &report, &pace),
+            "t 0.2500/1 s, step 250, dt 1.0e-3 s, 4 iterations, error 0.98 %, 16.0 ms/step"
         );
-        assert!(line(Goal::Steps(1000), &report, &pace).starts_with("step 250/1000, t 0.2500 s"));
+        let state = state(Goal::Steps(1000), &report, &pace);
+        assert!(state.starts_with("step 250/1000, t 0.2500 s"), "{state}");
     }
 
     #[test]

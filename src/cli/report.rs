@@ -30,8 +30,9 @@ pub(super) fn text(summary: &Summary, scene: &Scene, folder: &RunFolder) -> Stri
     rows.push((
         "step",
         format!(
-            "{:.2} ms on average, {} thread{}",
+            "{:.2} ms on average, {:.1} s in all, {} thread{}",
             summary.ms_per_step,
+            1e-3 * summary.ms_per_step * summary.steps as f64,
             summary.threads,
             if summary.threads == 1 { "" } else { "s" }
         ),

@@ -28,8 +28,9 @@ pub(super) fn run(options: &options::Run) -> Result<Exit, Failure> {
 
     let folder = RunFolder::new(options.out.as_deref(), &scene.name);
     let copy = SceneCopy::of(&scene)?;
+    let progress = Progress::start(&scene.name, goal, options.quiet);
+    interrupt::listen(progress.announcer())?;
     folder.prepare(scene.output.pictures)?;
-    interrupt::listen()?;
     // The history first: beside it, a `scene.ron` counts as written by a run.
     let history = History::create(&folder.history()).map_err(cannot_write)?;
     copy.write(&folder)?;
@@ -39,7 +40,7 @@ pub(super) fn run(options: &options::Run) -> Result<Exit, Failure> {
         clock: FrameClock::new(scene.output.frames_per_second, goal),
         history,
         recorder: Recorder::start(&folder, &scene)?,
-        progress: Progress::start(&scene.name, goal, options.quiet),
+        progress,
         totals: RunTotals::default(),
         stepping: Duration::ZERO,
         recorded_step: None,
@@ -101,14 +102,15 @@ impl Run {
             }
             let started = Instant::now();
             let report = self.simulation.step()?;
-            self.stepping += started.elapsed();
+            let taken = started.elapsed();
+            self.stepping += taken;
             self.totals.add(&report);
             self.history.push(&report)?;
             dt = report.dt.into();
             if self.clock.is_due(report.time, dt) {
                 self.record()?;
             }
-            self.progress.update(&report);
+            self.progress.update(&report, taken);
         }
     }
 
