@@ -74,13 +74,12 @@ fn a_frame_with_a_damaged_header_never_panics() -> Result<(), OutputError> {
         some_frame(3).write(&path, format)?;
         let whole = fs::read(&path).unwrap();
         // Larger numbers, other letters, torn tags: whatever comes of a byte, it is a frame or an error.
-        for at in (0..whole.len()).step_by(3) {
-            for byte in [b'9', b'"', b'<', 0xff, b' '] {
-                let mut damaged = whole.clone();
-                damaged[at] = byte;
-                fs::write(&path, &damaged).unwrap();
-                let _ = Frame::read(&path);
-            }
+        let bytes = [b'9', b'"', b'<', 0xff, b' '];
+        for at in 0..whole.len() {
+            let mut damaged = whole.clone();
+            damaged[at] = bytes[at % bytes.len()];
+            fs::write(&path, &damaged).unwrap();
+            let _ = Frame::read(&path);
         }
         let huge = String::from_utf8_lossy(&whole)
             .replace(

@@ -52,8 +52,13 @@ fn write_block(out: &mut impl std::io::Write, bytes: &[u8]) -> std::io::Result<(
 fn header(frame: &Frame, rows: usize) -> String {
     let mut offset = 0;
     let mut array = |name: &str, kind: &str, components: usize, row_bytes: usize| {
+        // meshio takes a scalar that says it has one component for a matrix of one column.
+        let components = match components {
+            1 => String::new(),
+            more => format!(" NumberOfComponents=\"{more}\""),
+        };
         let line = format!(
-            "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"appended\" offset=\"{offset}\"/>\n"
+            "<DataArray type=\"{kind}\" Name=\"{name}\"{components} format=\"appended\" offset=\"{offset}\"/>\n"
         );
         offset += LENGTH_BYTES + rows * row_bytes;
         line
@@ -121,11 +126,15 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Frame, String> {
     for field in &FIELDS {
         let (tag, _) = array(header, field.name)?;
         let kind = (field.column)(&frame).vtk_type();
-        let components = field.components().to_string();
-        if attribute(tag, "type")? != kind || attribute(tag, "NumberOfComponents")? != components {
+        let components = match attribute(tag, "NumberOfComponents") {
+            Ok(number_of) => number(number_of, "NumberOfComponents")?,
+            Err(_) => 1,
+        };
+        if attribute(tag, "type")? != kind || components != field.components() {
             return Err(format!(
-                "{} must have {components} components of type {kind}",
-                field.name
+                "{} must have {} components of type {kind}",
+                field.name,
+                field.components()
             ));
         }
         let offset: usize = number(attribute(tag, "offset")?, "offset")?;

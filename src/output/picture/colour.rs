@@ -5,11 +5,11 @@ use glam::{Vec3, vec3};
 /// Lightness, chroma and hue [°] of the speed colours in OKLCh, evenly spaced. Lightness grows evenly, so equal
 /// steps of speed look equal, in print without colour too; from deep water to foam.
 const SPEED_STOPS: [[f32; 3]; 6] = [
-    [0.40, 0.130, 259.0],
-    [0.51, 0.145, 254.0],
-    [0.63, 0.135, 247.0],
-    [0.75, 0.105, 238.0],
-    [0.87, 0.060, 226.0],
+    [0.47, 0.140, 257.0],
+    [0.57, 0.145, 252.0],
+    [0.66, 0.130, 246.0],
+    [0.77, 0.100, 237.0],
+    [0.88, 0.058, 225.0],
     [0.985, 0.010, 215.0],
 ];
 

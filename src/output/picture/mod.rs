@@ -4,7 +4,7 @@
 //! ([`raster`]), the same seen from the light, for shadows, then colour and light ([`shade`]), and over that the
 //! edges of tanks, the time and the colour bar ([`canvas`], [`legend`]). Bands of rows are independent of each
 //! other, so the bytes of a picture do not depend on the number of threads. 130 000 particles at 960 × 540 take
-//! about a tenth of a second on two cores.
+//! about a quarter of a second on two cores.
 //!
 //! The picture in 2-D is the plane z = 0 seen from +z, discs with little shading.
 

@@ -1,6 +1,6 @@
 //! From space to the picture and back.
 
-use glam::{Vec2, Vec3, vec2};
+use glam::{Vec2, Vec3, vec2, vec3};
 
 /// Nothing nearer to the eye than this is drawn [m].
 pub(super) const NEAREST: f32 = 1e-4;
@@ -64,11 +64,7 @@ impl Projection {
     pub(super) fn project(&self, point: Vec3) -> Projected {
         let from_eye = point - self.eye;
         let depth = from_eye.dot(self.forward);
-        let scale = if self.perspective {
-            self.scale / depth
-        } else {
-            self.scale
-        };
+        let scale = self.scale_at(depth);
         let offset = vec2(from_eye.dot(self.right), -from_eye.dot(self.up));
         Projected {
             at: self.centre + scale * offset,
@@ -103,6 +99,29 @@ impl Projection {
     /// Direction in space of (right, down, away) on the picture.
     pub(super) fn direction(&self, right: f32, down: f32, away: f32) -> Vec3 {
         right * self.right - down * self.up + away * self.forward
+    }
+
+    /// A point by its place on the picture and its depth, as (right, down, away) from the eye [m].
+    pub(super) fn in_view(&self, at: Vec2, depth: f32) -> Vec3 {
+        ((at - self.centre) / self.scale_at(depth)).extend(depth)
+    }
+
+    /// A direction in space as (right, down, away).
+    pub(super) fn direction_in_view(&self, direction: Vec3) -> Vec3 {
+        vec3(
+            direction.dot(self.right),
+            -direction.dot(self.up),
+            direction.dot(self.forward),
+        )
+    }
+
+    /// Pixels per metre at a depth.
+    pub(super) fn scale_at(&self, depth: f32) -> f32 {
+        if self.perspective {
+            self.scale / depth
+        } else {
+            self.scale
+        }
     }
 
     /// Depth at a part `t` of the way between two points on the picture.

@@ -1,9 +1,11 @@
 //! The nearest surface of every sample: spheres, solids, the floor.
 
+use std::ops::Range;
+
 use glam::{Vec2, Vec3, vec2};
 use rayon::prelude::*;
 
-use super::projection::Projection;
+use super::projection::{Projection, Ray};
 use super::solid::Solid;
 
 /// Rows of samples that are drawn by one task.
@@ -17,6 +19,8 @@ pub(super) const NOTHING: u32 = u32::MAX;
 pub(super) const FLOOR: u32 = u32::MAX - 1;
 /// [`Layer::surface`] of the first solid; the others count down from it. What is below is the row of a particle.
 const FIRST_SOLID: u32 = u32::MAX - 2;
+/// More are not drawn.
+const MAX_SOLIDS: usize = 1 << 16;
 
 /// Particles to draw.
 pub(super) struct Spheres<'a> {
@@ -62,6 +66,11 @@ impl Layer {
             .map(|&centre| splat(projection, (width, height), centre, spheres.radius))
             .collect();
         let bands = Bands::new(&splats, height);
+        let windows: Vec<Window> = solids
+            .iter()
+            .take(MAX_SOLIDS)
+            .map(|solid| Window::new(projection, solid, width, height))
+            .collect();
 
         let mut depth = vec![f32::INFINITY; width * height];
         let mut surface = vec![NOTHING; width * height];
@@ -79,8 +88,11 @@ impl Layer {
                     depth,
                     surface,
                 };
-                if floor.is_some() || !solids.is_empty() {
-                    target.trace(projection, solids, floor);
+                if let Some(height) = floor {
+                    target.floor(projection, height);
+                }
+                for (k, (solid, window)) in solids.iter().zip(&windows).enumerate() {
+                    target.solid(projection, solid, window, FIRST_SOLID - k as u32);
                 }
                 for &row in bands.rows(band) {
                     target.sphere(&splats[row as usize], row, spheres.radius);
@@ -97,8 +109,7 @@ impl Layer {
 
     /// The solid a surface belongs to, if it is one.
     pub(super) fn solid(surface: u32) -> Option<usize> {
-        (FIRST_SOLID - 0xffff..=FIRST_SOLID)
-            .contains(&surface)
+        (surface > FIRST_SOLID - MAX_SOLIDS as u32 && surface <= FIRST_SOLID)
             .then(|| (FIRST_SOLID - surface) as usize)
     }
 }
@@ -164,6 +175,34 @@ impl Bands {
     }
 }
 
+/// The samples that may see a solid.
+struct Window {
+    columns: Range<usize>,
+    rows: Range<usize>,
+}
+
+impl Window {
+    fn new(projection: &Projection, solid: &Solid, width: usize, height: usize) -> Self {
+        let corners = solid.corners().map(|corner| projection.project(corner));
+        let mut window = Self {
+            columns: 0..width,
+            rows: 0..height,
+        };
+        // With a corner behind the eye there is no saying where the rest appears.
+        if corners.iter().all(|corner| projection.sees(corner.depth)) {
+            let (mut low, mut high) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
+            for corner in corners {
+                low = low.min(corner.at);
+                high = high.max(corner.at);
+            }
+            // Negative numbers become 0.
+            window.columns = low.x as usize..(high.x.ceil() as usize).min(width);
+            window.rows = low.y as usize..(high.y.ceil() as usize).min(height);
+        }
+        window
+    }
+}
+
 /// A band of rows being drawn.
 struct Target<'a> {
     first_row: usize,
@@ -173,23 +212,34 @@ struct Target<'a> {
 }
 
 impl Target<'_> {
-    /// Casts a ray through every sample.
-    fn trace(&mut self, projection: &Projection, solids: &[Solid], floor: Option<f32>) {
+    fn ray(&self, projection: &Projection, x: usize, y: usize) -> Ray {
+        let y = self.first_row + y;
+        projection.ray(vec2(x as f32 + 0.5, y as f32 + 0.5))
+    }
+
+    fn floor(&mut self, projection: &Projection, height: f32) {
         for i in 0..self.depth.len() {
-            let (x, y) = (i % self.width, self.first_row + i / self.width);
-            let ray = projection.ray(vec2(x as f32 + 0.5, y as f32 + 0.5));
-            if let Some(height) = floor {
-                let depth = (height - ray.origin.y) / ray.direction.y;
-                if ray.direction.y < 0.0 && projection.sees(depth) {
-                    self.depth[i] = depth;
-                    self.surface[i] = FLOOR;
-                }
+            let ray = self.ray(projection, i % self.width, i / self.width);
+            let depth = (height - ray.origin.y) / ray.direction.y;
+            if ray.direction.y < 0.0 && projection.sees(depth) {
+                self.depth[i] = depth;
+                self.surface[i] = FLOOR;
             }
-            for (k, solid) in solids.iter().enumerate().take(0xffff) {
-                let depth = solid.hit(&ray);
+        }
+    }
+
+    /// Casts a ray through every sample that may see the solid.
+    fn solid(&mut self, projection: &Projection, solid: &Solid, window: &Window, surface: u32) {
+        let rows = self.depth.len() / self.width;
+        let first = window.rows.start.saturating_sub(self.first_row);
+        let end = window.rows.end.saturating_sub(self.first_row).min(rows);
+        for y in first..end {
+            for x in window.columns.clone() {
+                let depth = solid.hit(&self.ray(projection, x, y));
+                let i = y * self.width + x;
                 if depth < self.depth[i] {
                     self.depth[i] = depth;
-                    self.surface[i] = FIRST_SOLID - k as u32;
+                    self.surface[i] = surface;
                 }
             }
         }

@@ -15,17 +15,21 @@ use super::raster::{FLOOR, Layer, NOTHING};
 use super::view::View;
 use crate::output::Frame;
 
-/// Depths looked at around a sample; a pixel has four samples, each turned differently.
-const OCCLUSION_TAPS: usize = 7;
+/// Depths looked at around a pixel, shared out among its samples.
+const OCCLUSION_TAPS: usize = 16;
 /// How far occlusion reaches [particle radii].
 const OCCLUSION_REACH: f32 = 9.0;
 const OCCLUSION_STRENGTH: f32 = 1.9;
-/// Depths looked at in the light's layer.
-const SHADOW_TAPS: usize = 4;
+/// Depths looked at in the light's layer for a pixel, shared out among its samples.
+const SHADOW_TAPS: usize = 8;
+/// Ways to turn the places looked at, so that neighbouring pixels look at different ones.
+const TURNS: usize = 64;
 /// Width of a shadow's edge [particle radii].
 const SHADOW_SOFTNESS: f32 = 3.0;
-/// How far before a surface a blocker must lie [particle radii]: particles do not shade each other one by one.
-const SHADOW_BIAS: f32 = 3.5;
+/// [`Surface::shadow_bias`] of particles: they do not shade each other one by one.
+const PARTICLE_SHADOW_BIAS: f32 = 3.5;
+/// [`Surface::shadow_bias`] of the rest: only enough for the light's layer to be coarse.
+const SHADOW_BIAS: f32 = 0.8;
 /// How much of the key light a shadow takes.
 const SHADOW_STRENGTH: f32 = 0.75;
 
@@ -49,6 +53,8 @@ struct Surface {
     normal: Vec3,
     colour: Vec3,
     gloss: f32,
+    /// How far before it a blocker must lie to throw a shadow [particle radii].
+    shadow_bias: f32,
 }
 
 struct Shader<'a> {
@@ -60,6 +66,22 @@ struct Shader<'a> {
     colours: Colours,
     /// Towards the key light.
     light: Vec3,
+    /// Depth of the first sample of every pixel: what occlusion looks at. A quarter of the memory of the layer, it
+    /// stays in the cache.
+    pixel_depth: Vec<f32>,
+    occlusion_taps: Vec<Vec2>,
+    shadow_taps: Vec<Vec2>,
+}
+
+/// A sample of a pixel.
+#[derive(Clone, Copy)]
+struct Place {
+    pixel: (usize, usize),
+    sample: usize,
+    /// Samples from the top left.
+    at: Vec2,
+    /// Index in the layer.
+    index: usize,
 }
 
 /// The picture without lines and text, as linear light.
@@ -78,12 +100,15 @@ pub(super) fn shade(
         shadow,
         colours: Colours {
             speed: SpeedColours::new(),
-            sky_top: linear([236, 241, 246]),
-            sky_bottom: linear([212, 220, 228]),
-            floor: linear([226, 229, 231]),
+            sky_top: linear([222, 230, 238]),
+            sky_bottom: linear([238, 241, 244]),
+            floor: linear([221, 224, 226]),
             solid: linear([178, 172, 164]),
         },
         light: view.light(),
+        pixel_depth: first_samples(layer),
+        occlusion_taps: spirals(OCCLUSION_TAPS),
+        shadow_taps: spirals(SHADOW_TAPS),
     };
     let (width, height) = view.size();
     let mut canvas = Canvas::new(width, height);
@@ -93,11 +118,8 @@ pub(super) fn shade(
         .enumerate()
         .for_each(|(y, row)| {
             for (x, pixel) in row.iter_mut().enumerate() {
-                let mut sum = Vec3::ZERO;
-                for sample in 0..SAMPLES * SAMPLES {
-                    let (dx, dy) = (sample % SAMPLES, sample / SAMPLES);
-                    sum += shader.sample(x * SAMPLES + dx, y * SAMPLES + dy);
-                }
+                let samples = (0..SAMPLES * SAMPLES).map(|sample| shader.sample((x, y), sample));
+                let sum: Vec3 = samples.sum();
                 *pixel = sum / (SAMPLES * SAMPLES) as f32;
             }
         });
@@ -105,22 +127,39 @@ pub(super) fn shade(
 }
 
 impl Shader<'_> {
-    fn sample(&self, x: usize, y: usize) -> Vec3 {
-        let i = y * self.layer.width + x;
-        let at = vec2(x as f32 + 0.5, y as f32 + 0.5);
-        let sky = self.sky(at);
-        if self.layer.surface[i] == NOTHING {
+    fn sample(&self, pixel: (usize, usize), sample: usize) -> Vec3 {
+        let x = pixel.0 * SAMPLES + sample % SAMPLES;
+        let y = pixel.1 * SAMPLES + sample / SAMPLES;
+        let place = Place {
+            pixel,
+            sample,
+            at: vec2(x as f32 + 0.5, y as f32 + 0.5),
+            index: y * self.layer.width + x,
+        };
+        let sky = self.sky(place.at);
+        if self.layer.surface[place.index] == NOTHING {
             return sky;
         }
-        let surface = self.surface(i, at);
+        let surface = self.surface(place.index, place.at);
         if self.view.is_flat() {
             return self.flat(&surface);
         }
+        if self.layer.surface[place.index] == FLOOR {
+            // The floor goes over into the background: no horizon.
+            let haze = self.view.distance_haze(surface.at);
+            if haze >= 1.0 {
+                return sky;
+            }
+            return self.lit(&surface, place).lerp(sky, haze);
+        }
+        self.lit(&surface, place)
+    }
 
-        let turn = turn(x, y);
-        let open = self.openness(&surface, at, self.layer.depth[i], turn);
-        let lit = 1.0 - SHADOW_STRENGTH * self.shadow(&surface, turn);
-        let towards_eye = -self.projection.ray(at).direction.normalize();
+    fn lit(&self, surface: &Surface, place: Place) -> Vec3 {
+        let turn = turn(place.pixel);
+        let open = self.openness(surface, place, turn);
+        let lit = 1.0 - SHADOW_STRENGTH * self.shadow(surface, place, turn);
+        let towards_eye = -self.projection.ray(place.at).direction.normalize();
 
         let facing = surface.normal.dot(self.light);
         let key = ((facing + 0.25) / 1.25).max(0.0) * lit;
@@ -128,15 +167,8 @@ impl Shader<'_> {
         let ambient = vec3(0.62, 0.63, 0.66).lerp(vec3(0.80, 0.84, 0.90), upwards) * open;
         let half = (self.light + towards_eye).normalize_or(self.light);
         let shine = surface.normal.dot(half).max(0.0).powi(48) * lit * open;
-        let colour = surface.colour
-            * (0.62 * ambient + 0.62 * key * Vec3::splat(0.35 + 0.65 * open))
-            + surface.gloss * shine;
-
-        if self.layer.surface[i] == FLOOR {
-            // The floor goes over into the background: no horizon.
-            return colour.lerp(sky, self.view.distance_haze(surface.at));
-        }
-        colour
+        let light = 0.66 * ambient + 0.74 * key * (0.35 + 0.65 * open);
+        surface.colour * light + surface.gloss * shine
     }
 
     fn sky(&self, at: Vec2) -> Vec3 {
@@ -159,6 +191,7 @@ impl Shader<'_> {
                 normal: Vec3::Y,
                 colour: self.colours.floor,
                 gloss: 0.0,
+                shadow_bias: SHADOW_BIAS,
             };
         }
         if let Some(solid) = Layer::solid(id).and_then(|k| self.view.solids.get(k)) {
@@ -167,6 +200,7 @@ impl Shader<'_> {
                 normal: solid.normal(position),
                 colour: self.colours.solid,
                 gloss: 0.05,
+                shadow_bias: SHADOW_BIAS,
             };
         }
         let splat = &self.layer.splats[id as usize];
@@ -181,69 +215,96 @@ impl Shader<'_> {
             at: position,
             normal: self.projection.direction(offset.x, offset.y, -bulge),
             colour: self.colours.speed.at(self.view.place_of_speed(speed)),
-            gloss: 0.22,
+            gloss: 0.25,
+            shadow_bias: PARTICLE_SHADOW_BIAS,
         }
     }
 
-    /// How much of the surroundings is open, 0 to 1.
-    fn openness(&self, surface: &Surface, at: Vec2, depth: f32, turn: f32) -> f32 {
+    /// How much of the surroundings is open, 0 to 1. Computed in the space of the view: right, down, away.
+    fn openness(&self, surface: &Surface, place: Place, turn: usize) -> f32 {
         let reach = OCCLUSION_REACH * self.view.particle_radius;
-        let reach_samples = (reach * self.projection.project(surface.at).scale).min(160.0);
-        let bias = 0.02 * reach;
+        let depth = self.layer.depth[place.index];
+        let at = self.projection.in_view(place.at, depth);
+        let normal = self.projection.direction_in_view(surface.normal);
+        let reach_pixels = (reach * self.projection.scale_at(depth) / SAMPLES as f32).min(80.0);
+        let centre = vec2(place.pixel.0 as f32 + 0.5, place.pixel.1 as f32 + 0.5);
+        let (width, height) = self.view.size();
+
+        let taps = share(&self.occlusion_taps, OCCLUSION_TAPS, turn, place.sample);
         let mut blocked = 0.0;
-        for tap in 0..OCCLUSION_TAPS {
-            let part = (tap as f32 + 0.5 + 0.5 * turn) / (OCCLUSION_TAPS as f32 + 0.5);
-            let angle = std::f32::consts::TAU * (turn + tap as f32 * 0.381_966);
-            let (sin, cos) = angle.sin_cos();
-            let tap_at = at + reach_samples * part * vec2(cos, sin);
-            let Some(j) = index(tap_at, self.layer) else {
+        let count = taps.len();
+        for tap in taps {
+            let tap_at = centre + reach_pixels * *tap;
+            let Some(i) = index(tap_at, width, height) else {
                 continue;
             };
-            let tap_depth = self.layer.depth[j];
-            // What is far before the sample is another thing, not its surroundings.
-            if depth - tap_depth > 3.0 * reach {
+            let tap_depth = self.pixel_depth[i];
+            // What is far before the sample is another thing, not its surroundings; behind it is nothing.
+            if depth - tap_depth > 3.0 * reach || tap_depth - depth > reach {
                 continue;
             }
-            if tap_depth.is_finite() {
-                let towards = self.projection.ray(tap_at).at(tap_depth) - surface.at;
-                let above = (towards.dot(surface.normal) - bias).max(0.0);
-                blocked += above * reach / (towards.length_squared() + 0.05 * reach * reach);
-            }
+            let towards = self.projection.in_view(SAMPLES as f32 * tap_at, tap_depth) - at;
+            let above = (towards.dot(normal) - 0.02 * reach).max(0.0);
+            blocked += above * reach / (towards.length_squared() + 0.05 * reach * reach);
         }
-        let mean = blocked / OCCLUSION_TAPS as f32;
-        1.0 / (1.0 + OCCLUSION_STRENGTH * mean)
+        1.0 / (1.0 + OCCLUSION_STRENGTH * blocked / count as f32)
     }
 
     /// How much of the key light is blocked, 0 to 1.
-    fn shadow(&self, surface: &Surface, turn: f32) -> f32 {
+    fn shadow(&self, surface: &Surface, place: Place, turn: usize) -> f32 {
         let Some(Shadow { projection, layer }) = self.shadow else {
             return 0.0;
         };
         let radius = self.view.particle_radius;
         let projected = projection.project(surface.at + 0.5 * radius * surface.normal);
-        let mut blocked = 0;
-        for tap in 0..SHADOW_TAPS {
-            let part = ((tap as f32 + turn) / SHADOW_TAPS as f32).sqrt();
-            let angle = std::f32::consts::TAU * (turn + tap as f32 * 0.381_966);
-            let (sin, cos) = angle.sin_cos();
-            let at =
-                projected.at + SHADOW_SOFTNESS * radius * projected.scale * part * vec2(cos, sin);
-            let blocker = index(at, layer).map_or(f32::INFINITY, |j| layer.depth[j]);
-            blocked += u32::from(blocker < projected.depth - SHADOW_BIAS * radius);
-        }
-        blocked as f32 / SHADOW_TAPS as f32
+        let spread = SHADOW_SOFTNESS * radius * projected.scale;
+        let taps = share(&self.shadow_taps, SHADOW_TAPS, turn, place.sample);
+        let blocked = taps.iter().filter(|tap| {
+            let at = projected.at + spread * **tap;
+            index(at, layer.width, layer.height)
+                .is_some_and(|i| layer.depth[i] < projected.depth - surface.shadow_bias * radius)
+        });
+        blocked.count() as f32 / taps.len() as f32
     }
 }
 
-fn index(at: Vec2, layer: &Layer) -> Option<usize> {
-    let inside =
-        at.x >= 0.0 && at.y >= 0.0 && at.x < layer.width as f32 && at.y < layer.height as f32;
-    inside.then(|| at.y as usize * layer.width + at.x as usize)
+fn index(at: Vec2, width: usize, height: usize) -> Option<usize> {
+    let inside = at.x >= 0.0 && at.y >= 0.0 && at.x < width as f32 && at.y < height as f32;
+    inside.then(|| at.y as usize * width + at.x as usize)
 }
 
-/// A number from 0 to 1 that differs between neighbouring samples and is evenly spread over any few of them
+fn first_samples(layer: &Layer) -> Vec<f32> {
+    let rows = layer.depth.chunks_exact(layer.width).step_by(SAMPLES);
+    rows.flat_map(|row| row.iter().step_by(SAMPLES).copied())
+        .collect()
+}
+
+/// Places in the unit disc along a spiral, once for every turn of it, ordered for [`share`].
+fn spirals(taps: usize) -> Vec<Vec2> {
+    let samples = SAMPLES * SAMPLES;
+    let tap = |turn: usize, i: usize| {
+        // Consecutive taps go to different samples: each sample has near and far ones.
+        let tap = (i % (taps / samples)) * samples + i / (taps / samples);
+        let turn = turn as f32 / TURNS as f32;
+        let part = (tap as f32 + 0.25 + 0.5 * turn) / taps as f32;
+        // Seven turns of the spiral; with 16 places no two neighbours fall together.
+        let angle = std::f32::consts::TAU * (turn + 7.0 * part);
+        part * vec2(angle.cos(), angle.sin())
+    };
+    (0..TURNS * taps).map(|i| tap(i / taps, i % taps)).collect()
+}
+
+/// The part of the places of a turn that falls to a sample.
+fn share(places: &[Vec2], taps: usize, turn: usize, sample: usize) -> &[Vec2] {
+    let each = taps / (SAMPLES * SAMPLES);
+    &places[turn * taps + sample * each..][..each]
+}
+
+/// A turn that differs between neighbouring pixels and is evenly spread over any few of them
 /// (interleaved gradient noise; J. Jimenez, "Next generation post processing in Call of Duty", 2014).
-fn turn(x: usize, y: usize) -> f32 {
+fn turn((x, y): (usize, usize)) -> usize {
+    // Not `f32::fract`: that is a call of a function where the target knows no rounding instruction.
+    let fraction = |value: f32| value - (value as i32) as f32;
     let inner = 0.067_110_56 * x as f32 + 0.005_837_15 * y as f32;
-    (52.982_918 * inner.fract()).fract()
+    (fraction(52.982_918 * fraction(inner)) * TURNS as f32) as usize % TURNS
 }

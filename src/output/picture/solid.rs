@@ -1,6 +1,6 @@
 //! Obstacles: where a ray meets them, and how they are turned there.
 
-use glam::Vec3;
+use glam::{Vec3, vec3};
 
 use super::projection::{NEAREST, Ray};
 use crate::scene::Bounds;
@@ -47,6 +47,19 @@ impl Solid {
         }
     }
 
+    /// Corners of a box around it.
+    pub(super) fn corners(&self) -> [Vec3; 8] {
+        let bounds = match *self {
+            Self::Box(bounds) => bounds,
+            Self::Sphere { center, radius } => around(center, Vec3::splat(radius)),
+            // Half the diagonal of the square.
+            Self::Wall {
+                center, half_size, ..
+            } => around(center, Vec3::splat(1.415 * half_size)),
+        };
+        corners(&bounds)
+    }
+
     /// Unit normal at a point of the surface, outwards.
     pub(super) fn normal(&self, at: Vec3) -> Vec3 {
         match *self {
@@ -66,6 +79,28 @@ impl Solid {
             Self::Sphere { center, .. } => (at - center).normalize_or(Vec3::Y),
             Self::Wall { normal, .. } => normal.normalize_or(Vec3::Y),
         }
+    }
+}
+
+/// The corners of a box: bit 0 of the index chooses x, bit 1 y, bit 2 z.
+pub(super) fn corners(bounds: &Bounds) -> [Vec3; 8] {
+    std::array::from_fn(|i| {
+        let pick = |axis: usize| {
+            let end = if i >> axis & 1 == 0 {
+                bounds.min
+            } else {
+                bounds.max
+            };
+            end[axis]
+        };
+        vec3(pick(0), pick(1), pick(2))
+    })
+}
+
+pub(super) fn around(center: Vec3, reach: Vec3) -> Bounds {
+    Bounds {
+        min: center - reach,
+        max: center + reach,
     }
 }
 

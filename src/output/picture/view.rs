@@ -3,11 +3,11 @@
 use glam::{Vec2, Vec3, vec2, vec3};
 
 use super::projection::Projection;
-use super::solid::Solid;
+use super::solid::{Solid, around, corners};
 use crate::scene::{BoundaryShape, Bounds, Camera, Dimension, Scene, Shape};
 
 /// Direction from which an unset camera looks at the scene: from the front, a little from the right and above.
-const DEFAULT_DIRECTION: Vec3 = vec3(0.42, 0.40, 1.0);
+const DEFAULT_DIRECTION: Vec3 = vec3(0.32, 0.38, 1.0);
 /// Vertical angle of view of an unset camera [°].
 const DEFAULT_FIELD_OF_VIEW: f32 = 26.0;
 /// Part of the picture, in the units −1 to 1 from edge to edge, that an unset camera fills: left, right, bottom, top.
@@ -58,7 +58,7 @@ impl View {
                 min: Vec3::INFINITY,
                 max: Vec3::NEG_INFINITY,
             },
-            particle_radius: scene.spacing * if flat { 0.54 } else { 0.56 },
+            particle_radius: scene.spacing * if flat { 0.58 } else { 0.60 },
             speed_range: (0.0, 1.0),
             floor: None,
             edges: Vec::new(),
@@ -285,26 +285,6 @@ fn edges(bounds: &Bounds) -> impl Iterator<Item = [Vec3; 2]> {
     let pairs = (0..8).flat_map(|i| [1, 2, 4].map(|bit| (i, i | bit)));
     let ends = pairs.map(move |(i, j)| [corners[i], corners[j]]);
     ends.filter(|[from, to]| from != to)
-}
-
-fn corners(bounds: &Bounds) -> [Vec3; 8] {
-    std::array::from_fn(|i| {
-        let pick = |bit: usize, axis: usize| {
-            if i & bit == 0 {
-                bounds.min[axis]
-            } else {
-                bounds.max[axis]
-            }
-        };
-        vec3(pick(1, 0), pick(2, 1), pick(4, 2))
-    })
-}
-
-fn around(center: Vec3, reach: Vec3) -> Bounds {
-    Bounds {
-        min: center - reach,
-        max: center + reach,
-    }
 }
 
 fn shape_bounds(shape: &Shape) -> Bounds {
