@@ -1,7 +1,23 @@
 //! overfall
-pub mod output;
-pub mod particle;
-pub mod scene;
-pub mod step;
 
-pub use step::{Phase, Plan, Simulation, StepError, StepReport, plan};
+pub mod boundary;
+pub mod column;
+pub mod density;
+pub mod execution;
+pub mod force;
+pub mod index;
+pub mod integrate;
+pub mod kernel;
+pub mod material;
+pub mod neighbours;
+pub mod output;
+pub mod pairs;
+pub mod particle;
+pub mod pressure;
+pub mod reorder;
+pub mod scene;
+pub mod simd;
+pub mod step;
+pub mod time_step;
+
+pub use step::{Phase, Plan, Simulation, Step, StepError, StepOutcome, StepReport, install, plan};

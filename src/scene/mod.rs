@@ -72,6 +72,9 @@ pub struct Scene {
     /// [`load`](Scene::load): to the working directory); the default order if absent.
     #[serde(default)]
     pub order: Option<String>,
+    /// How the systems of a step are run.
+    #[serde(default)]
+    pub executor: Executor,
     /// When the failure guard stops the run.
     #[serde(default)]
     pub limits: Limits,

@@ -244,3 +244,15 @@ impl Default for Limits {
         Self { compression: 0.5 }
     }
 }
+
+/// How the systems of a step are run. The loops inside them are parallel either way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum Executor {
+    /// In parallel from a few thousand particles on.
+    #[default]
+    Auto,
+    /// Systems that touch different data run side by side.
+    Parallel,
+    /// One system at a time.
+    SingleThreaded,
+}

@@ -1,11 +1,19 @@
-//! What a run of a scene would do, told without doing it.
+//! What a scene would run, without running it.
 
-use super::{InstallError, Phase};
-use crate::scene::Scene;
+use super::{
+    install::{InstallError, order_of},
+    phase::Phase,
+    schedule::planned,
+};
+use crate::{
+    boundary,
+    material::Material,
+    scene::{Neighbours, PressureMethod, Scene, TimeStep, shapes},
+    time_step,
+};
 
-/// The plan of a run.
-#[derive(Debug, Clone, Default, PartialEq)]
-#[non_exhaustive]
+/// The plan of a scene.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
     /// Fluid particles.
     pub particles: usize,
@@ -13,22 +21,106 @@ pub struct Plan {
     pub boundary_particles: usize,
     /// Support radius h [m].
     pub support_radius: f32,
-    /// Mass of a fluid particle [kg; kg/m in 2-D].
+    /// Mass of a particle [kg; kg/m in 2-D].
     pub particle_mass: f32,
-    /// Every phase with the names of its systems, in the order they run in.
+    /// Phases with their stages, in order.
     pub phases: Vec<(Phase, Vec<String>)>,
-    /// What is stored for a fluid particle, and how much of it [bytes].
+    /// Memory by what it holds [bytes a fluid particle].
     pub bytes_per_particle: Vec<(String, f64)>,
-    /// What limits the time step, and to how much [s]; infinite if it does not.
+    /// What the time step may be at most by each cause [s].
     pub time_step_limits: Vec<(String, f32)>,
     /// Neighbours of a particle within the fluid.
     pub expected_neighbours: f32,
 }
 
-/// Plans a run of a scene.
-///
-/// # Errors
-/// As [`Simulation::new`](super::Simulation::new).
-pub fn plan(_scene: &Scene) -> Result<Plan, InstallError> {
-    Ok(Plan::default())
+/// Plans a scene.
+pub fn plan(scene: &Scene) -> Result<Plan, InstallError> {
+    let order = order_of(scene)?;
+    let material = Material::new(scene);
+    let seeds = shapes::fluid_particles(scene);
+    let expected_neighbours = material
+        .kernel
+        .lattice(scene.dimension, scene.spacing)
+        .count() as f32
+        - 1.0;
+    Ok(Plan {
+        particles: seeds.len(),
+        boundary_particles: boundary::sample(scene).len(),
+        support_radius: scene.support_radius(),
+        particle_mass: material.particle_mass,
+        phases: planned(&order, scene),
+        bytes_per_particle: bytes_per_particle(scene, expected_neighbours),
+        time_step_limits: time_step_limits(
+            scene,
+            seeds.iter().map(|seed| seed.position.to_array()),
+        ),
+        expected_neighbours,
+    })
+}
+
+fn bytes_per_particle(scene: &Scene, neighbours: f32) -> Vec<(String, f64)> {
+    let mut bytes = vec![
+        // Four columns of 32 bytes, 8 bytes of change ticks each, and the entity's own entries.
+        (
+            "tables: position, velocity, density, pressure".to_owned(),
+            32.0 + 4.0 * 8.0 + 24.0,
+        ),
+        (
+            "packed columns and accelerations".to_owned(),
+            2.0 * 16.0 + 2.0 * 4.0 + 2.0 * 12.0,
+        ),
+        ("spatial index".to_owned(), 55.0),
+    ];
+    if scene.neighbours == Neighbours::Stored {
+        bytes.push((
+            "neighbour lists".to_owned(),
+            f64::from(neighbours) * 4.0 * 17.0 / 16.0 + 16.0,
+        ));
+    }
+    if let PressureMethod::Pcisph(_) = scene.pressure {
+        bytes.push(("predicted positions and densities".to_owned(), 20.0));
+    }
+    bytes
+}
+
+/// Limits at the fastest that this scene's water can get by falling through its whole height.
+fn time_step_limits(
+    scene: &Scene,
+    positions: impl Iterator<Item = [f32; 3]>,
+) -> Vec<(String, f32)> {
+    let along = scene.gravity.normalize_or_zero();
+    let heights = positions.map(|x| -along.dot(x.into()));
+    let (low, high) = heights.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), x| {
+        (low.min(x), high.max(x))
+    });
+    let gravity = scene.gravity.length();
+    let start = scene
+        .bodies
+        .iter()
+        .map(|body| body.velocity.length())
+        .fold(0.0, f32::max);
+    let fall = (2.0 * gravity * (high - low).max(0.0) + start * start).sqrt();
+    let factor = match scene.time_step {
+        TimeStep::Cfl(cfl) => cfl.factor,
+        // The hard limit: nothing moves more than h/2.
+        TimeStep::Fixed(_) => 0.5,
+    };
+    let [speed, force] = time_step::motion_limits(factor, scene.support_radius(), fall, gravity);
+    let mut limits = vec![
+        (
+            format!(
+                "{} at {fall:.2} m/s, the fall through the fluid's height",
+                speed.0
+            ),
+            speed.1,
+        ),
+        (format!("{} of gravity", force.0), force.1),
+    ];
+    limits.extend(
+        time_step::constant_limits(scene)
+            .into_iter()
+            .map(|(name, dt)| (name.to_owned(), dt)),
+    );
+    limits.retain(|limit| limit.1.is_finite());
+    limits
 }

@@ -3,7 +3,17 @@
 use bevy_ecs::prelude::*;
 use glam::Vec3;
 
-use super::phase::Phase;
+use super::{
+    clock::{Clock, Failure},
+    phase::Phase,
+    timer::PhaseTimer,
+};
+use crate::{
+    column::Positions,
+    integrate::Motion,
+    neighbours::{BoundaryNeighbours, FluidNeighbours},
+    pressure::PressureSolve,
+};
 
 /// What one step did.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -28,7 +38,7 @@ pub struct StepReport {
     pub max_speed: f32,
     /// Fluid particles.
     pub particles: usize,
-    /// Neighbours a particle, fluid and boundary together, on average.
+    /// Neighbours a particle, fluid and boundary together, on average; 0 if they are not stored.
     pub mean_neighbours: f32,
     /// Wall time of every phase [s], in the order of [`Phase::ALL`].
     pub phase_seconds: [f64; Phase::ALL.len()],
@@ -108,4 +118,52 @@ fn place(particle: &Option<(Entity, Vec3)>) -> String {
             at.x, at.y, at.z
         )
     })
+}
+
+/// How the last step ended: what a host looks at after running the schedule.
+#[derive(Resource, Debug, Clone, PartialEq)]
+pub struct StepOutcome(pub Result<StepReport, StepError>);
+
+impl Default for StepOutcome {
+    fn default() -> Self {
+        Self(Ok(StepReport::default()))
+    }
+}
+
+/// Writes the outcome (phase `Observe`).
+pub(super) fn finish(
+    mut outcome: ResMut<StepOutcome>,
+    failure: Res<Failure>,
+    clock: Res<Clock>,
+    timer: Res<PhaseTimer>,
+    solve: Res<PressureSolve>,
+    motion: Res<Motion>,
+    positions: Res<Positions>,
+    lists: (
+        Option<Res<FluidNeighbours>>,
+        Option<Res<BoundaryNeighbours>>,
+    ),
+) {
+    if let Some(error) = failure.error(&clock) {
+        outcome.0 = Err(error);
+        return;
+    }
+    let particles = positions.rows();
+    let (fluid, boundary) = lists;
+    let pairs =
+        fluid.map_or(0, |lists| lists.0.pairs()) + boundary.map_or(0, |lists| lists.0.pairs());
+    outcome.0 = Ok(StepReport {
+        step: clock.step,
+        time: clock.time,
+        dt: clock.dt,
+        iterations: solve.iterations,
+        max_density_error: solve.error.largest,
+        mean_density_error: solve.error.mean,
+        kinetic_energy: motion.kinetic_energy,
+        potential_energy: motion.potential_energy,
+        max_speed: motion.max_speed,
+        particles,
+        mean_neighbours: pairs as f32 / particles.max(1) as f32,
+        phase_seconds: timer.seconds,
+    });
 }

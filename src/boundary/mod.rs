@@ -1,0 +1,64 @@
+//! Solid boundaries as particles (Akinci et al. 2012): sampled once, with the volume that each stands for.
+//!
+//! A wall adds `ρ0 V_b W` to the density of the fluid near it, which makes pressure push the fluid away. The particles
+//! are entities; loops read a packed copy, and an index of their own that is built once, since they do not move.
+
+mod sampling;
+mod volume;
+
+use bevy_ecs::prelude::*;
+use bytemuck::TransparentWrapper;
+use glam::{Vec3, Vec4};
+
+pub use sampling::sample;
+pub use volume::volumes;
+
+use crate::{
+    column::SENTINEL,
+    execution::Execution,
+    index::{self, SpatialIndex},
+    particle::{Boundary, BoundaryVolume, Position},
+    scene::Scene,
+};
+
+/// The boundary particles as loops read them.
+#[derive(Resource)]
+pub struct BoundarySamples {
+    /// Position [m] and volume [m³; m² in 2-D] of every particle; a sentinel without volume ends them.
+    pub packed: Vec<Vec4>,
+    /// Who is where.
+    pub index: Box<dyn SpatialIndex>,
+}
+
+impl BoundarySamples {
+    /// The particles without the sentinel.
+    pub fn points(&self) -> &[Vec4] {
+        &self.packed[..self.packed.len() - 1]
+    }
+
+    /// Packs particles at `positions` [m] and calculates their volumes.
+    pub fn new(scene: &Scene, positions: &[Vec3], execution: &Execution) -> Self {
+        let mut packed: Vec<Vec4> = positions.iter().map(|x| x.extend(0.0)).collect();
+        let mut index = index::build(scene);
+        index.rebuild(&packed, execution);
+        packed.push(SENTINEL);
+        let volumes = volumes(scene, &*index, &packed, execution);
+        for (particle, volume) in packed.iter_mut().zip(volumes) {
+            particle.w = volume;
+        }
+        Self { packed, index }
+    }
+}
+
+/// Takes the boundary particles of a world over again, after a host has spawned, moved or despawned some.
+pub fn refresh_boundary(world: &mut World, scene: &Scene) {
+    let execution = world.resource::<Execution>().clone();
+    let mut query = world.query_filtered::<&Position, With<Boundary>>();
+    let positions: Vec<Vec3> = query.iter(world).map(|x| x.0).collect();
+    let samples = BoundarySamples::new(scene, &positions, &execution);
+    let mut query = world.query_filtered::<&mut BoundaryVolume, With<Boundary>>();
+    for (mut volume, sample) in query.iter_mut(world).zip(samples.points()) {
+        *BoundaryVolume::peel_mut(&mut volume) = sample.w;
+    }
+    world.insert_resource(samples);
+}

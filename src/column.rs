@@ -1,0 +1,155 @@
+//! Columns of all fluid particles, indexed by row: what a step works on.
+//!
+//! A table of the ECS holds a column as it is spawned; the particles may lie in several tables. At the start of a step
+//! [`gather_columns`] brings them together, at its end [`scatter_columns`] writes the state back. Between the two every
+//! column is one slice, whatever the tables.
+//!
+//! Option 1: borrow the one table there usually is and copy only when there are several. Option 2: always copy, into
+//! entries of four floats with a fourth that a neighbour loop wants beside the first three. We use 2: a neighbour is
+//! then one load of 16 bytes that never crosses a cache line, which gains far more than the copy costs
+//! (`benches/step.rs`), and one code serves any number of tables.
+
+use bevy_ecs::prelude::*;
+use bytemuck::TransparentWrapper;
+use glam::{Vec3, Vec4};
+
+use crate::{
+    execution::Execution,
+    particle::{Density, Fluid, Position, Pressure, Velocity},
+};
+
+/// Position of the entry behind the last row: so far away that every kernel is zero there. Lanes of a neighbour loop
+/// that have no neighbour read it.
+pub const SENTINEL: Vec4 = Vec4::new(1e18, 1e18, 1e18, 0.0);
+
+/// Positions [m]; the fourth entry is the pressure term `p/ρ²` of the pressure force. A sentinel ends them.
+#[derive(Resource, Debug, Clone)]
+pub struct Positions(pub Vec<Vec4>);
+
+/// Velocities [m/s]; the fourth entry is the volume `m/ρ` [m³; m² in 2-D]. A sentinel of zero ends them.
+#[derive(Resource, Debug, Clone)]
+pub struct Velocities(pub Vec<Vec4>);
+
+/// Densities [kg/m³; kg/m² in 2-D].
+#[derive(Resource, Debug, Clone, Default)]
+pub struct Densities(pub Vec<f32>);
+
+/// Pressures [Pa].
+#[derive(Resource, Debug, Clone, Default)]
+pub struct Pressures(pub Vec<f32>);
+
+/// Accelerations by all forces but pressure [m/s²].
+#[derive(Resource, Debug, Clone, Default)]
+pub struct Accelerations(pub Vec<Vec3>);
+
+/// Accelerations by pressure [m/s²].
+#[derive(Resource, Debug, Clone, Default)]
+pub struct PressureAccelerations(pub Vec<Vec3>);
+
+impl Default for Positions {
+    fn default() -> Self {
+        Self(vec![SENTINEL])
+    }
+}
+
+impl Positions {
+    /// The positions without the sentinel.
+    pub fn points(&self) -> &[Vec4] {
+        &self.0[..self.0.len() - 1]
+    }
+
+    /// Number of fluid particles.
+    pub fn rows(&self) -> usize {
+        self.0.len() - 1
+    }
+}
+
+impl Default for Velocities {
+    fn default() -> Self {
+        Self(vec![Vec4::ZERO])
+    }
+}
+
+/// State of the fluid as the tables hold it.
+type State = (
+    &'static mut Position,
+    &'static mut Velocity,
+    &'static mut Density,
+    &'static mut Pressure,
+);
+
+/// Brings the columns of all tables together (phase `RebuildIndex`).
+pub fn gather_columns(
+    fluid: Query<(&Position, &Velocity, &Pressure), With<Fluid>>,
+    mut positions: ResMut<Positions>,
+    mut velocities: ResMut<Velocities>,
+    mut pressures: ResMut<Pressures>,
+    execution: Res<Execution>,
+) {
+    let tables = || fluid.contiguous_iter().into_iter().flatten();
+    let rows: usize = tables().map(|(x, ..)| x.len()).sum();
+    positions.0.resize(rows + 1, SENTINEL);
+    velocities.0.resize(rows + 1, Vec4::ZERO);
+    positions.0[rows] = SENTINEL;
+    velocities.0[rows] = Vec4::ZERO;
+    pressures.0.resize(rows, 0.0);
+    let mut first = 0;
+    for (x, v, p) in tables() {
+        let rows = first..first + x.len();
+        let pack = |packed: &mut [Vec4], column: &[Vec3]| {
+            execution.for_each_chunk(packed, |first, packed| {
+                for (packed, value) in packed.iter_mut().zip(&column[first..]) {
+                    *packed = value.extend(0.0);
+                }
+            });
+        };
+        pack(&mut positions.0[rows.clone()], Position::peel_slice(x));
+        pack(&mut velocities.0[rows.clone()], Velocity::peel_slice(v));
+        pressures.0[rows.clone()].copy_from_slice(Pressure::peel_slice(p));
+        first = rows.end;
+    }
+}
+
+/// Writes the state of the step into the tables and marks it as changed (phase `Integrate`).
+pub fn scatter_columns(
+    mut fluid: Query<State, With<Fluid>>,
+    positions: Res<Positions>,
+    velocities: Res<Velocities>,
+    densities: Res<Densities>,
+    pressures: Res<Pressures>,
+    execution: Res<Execution>,
+) {
+    let mut first = 0;
+    for (mut x, mut v, mut rho, mut p) in fluid.contiguous_iter_mut().into_iter().flatten() {
+        // One `deref_mut` a column: it marks all its rows.
+        let (x, v): (&mut [Position], &mut [Velocity]) = (&mut x, &mut v);
+        let rows = first..first + x.len();
+        let unpack = |column: &mut [Vec3], packed: &[Vec4]| {
+            execution.for_each_chunk(column, |first, column| {
+                for (value, packed) in column.iter_mut().zip(&packed[first..]) {
+                    *value = packed.truncate();
+                }
+            });
+        };
+        unpack(Position::peel_slice_mut(x), &positions.0[rows.clone()]);
+        unpack(Velocity::peel_slice_mut(v), &velocities.0[rows.clone()]);
+        Density::peel_slice_mut(&mut rho).copy_from_slice(&densities.0[rows.clone()]);
+        Pressure::peel_slice_mut(&mut p).copy_from_slice(&pressures.0[rows.clone()]);
+        first = rows.end;
+    }
+}
+
+/// The entity and position in `row`, counted as [`gather_columns`] does.
+pub fn entity_of_row(
+    fluid: &Query<(Entity, &Position), With<Fluid>>,
+    row: usize,
+) -> Option<(Entity, Vec3)> {
+    let mut first = 0;
+    for (entities, x) in fluid.contiguous_iter().ok()? {
+        if let Some(&entity) = entities.get(row - first) {
+            return Some((entity, x[row - first].0));
+        }
+        first += entities.len();
+    }
+    None
+}

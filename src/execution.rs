@@ -1,0 +1,74 @@
+//! Where loops run: a rayon pool of their own and an instruction set.
+//!
+//! Systems of bevy's executor run on bevy's task threads, which rayon's `install` around the step would not reach:
+//! so the pool is a resource, and every loop enters it.
+
+use std::sync::Arc;
+
+use bevy_ecs::prelude::*;
+use rayon::prelude::*;
+
+use crate::simd::InstructionSet;
+
+/// Rows that one task works on. Fixed, so that partial results do not depend on the number of threads.
+pub const CHUNK: usize = 1024;
+
+/// Threads and instruction set of all loops.
+#[derive(Resource, Clone)]
+pub struct Execution {
+    pool: Arc<rayon::ThreadPool>,
+    /// Instruction set of the neighbour loops.
+    pub instruction_set: InstructionSet,
+}
+
+impl Execution {
+    /// A pool of `threads`; 0 takes one for every core. Fails if the system refuses the threads.
+    pub fn new(threads: usize) -> Result<Self, rayon::ThreadPoolBuildError> {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .thread_name(|k| format!("overfall-{k}"))
+            .build()?;
+        Ok(Self {
+            pool: Arc::new(pool),
+            instruction_set: InstructionSet::detect(),
+        })
+    }
+
+    /// Number of threads.
+    pub fn threads(&self) -> usize {
+        self.pool.current_num_threads()
+    }
+
+    /// Runs `work` in the pool.
+    pub fn install<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
+        self.pool.install(work)
+    }
+
+    /// Calls `work` with the first row and the chunk of `column`, for every chunk, in parallel.
+    pub fn for_each_chunk<T: Send>(&self, column: &mut [T], work: impl Fn(usize, &mut [T]) + Sync) {
+        self.install(|| {
+            column
+                .par_chunks_mut(CHUNK)
+                .enumerate()
+                .for_each(|(chunk, rows)| work(chunk * CHUNK, rows));
+        });
+    }
+}
+
+/// One result a chunk, kept from step to step and folded in the order of the rows: the same for any number of threads.
+#[derive(Debug, Default, Clone)]
+pub struct ChunkResults<T>(Vec<T>);
+
+impl<T: Default + Clone + Send> ChunkResults<T> {
+    /// A place for every chunk of `rows` rows, at its default.
+    pub fn reset(&mut self, rows: usize) -> &mut [T] {
+        self.0.clear();
+        self.0.resize(rows.div_ceil(CHUNK), T::default());
+        &mut self.0
+    }
+
+    /// The results in the order of the rows.
+    pub fn iter(&self) -> std::slice::Iter<'_, T> {
+        self.0.iter()
+    }
+}

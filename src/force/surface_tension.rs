@@ -1,0 +1,72 @@
+//! Surface tension as pairwise cohesion: `a_i = −(κ/m) Σ_j m (x_i − x_j) W(max(|x_ij|, spacing))` (Becker & Teschner 2007,
+//! eq. 14; particles nearer than the spacing attract no more than there). κ in m³/s² (m²/s² in 2-D).
+
+use bevy_ecs::prelude::*;
+use glam::{Vec3, Vec4};
+
+use super::ForceScratch;
+use crate::{
+    column::Accelerations,
+    material::Material,
+    pairs::{PairSum, Pairs, accumulate, broadcast, separation},
+    simd::Simd,
+};
+
+/// Strength κ [m³/s²; m²/s² in 2-D] of the scene.
+#[derive(Resource, Debug, Clone, Copy)]
+pub struct Cohesion(pub f32);
+
+/// Adds surface tension (phase `Forces`).
+pub fn apply_surface_tension(
+    mut accelerations: ResMut<Accelerations>,
+    mut scratch: ResMut<ForceScratch>,
+    cohesion: Res<Cohesion>,
+    material: Res<Material>,
+    pairs: Pairs,
+) {
+    let pass = CohesionSum {
+        material: &material,
+        positions: &pairs.positions().0,
+        factor: -cohesion.0 * material.kernel.normalisation,
+        nearest: material.spacing * material.spacing,
+    };
+    pairs.sum(&pass, scratch.rows(pairs.positions().rows()));
+    scratch.add_to(&mut accelerations);
+}
+
+struct CohesionSum<'a> {
+    material: &'a Material,
+    positions: &'a [Vec4],
+    /// −κ σ
+    factor: f32,
+    /// Square of the spacing [m²].
+    nearest: f32,
+}
+
+impl PairSum for CohesionSum<'_> {
+    type Sums<S: Simd> = ([S::F; 3], [S::F; 3]);
+    type Output = Vec3;
+
+    #[inline(always)]
+    fn start<S: Simd>(&self, simd: S, i: usize) -> Self::Sums<S> {
+        (broadcast(simd, self.positions[i]), [simd.splat(0.0); 3])
+    }
+
+    #[inline(always)]
+    fn fluid<S: Simd>(&self, simd: S, j: S::Rows, (own, sum): &mut Self::Sums<S>) {
+        let (x, distance, _) = separation(simd, *own, self.positions, j);
+        let shape = self
+            .material
+            .kernel
+            .shape(simd, simd.max(distance, simd.splat(self.nearest)));
+        accumulate(simd, sum, shape, x);
+    }
+
+    #[inline(always)]
+    fn boundary<S: Simd>(&self, _: S, _: S::Rows, _: &mut Self::Sums<S>) {}
+
+    #[inline(always)]
+    fn finish<S: Simd>(&self, simd: S, _: usize, (_, [x, y, z]): Self::Sums<S>) -> Vec3 {
+        self.factor * Vec3::new(simd.sum(x), simd.sum(y), simd.sum(z))
+    }
+}

@@ -1,0 +1,153 @@
+//! Viscosity, laminar or artificial.
+//!
+//! Laminar: `a_i = 2 (d + 2) ν Σ_j (m/ρ_j) (v_ij · x_ij)/(|x_ij|² + 0.01 h²) ∇W_ij`, ν the kinematic viscosity [m²/s]
+//! (Monaghan 2005, in the form that keeps angular momentum).
+//!
+//! Artificial: `a_i = −Σ_j m Π_ij ∇W_ij`, `Π_ij = −2 α h c/(ρ_i + ρ_j) · (v_ij · x_ij)/(|x_ij|² + 0.01 h²)` where the
+//! particles approach, 0 elsewhere (Becker & Teschner 2007, eq. 10, with h the support radius as there).
+//!
+//! Neither acts between fluid and boundary: walls are free-slip.
+
+use bevy_ecs::prelude::*;
+use glam::{Vec3, Vec4};
+
+use super::ForceScratch;
+use crate::{
+    column::{Accelerations, Densities, Velocities},
+    material::Material,
+    pairs::{PairSum, Pairs, accumulate, broadcast, dot, separation},
+    simd::Simd,
+};
+
+/// Kinematic viscosity ν [m²/s] of the scene.
+#[derive(Resource, Debug, Clone, Copy)]
+pub struct LaminarViscosity(pub f32);
+
+/// Parameters of the artificial viscosity.
+#[derive(Resource, Debug, Clone, Copy)]
+pub struct ArtificialViscosity {
+    /// α [-].
+    pub alpha: f32,
+    /// Speed of sound c [m/s].
+    pub sound_speed: f32,
+}
+
+/// Adds laminar viscosity (phase `Forces`).
+pub fn apply_laminar_viscosity(
+    mut accelerations: ResMut<Accelerations>,
+    mut scratch: ResMut<ForceScratch>,
+    mut velocities: ResMut<Velocities>,
+    densities: Res<Densities>,
+    viscosity: Res<LaminarViscosity>,
+    material: Res<Material>,
+    pairs: Pairs,
+) {
+    let d = f32::from(u8::from(material.dimension));
+    let factor = 2.0 * (d + 2.0) * viscosity.0 * material.kernel.slope_factor;
+    // The weight of a neighbour is its volume, m/ρ_j.
+    for (velocity, rho) in velocities.0.iter_mut().zip(&densities.0) {
+        velocity.w = material.particle_mass / rho;
+    }
+    let pass = Friction::<false>::new(&pairs, &velocities, &material, factor);
+    pairs.sum(&pass, scratch.rows(densities.0.len()));
+    scratch.add_to(&mut accelerations);
+}
+
+/// Adds artificial viscosity (phase `Forces`).
+pub fn apply_artificial_viscosity(
+    mut accelerations: ResMut<Accelerations>,
+    mut scratch: ResMut<ForceScratch>,
+    mut velocities: ResMut<Velocities>,
+    densities: Res<Densities>,
+    viscosity: Res<ArtificialViscosity>,
+    material: Res<Material>,
+    pairs: Pairs,
+) {
+    let ArtificialViscosity { alpha, sound_speed } = *viscosity;
+    let h = material.kernel.support_radius;
+    let factor =
+        2.0 * alpha * h * sound_speed * material.particle_mass * material.kernel.slope_factor;
+    for (velocity, rho) in velocities.0.iter_mut().zip(&densities.0) {
+        velocity.w = *rho;
+    }
+    let pass = Friction::<true>::new(&pairs, &velocities, &material, factor);
+    pairs.sum(&pass, scratch.rows(densities.0.len()));
+    scratch.add_to(&mut accelerations);
+}
+
+/// Both models: `factor Σ_j weight (v_ij · x_ij)/(|x_ij|² + 0.01 h²) slope x_ij`. The fourth entry of a velocity is the
+/// volume (laminar) or the density (artificial).
+struct Friction<'a, const ARTIFICIAL: bool> {
+    material: &'a Material,
+    positions: &'a [Vec4],
+    velocities: &'a [Vec4],
+    factor: f32,
+}
+
+impl<'a, const ARTIFICIAL: bool> Friction<'a, ARTIFICIAL> {
+    fn new(
+        pairs: &'a Pairs,
+        velocities: &'a Velocities,
+        material: &'a Material,
+        factor: f32,
+    ) -> Self {
+        Self {
+            material,
+            positions: &pairs.positions().0,
+            velocities: &velocities.0,
+            factor,
+        }
+    }
+}
+
+struct FrictionSums<S: Simd> {
+    position: [S::F; 3],
+    velocity: [S::F; 3],
+    weight: S::F,
+    sum: [S::F; 3],
+}
+
+impl<const ARTIFICIAL: bool> PairSum for Friction<'_, ARTIFICIAL> {
+    type Sums<S: Simd> = FrictionSums<S>;
+    type Output = Vec3;
+
+    #[inline(always)]
+    fn start<S: Simd>(&self, simd: S, i: usize) -> FrictionSums<S> {
+        FrictionSums {
+            position: broadcast(simd, self.positions[i]),
+            velocity: broadcast(simd, self.velocities[i]),
+            weight: simd.splat(self.velocities[i].w),
+            sum: [simd.splat(0.0); 3],
+        }
+    }
+
+    #[inline(always)]
+    fn fluid<S: Simd>(&self, simd: S, j: S::Rows, sums: &mut FrictionSums<S>) {
+        let h = self.material.kernel.support_radius;
+        let (x, distance, _) = separation(simd, sums.position, self.positions, j);
+        let (v, _, weight) = separation(simd, sums.velocity, self.velocities, j);
+        let approach = dot(simd, v, x);
+        let (approach, weight) = if ARTIFICIAL {
+            let approach = simd.min(approach, simd.splat(0.0));
+            (
+                approach,
+                simd.div(simd.splat(1.0), simd.add(sums.weight, weight)),
+            )
+        } else {
+            (approach, weight)
+        };
+        let damped = simd.add(distance, simd.splat(0.01 * h * h));
+        let rate = simd.div(simd.mul(weight, approach), damped);
+        let slope = self.material.kernel.slope(simd, distance);
+        accumulate(simd, &mut sums.sum, simd.mul(rate, slope), x);
+    }
+
+    #[inline(always)]
+    fn boundary<S: Simd>(&self, _: S, _: S::Rows, _: &mut FrictionSums<S>) {}
+
+    #[inline(always)]
+    fn finish<S: Simd>(&self, simd: S, _: usize, sums: FrictionSums<S>) -> Vec3 {
+        let [x, y, z] = sums.sum;
+        self.factor * Vec3::new(simd.sum(x), simd.sum(y), simd.sum(z))
+    }
+}

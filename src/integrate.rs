@@ -1,0 +1,192 @@
+//! Integration by the semi-implicit Euler scheme, `v += dt a`, `x += dt v`, and the failure guard.
+//!
+//! Both work on the columns; the tables take the new state only if the guard finds nothing, so they always hold the
+//! last good one.
+
+use bevy_ecs::prelude::*;
+use glam::Vec4;
+use rayon::prelude::*;
+
+use crate::{
+    column::{Accelerations, Densities, Positions, PressureAccelerations, Velocities},
+    execution::{CHUNK, ChunkResults, Execution},
+    material::Material,
+    scene::{Bounds, Limits},
+    step::{Clock, Failure, FailureCause},
+};
+
+/// What the particles did in the last step.
+#[derive(Resource, Debug, Default)]
+pub struct Motion {
+    /// Largest speed [m/s].
+    pub max_speed: f32,
+    /// Largest acceleration, pressure included [m/s²].
+    pub max_acceleration: f32,
+    /// Kinetic energy [J; J/m in 2-D].
+    pub kinetic_energy: f64,
+    /// Potential energy in the scene's gravity, zero at the origin [J; J/m in 2-D].
+    pub potential_energy: f64,
+    chunks: ChunkResults<ChunkMotion>,
+}
+
+/// The part of the space that particles may not leave, if the scene has one.
+#[derive(Resource, Debug, Clone, Copy)]
+pub struct Domain(pub Bounds);
+
+/// Limits of the failure guard.
+#[derive(Resource, Debug, Clone, Copy)]
+pub struct GuardLimits(pub Limits);
+
+/// Motion of one chunk of rows. Squares, and sums in f64: millions of terms lose no digits.
+#[derive(Debug, Clone, Copy, Default)]
+struct ChunkMotion {
+    speed_squared: (f32, usize),
+    acceleration_squared: f32,
+    speed_squared_sum: f64,
+    height_sum: f64,
+    compression: (f32, usize),
+    not_finite: Option<(&'static str, usize)>,
+    outside: Option<usize>,
+}
+
+/// Moves every particle (phase `Integrate`).
+pub fn integrate(
+    mut positions: ResMut<Positions>,
+    mut velocities: ResMut<Velocities>,
+    mut motion: ResMut<Motion>,
+    columns: (
+        Res<Accelerations>,
+        Res<PressureAccelerations>,
+        Res<Densities>,
+    ),
+    domain: Option<Res<Domain>>,
+    material: Res<Material>,
+    clock: Res<Clock>,
+    execution: Res<Execution>,
+) {
+    let (accelerations, pressure_accelerations, densities) = columns;
+    let (dt, gravity, rest_density) = (clock.dt, material.gravity, material.rest_density);
+    let bounds = domain.map(|domain| domain.0);
+    let rows = positions.rows();
+    let motion = &mut *motion;
+    let chunks = motion.chunks.reset(rows);
+    let advance = |first: usize, x: &mut [Vec4], v: &mut [Vec4]| {
+        let mut result = ChunkMotion::default();
+        let state = x.iter_mut().zip(v);
+        let forces = accelerations.0[first..]
+            .iter()
+            .zip(&pressure_accelerations.0[first..]);
+        for (row, (((x, v), (a, a_p)), &rho)) in
+            (first..).zip(state.zip(forces).zip(&densities.0[first..]))
+        {
+            let acceleration = *a + *a_p;
+            let velocity = v.truncate() + dt * acceleration;
+            let position = x.truncate() + dt * velocity;
+            *v = velocity.extend(v.w);
+            *x = position.extend(x.w);
+            if result.not_finite.is_none() {
+                let quantities = [
+                    ("velocity", velocity.is_finite()),
+                    ("position", position.is_finite()),
+                    ("density", rho.is_finite()),
+                ];
+                result.not_finite = quantities
+                    .iter()
+                    .find(|(_, finite)| !finite)
+                    .map(|(name, _)| (*name, row));
+            }
+            let speed_squared = velocity.length_squared();
+            if speed_squared > result.speed_squared.0 {
+                result.speed_squared = (speed_squared, row);
+            }
+            let compression = rho / rest_density - 1.0;
+            if compression > result.compression.0 {
+                result.compression = (compression, row);
+            }
+            if let Some(Bounds { min, max }) = bounds
+                && !(position.cmpge(min).all() && position.cmple(max).all())
+            {
+                result.outside.get_or_insert(row);
+            }
+            result.acceleration_squared = result
+                .acceleration_squared
+                .max(acceleration.length_squared());
+            result.speed_squared_sum += f64::from(speed_squared);
+            result.height_sum += f64::from(gravity.dot(position));
+        }
+        result
+    };
+    execution.install(|| {
+        chunks
+            .par_iter_mut()
+            .zip(positions.0[..rows].par_chunks_mut(CHUNK))
+            .zip(velocities.0[..rows].par_chunks_mut(CHUNK))
+            .enumerate()
+            .for_each(|(chunk, ((result, x), v))| *result = advance(chunk * CHUNK, x, v));
+    });
+    motion.fold(material.particle_mass);
+}
+
+impl Motion {
+    fn fold(&mut self, particle_mass: f32) {
+        let total = self.total();
+        let mass = f64::from(particle_mass);
+        self.max_speed = total.speed_squared.0.sqrt();
+        self.max_acceleration = total.acceleration_squared.sqrt();
+        self.kinetic_energy = 0.5 * mass * total.speed_squared_sum;
+        self.potential_energy = -mass * total.height_sum;
+    }
+
+    /// All chunks, folded in their order.
+    fn total(&self) -> ChunkMotion {
+        let larger = |a: (f32, usize), b: (f32, usize)| if b.0 > a.0 { b } else { a };
+        self.chunks
+            .iter()
+            .fold(ChunkMotion::default(), |sum, chunk| ChunkMotion {
+                speed_squared: larger(sum.speed_squared, chunk.speed_squared),
+                acceleration_squared: sum.acceleration_squared.max(chunk.acceleration_squared),
+                speed_squared_sum: sum.speed_squared_sum + chunk.speed_squared_sum,
+                height_sum: sum.height_sum + chunk.height_sum,
+                compression: larger(sum.compression, chunk.compression),
+                not_finite: sum.not_finite.or(chunk.not_finite),
+                outside: sum.outside.or(chunk.outside),
+            })
+    }
+}
+
+/// Refuses a step that went wrong (phase `Integrate`).
+pub fn guard(
+    mut failure: ResMut<Failure>,
+    motion: Res<Motion>,
+    limits: Res<GuardLimits>,
+    material: Res<Material>,
+    clock: Res<Clock>,
+) {
+    let total = motion.total();
+    if let Some((quantity, row)) = total.not_finite {
+        return failure.record(FailureCause::NotFinite { quantity }, Some(row));
+    }
+    // The paper's bound (4.3.2).
+    let limit = 0.5 * material.kernel.support_radius;
+    let displacement = clock.dt * motion.max_speed;
+    if displacement > limit {
+        return failure.record(
+            FailureCause::TooFast {
+                displacement,
+                limit,
+            },
+            Some(total.speed_squared.1),
+        );
+    }
+    let (compression, row) = total.compression;
+    let limit = limits.0.compression;
+    if compression > limit {
+        return failure.record(
+            FailureCause::OverCompressed { compression, limit },
+            Some(row),
+        );
+    }
+    if let Some(row) = total.outside {
+        failure.record(FailureCause::LeftDomain, Some(row));
+    }
+}

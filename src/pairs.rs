@@ -1,0 +1,241 @@
+//! Sums over neighbours: the shape that every loop of the paper's Algorithms 1 and 2 has.
+//!
+//! A pass says what one particle adds up over its fluid and its boundary neighbours, eight at a time ([`PairSum`]);
+//! [`Pairs::sum`] runs it over all rows in parallel, with stored lists or with neighbours found on the spot.
+
+use bevy_ecs::{prelude::*, system::SystemParam};
+use glam::{IVec3, Vec4};
+
+use crate::{
+    boundary::BoundarySamples,
+    column::{Positions, SENTINEL},
+    execution::Execution,
+    index::FluidIndex,
+    neighbours::{BoundaryNeighbours, FluidNeighbours, NeighbourLists, OnTheSpot, Search},
+    simd::{LANES, Simd, Vectorised},
+};
+
+/// What a particle sums over its neighbours. Mark every method `#[inline(always)]`.
+pub trait PairSum: Sync {
+    /// Values of the particle itself and its partial sums, in lanes.
+    type Sums<S: Simd>;
+    /// What becomes of them.
+    type Output: Send;
+
+    /// Before the first neighbour of row `i`.
+    fn start<S: Simd>(&self, simd: S, i: usize) -> Self::Sums<S>;
+    /// Eight fluid neighbours; lanes without one hold a row whose sentinel adds nothing.
+    fn fluid<S: Simd>(&self, simd: S, j: S::Rows, sums: &mut Self::Sums<S>);
+    /// Eight boundary neighbours, likewise.
+    fn boundary<S: Simd>(&self, simd: S, b: S::Rows, sums: &mut Self::Sums<S>);
+    /// After the last neighbour of row `i`.
+    fn finish<S: Simd>(&self, simd: S, i: usize, sums: Self::Sums<S>) -> Self::Output;
+}
+
+/// Position of a row in all lanes [m].
+#[inline(always)]
+pub fn broadcast<S: Simd>(simd: S, point: Vec4) -> [S::F; 3] {
+    [
+        simd.splat(point.x),
+        simd.splat(point.y),
+        simd.splat(point.z),
+    ]
+}
+
+/// `x_i − x_j` [m], its square [m²], and the fourth entry of eight points.
+#[inline(always)]
+pub fn separation<S: Simd>(
+    simd: S,
+    own: [S::F; 3],
+    points: &[Vec4],
+    rows: S::Rows,
+) -> ([S::F; 3], S::F, S::F) {
+    let [x, y, z, w] = simd.gather(points, rows);
+    let d = [
+        simd.sub(own[0], x),
+        simd.sub(own[1], y),
+        simd.sub(own[2], z),
+    ];
+    (d, dot(simd, d, d), w)
+}
+
+/// Scalar product.
+#[inline(always)]
+pub fn dot<S: Simd>(simd: S, a: [S::F; 3], b: [S::F; 3]) -> S::F {
+    simd.mul_add(a[2], b[2], simd.mul_add(a[1], b[1], simd.mul(a[0], b[0])))
+}
+
+/// `sum += factor · vector`.
+#[inline(always)]
+pub fn accumulate<S: Simd>(simd: S, sum: &mut [S::F; 3], factor: S::F, vector: [S::F; 3]) {
+    for (sum, component) in sum.iter_mut().zip(vector) {
+        *sum = simd.mul_add(factor, component, *sum);
+    }
+}
+
+/// Neighbours of the fluid particles, stored or not, and where loops over them run.
+#[derive(SystemParam)]
+pub struct Pairs<'w> {
+    fluid: Option<Res<'w, FluidNeighbours>>,
+    boundary: Option<Res<'w, BoundaryNeighbours>>,
+    samples: Option<Res<'w, BoundarySamples>>,
+    index: Res<'w, FluidIndex>,
+    positions: Res<'w, Positions>,
+    /// Where loops run.
+    pub execution: Res<'w, Execution>,
+}
+
+impl Pairs<'_> {
+    /// Boundary particles as (position [m], volume [m³]), ended by a sentinel; only the sentinel if there are none.
+    pub fn boundary_samples(&self) -> &[Vec4] {
+        self.samples
+            .as_ref()
+            .map_or(&[SENTINEL], |samples| &samples.packed)
+    }
+
+    /// Positions at the start of the step, as the lists were found from.
+    pub fn positions(&self) -> &Positions {
+        &self.positions
+    }
+
+    /// Runs `pass` over all rows into `out`, which has one entry a row.
+    pub fn sum<P: PairSum>(&self, pass: &P, out: &mut [P::Output]) {
+        let source = match &self.fluid {
+            Some(fluid) => Source::Stored(&fluid.0, self.boundary.as_ref().map(|lists| &lists.0)),
+            None => {
+                let (of, points) = (&*self.index.structure, self.positions.points());
+                let fluid = Search {
+                    of,
+                    points,
+                    among: of,
+                    among_points: points,
+                    same: true,
+                };
+                let boundary = self.samples.as_ref().map(|samples| Search {
+                    among: &*samples.index,
+                    among_points: samples.points(),
+                    same: false,
+                    ..fluid
+                });
+                Source::OnTheSpot(fluid, boundary)
+            }
+        };
+        sum(pass, source, out, &self.execution);
+    }
+}
+
+/// Where a loop takes neighbours from: the fluid's, and the boundary's if there is one.
+#[derive(Clone, Copy)]
+pub enum Source<'a> {
+    /// Lists.
+    Stored(&'a NeighbourLists, Option<&'a NeighbourLists>),
+    /// Searches.
+    OnTheSpot(Search<'a>, Option<Search<'a>>),
+}
+
+/// Runs `pass` over all rows into `out`.
+pub fn sum<P: PairSum>(pass: &P, source: Source, out: &mut [P::Output], execution: &Execution) {
+    execution.for_each_chunk(out, |first, out| match source {
+        Source::Stored(fluid, boundary) => {
+            execution.instruction_set.dispatch(StoredChunk {
+                pass,
+                fluid,
+                boundary,
+                first,
+                out,
+            });
+        }
+        Source::OnTheSpot(fluid, boundary) => {
+            execution.instruction_set.dispatch(SpotChunk {
+                pass,
+                fluid,
+                boundary,
+                first,
+                out,
+            });
+        }
+    });
+}
+
+/// One row of a pass.
+#[inline(always)]
+fn row<P: PairSum, S: Simd>(
+    pass: &P,
+    simd: S,
+    i: usize,
+    fluid: &[u32],
+    boundary: &[u32],
+) -> P::Output {
+    let mut sums = pass.start(simd, i);
+    let (blocks, rest) = fluid.as_chunks::<LANES>();
+    for block in blocks {
+        pass.fluid(simd, simd.rows(block), &mut sums);
+    }
+    if !rest.is_empty() {
+        pass.fluid(simd, simd.last_rows(rest), &mut sums);
+    }
+    let (blocks, rest) = boundary.as_chunks::<LANES>();
+    for block in blocks {
+        pass.boundary(simd, simd.rows(block), &mut sums);
+    }
+    if !rest.is_empty() {
+        pass.boundary(simd, simd.last_rows(rest), &mut sums);
+    }
+    pass.finish(simd, i, sums)
+}
+
+struct StoredChunk<'a, P: PairSum> {
+    pass: &'a P,
+    fluid: &'a NeighbourLists,
+    boundary: Option<&'a NeighbourLists>,
+    first: usize,
+    out: &'a mut [P::Output],
+}
+
+impl<P: PairSum> Vectorised for StoredChunk<'_, P> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        for (i, out) in (self.first..).zip(self.out) {
+            let boundary = match self.boundary {
+                Some(lists) => lists.of(i),
+                None => &[],
+            };
+            *out = row(self.pass, simd, i, self.fluid.of(i), boundary);
+        }
+    }
+}
+
+struct SpotChunk<'a, P: PairSum> {
+    pass: &'a P,
+    fluid: Search<'a>,
+    boundary: Option<Search<'a>>,
+    first: usize,
+    out: &'a mut [P::Output],
+}
+
+impl<P: PairSum> Vectorised for SpotChunk<'_, P> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let grid = self.fluid.of.grid();
+        // Rows of a cell one after the other, so that they share its candidates.
+        let mut order: Vec<(IVec3, usize)> = Vec::with_capacity(self.out.len());
+        for k in 0..self.out.len() {
+            order.push((grid.cell_of(self.fluid.points[self.first + k]), k));
+        }
+        order.sort_unstable_by_key(|&(cell, k)| (cell.to_array(), k));
+        let mut fluid = OnTheSpot::new(self.fluid);
+        let mut boundary = self.boundary.map(OnTheSpot::new);
+        for (_, k) in order {
+            let i = self.first + k;
+            let near_boundary = match &mut boundary {
+                Some(search) => search.of(simd, i),
+                None => &[],
+            };
+            self.out[k] = row(self.pass, simd, i, fluid.of(simd, i), near_boundary);
+        }
+    }
+}

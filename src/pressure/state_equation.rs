@@ -1,0 +1,84 @@
+//! SESPH (paper 5.1, Algorithm 1): pressure from an equation of state.
+//!
+//! Tait, `p = k ((ρ/ρ0)^7 − 1)` (eq. 4), or gas, `p = k (ρ − ρ0)` (eq. 5). Deviation: pressures below zero, which arise
+//! where a particle has few neighbours, are cut to zero: a free surface would clump.
+
+use bevy_ecs::prelude::*;
+
+use super::PressureSolve;
+use crate::{
+    column::{Densities, Positions, Pressures},
+    execution::Execution,
+    material::Material,
+    scene::StateEquation,
+};
+
+/// The scene's equation of state.
+#[derive(Resource, Debug, Clone, Copy, PartialEq)]
+pub struct EquationOfState(pub StateEquation);
+
+impl EquationOfState {
+    /// Pressure [Pa] at a density [kg/m³], not below zero.
+    #[inline]
+    pub fn pressure(&self, density: f32, rest_density: f32) -> f32 {
+        match self.0 {
+            StateEquation::Tait { stiffness } => {
+                let ratio = density / rest_density;
+                let cube = ratio * ratio * ratio;
+                stiffness * (cube * cube * ratio - 1.0)
+            }
+            StateEquation::Gas { stiffness } => stiffness * (density - rest_density),
+        }
+        .max(0.0)
+    }
+
+    /// Speed of sound at rest `sqrt(dp/dρ)` [m/s].
+    pub fn sound_speed(&self, rest_density: f32) -> f32 {
+        match self.0 {
+            StateEquation::Tait { stiffness } => (7.0 * stiffness / rest_density).sqrt(),
+            StateEquation::Gas { stiffness } => stiffness.sqrt(),
+        }
+    }
+}
+
+/// Pressures and pressure terms from the densities (phase `Pressure`).
+pub fn compute_pressure(
+    mut pressures: ResMut<Pressures>,
+    mut positions: ResMut<Positions>,
+    mut solve: ResMut<PressureSolve>,
+    densities: Res<Densities>,
+    equation: Res<EquationOfState>,
+    material: Res<Material>,
+    execution: Res<Execution>,
+) {
+    let rest_density = material.rest_density;
+    for ((position, pressure), &rho) in positions
+        .0
+        .iter_mut()
+        .zip(&mut pressures.0)
+        .zip(&densities.0)
+    {
+        *pressure = equation.pressure(rho, rest_density);
+        position.w = *pressure / (rho * rho);
+    }
+    solve.measure(&densities.0, rest_density, &execution);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn equations_give_the_published_pressures() {
+        let tait = EquationOfState(StateEquation::Tait { stiffness: 1000.0 });
+        assert!(
+            (tait.pressure(1010.0, 1000.0) / (1000.0 * (1.01f32.powi(7) - 1.0)) - 1.0).abs() < 1e-3
+        );
+        let gas = EquationOfState(StateEquation::Gas { stiffness: 50.0 });
+        assert_eq!(gas.pressure(1010.0, 1000.0), 500.0);
+        for equation in [tait, gas] {
+            assert_eq!(equation.pressure(1000.0, 1000.0), 0.0);
+            assert_eq!(equation.pressure(900.0, 1000.0), 0.0, "no tension");
+        }
+    }
+}

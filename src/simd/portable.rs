@@ -1,0 +1,111 @@
+//! The path that every machine has: arrays of eight, for the compiler to vectorise.
+
+use std::array::from_fn;
+
+use glam::Vec4;
+
+use super::{Candidates, LANES, Probe, Simd};
+
+/// Plain Rust.
+#[derive(Debug, Clone, Copy)]
+pub struct Portable;
+
+type Lanes = [f32; LANES];
+
+/// Whether the build target multiplies and adds with one rounding; a call of the library's would be far too slow.
+const FUSED: bool = cfg!(any(target_feature = "fma", target_arch = "aarch64"));
+
+impl Simd for Portable {
+    type F = Lanes;
+    type Rows = [u32; LANES];
+
+    #[inline(always)]
+    fn splat(self, x: f32) -> Lanes {
+        [x; LANES]
+    }
+
+    #[inline(always)]
+    fn add(self, a: Lanes, b: Lanes) -> Lanes {
+        from_fn(|k| a[k] + b[k])
+    }
+
+    #[inline(always)]
+    fn sub(self, a: Lanes, b: Lanes) -> Lanes {
+        from_fn(|k| a[k] - b[k])
+    }
+
+    #[inline(always)]
+    fn mul(self, a: Lanes, b: Lanes) -> Lanes {
+        from_fn(|k| a[k] * b[k])
+    }
+
+    #[inline(always)]
+    fn div(self, a: Lanes, b: Lanes) -> Lanes {
+        from_fn(|k| a[k] / b[k])
+    }
+
+    #[inline(always)]
+    fn mul_add(self, a: Lanes, b: Lanes, c: Lanes) -> Lanes {
+        if FUSED {
+            from_fn(|k| a[k].mul_add(b[k], c[k]))
+        } else {
+            from_fn(|k| a[k] * b[k] + c[k])
+        }
+    }
+
+    #[inline(always)]
+    fn max(self, a: Lanes, b: Lanes) -> Lanes {
+        from_fn(|k| if a[k] > b[k] { a[k] } else { b[k] })
+    }
+
+    #[inline(always)]
+    fn min(self, a: Lanes, b: Lanes) -> Lanes {
+        from_fn(|k| if a[k] < b[k] { a[k] } else { b[k] })
+    }
+
+    #[inline(always)]
+    fn sqrt(self, a: Lanes) -> Lanes {
+        a.map(f32::sqrt)
+    }
+
+    #[inline(always)]
+    fn sum(self, a: Lanes) -> f32 {
+        ((a[0] + a[4]) + (a[2] + a[6])) + ((a[1] + a[5]) + (a[3] + a[7]))
+    }
+
+    #[inline(always)]
+    fn rows(self, list: &[u32; LANES]) -> [u32; LANES] {
+        *list
+    }
+
+    #[inline(always)]
+    fn last_rows(self, list: &[u32]) -> [u32; LANES] {
+        from_fn(|k| list.get(k).copied().unwrap_or(u32::MAX))
+    }
+
+    #[inline(always)]
+    fn gather(self, table: &[Vec4], rows: [u32; LANES]) -> [Lanes; 4] {
+        let last = table.len() - 1;
+        let entries: [[f32; 4]; LANES] =
+            from_fn(|k| table[(rows[k] as usize).min(last)].to_array());
+        from_fn(|column| from_fn(|k| entries[k][column]))
+    }
+
+    #[inline(always)]
+    fn collect_hits(self, candidates: &Candidates, probe: Probe, hits: &mut [u32]) -> usize {
+        let Candidates { x, y, z, rows } = candidates;
+        let mut count = 0;
+        for (((x, y), z), &row) in x.iter().zip(y).zip(z).zip(rows) {
+            let (dx, dy, dz) = (
+                x - probe.center[0],
+                y - probe.center[1],
+                z - probe.center[2],
+            );
+            // Not fused, here and in every path: all must find the same pairs.
+            let inside = dx * dx + dy * dy + dz * dz <= probe.radius_squared;
+            hits[count] = row;
+            count += usize::from(inside & (row != probe.own_row));
+        }
+        count
+    }
+}

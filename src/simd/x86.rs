@@ -1,0 +1,265 @@
+//! AVX2 with FMA, and AVX-512 for the search.
+#![allow(unsafe_code, reason = "intrinsics; every block says why it may")]
+
+use std::arch::x86_64::*;
+
+use glam::Vec4;
+
+use super::{Candidates, LANES, Probe, Simd, Vectorised};
+
+/// Proof that the machine has AVX2 and FMA: made by `detect` alone.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Avx2(());
+
+/// Proof that the machine has AVX2, FMA and AVX-512 F and VL: made by `detect` alone.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Avx512(Avx2);
+
+impl Avx2 {
+    #[inline]
+    pub(super) fn detect() -> Option<Self> {
+        (is_x86_feature_detected!("avx2")
+            && is_x86_feature_detected!("fma")
+            && is_x86_feature_detected!("popcnt"))
+        .then_some(Self(()))
+    }
+
+    #[inline]
+    pub(super) fn dispatch<V: Vectorised>(self, body: V) -> V::Output {
+        #[target_feature(enable = "avx2,fma,popcnt")]
+        fn compiled<V: Vectorised>(simd: Avx2, body: V) -> V::Output {
+            body.run(simd)
+        }
+        // SAFETY: `self` proves that the machine has the features.
+        unsafe { compiled(self, body) }
+    }
+}
+
+impl Avx512 {
+    #[inline]
+    pub(super) fn detect() -> Option<Self> {
+        let avx2 = Avx2::detect()?;
+        (is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512vl"))
+            .then_some(Self(avx2))
+    }
+
+    #[inline]
+    pub(super) fn dispatch<V: Vectorised>(self, body: V) -> V::Output {
+        #[target_feature(enable = "avx2,fma,popcnt,avx512f,avx512vl")]
+        fn compiled<V: Vectorised>(simd: Avx512, body: V) -> V::Output {
+            body.run(simd)
+        }
+        // SAFETY: `self` proves that the machine has the features.
+        unsafe { compiled(self, body) }
+    }
+}
+
+/// An operation that is one intrinsic.
+macro_rules! intrinsic {
+    ($(fn $name:ident($($argument:ident),*) = $intrinsic:ident;)*) => { $(
+        #[inline(always)]
+        fn $name(self, $($argument: __m256),*) -> __m256 {
+            // SAFETY: `self` proves that the machine has AVX2 and FMA.
+            unsafe { $intrinsic($($argument),*) }
+        }
+    )* };
+}
+
+impl Simd for Avx2 {
+    type F = __m256;
+    type Rows = __m256i;
+
+    intrinsic! {
+        fn add(a, b) = _mm256_add_ps;
+        fn sub(a, b) = _mm256_sub_ps;
+        fn mul(a, b) = _mm256_mul_ps;
+        fn div(a, b) = _mm256_div_ps;
+        fn mul_add(a, b, c) = _mm256_fmadd_ps;
+        fn max(a, b) = _mm256_max_ps;
+        fn min(a, b) = _mm256_min_ps;
+        fn sqrt(a) = _mm256_sqrt_ps;
+    }
+
+    #[inline(always)]
+    fn splat(self, x: f32) -> __m256 {
+        // SAFETY: `self` proves that the machine has AVX2.
+        unsafe { _mm256_set1_ps(x) }
+    }
+
+    #[inline(always)]
+    fn sum(self, a: __m256) -> f32 {
+        // SAFETY: `self` proves that the machine has AVX2.
+        unsafe {
+            let four = _mm_add_ps(_mm256_castps256_ps128(a), _mm256_extractf128_ps::<1>(a));
+            let two = _mm_add_ps(four, _mm_movehl_ps(four, four));
+            _mm_cvtss_f32(_mm_add_ss(two, _mm_shuffle_ps::<1>(two, two)))
+        }
+    }
+
+    #[inline(always)]
+    fn rows(self, list: &[u32; LANES]) -> __m256i {
+        // SAFETY: `self` proves that the machine has AVX2; the array has eight entries, and the load needs no alignment.
+        unsafe { _mm256_loadu_si256(list.as_ptr().cast()) }
+    }
+
+    #[inline(always)]
+    fn last_rows(self, list: &[u32]) -> __m256i {
+        debug_assert!(list.len() < LANES);
+        // SAFETY: `self` proves that the machine has AVX2. The masked load touches only lanes below `list.len()`.
+        unsafe {
+            let lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
+            let present = _mm256_cmpgt_epi32(_mm256_set1_epi32(list.len() as i32), lane);
+            let rows = _mm256_maskload_epi32(list.as_ptr().cast(), present);
+            _mm256_or_si256(rows, _mm256_xor_si256(present, _mm256_set1_epi32(-1)))
+        }
+    }
+
+    /// Eight loads of 16 bytes and a transposition. Option 1: four hardware gathers, 20 cycles of load port for eight
+    /// rows; option 2: this, about 10. We use 2.
+    #[inline(always)]
+    fn gather(self, table: &[Vec4], rows: __m256i) -> [__m256; 4] {
+        assert!(!table.is_empty(), "a table ends with a sentinel");
+        let last = (table.len() - 1).min(i32::MAX as usize) as i32;
+        let base: *const f32 = table.as_ptr().cast();
+        // SAFETY: `self` proves that the machine has AVX2. Every index is clamped to the last entry of the table, whose
+        // entries are four floats each; unaligned loads.
+        unsafe {
+            let rows = _mm256_min_epu32(rows, _mm256_set1_epi32(last));
+            let mut index = [0u32; LANES];
+            _mm256_storeu_si256(index.as_mut_ptr().cast(), rows);
+            let at = |k: usize| _mm_loadu_ps(base.add(4 * index[k] as usize));
+            let pair = |low: usize, high: usize| {
+                _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(at(low)), at(high))
+            };
+            let (a, b, c, d) = (pair(0, 4), pair(1, 5), pair(2, 6), pair(3, 7));
+            let (ab_low, ab_high) = (_mm256_unpacklo_ps(a, b), _mm256_unpackhi_ps(a, b));
+            let (cd_low, cd_high) = (_mm256_unpacklo_ps(c, d), _mm256_unpackhi_ps(c, d));
+            [
+                _mm256_shuffle_ps::<0b01_00_01_00>(ab_low, cd_low),
+                _mm256_shuffle_ps::<0b11_10_11_10>(ab_low, cd_low),
+                _mm256_shuffle_ps::<0b01_00_01_00>(ab_high, cd_high),
+                _mm256_shuffle_ps::<0b11_10_11_10>(ab_high, cd_high),
+            ]
+        }
+    }
+
+    #[inline(always)]
+    fn collect_hits(self, candidates: &Candidates, probe: Probe, hits: &mut [u32]) -> usize {
+        let Candidates { x, y, z, rows } = candidates;
+        let len = rows.len();
+        assert!(x.len() == len && y.len() == len && z.len() == len && len.is_multiple_of(LANES));
+        assert!(hits.len() >= len + LANES);
+        let mut count = 0;
+        // SAFETY: `self` proves that the machine has AVX2. Loads end at `len`, a multiple of eight by the assertion.
+        // Stores of eight start at `count ≤ len`, and `hits` has eight entries more than that.
+        unsafe {
+            let [cx, cy, cz] = probe.center;
+            let center = [_mm256_set1_ps(cx), _mm256_set1_ps(cy), _mm256_set1_ps(cz)];
+            let limit = _mm256_set1_ps(probe.radius_squared);
+            let own = _mm256_set1_epi32(probe.own_row as i32);
+            for k in (0..len).step_by(LANES) {
+                let dx = _mm256_sub_ps(_mm256_loadu_ps(x.as_ptr().add(k)), center[0]);
+                let dy = _mm256_sub_ps(_mm256_loadu_ps(y.as_ptr().add(k)), center[1]);
+                let dz = _mm256_sub_ps(_mm256_loadu_ps(z.as_ptr().add(k)), center[2]);
+                let distance = _mm256_add_ps(
+                    _mm256_add_ps(_mm256_mul_ps(dx, dx), _mm256_mul_ps(dy, dy)),
+                    _mm256_mul_ps(dz, dz),
+                );
+                let row = _mm256_loadu_si256(rows.as_ptr().add(k).cast());
+                let inside = _mm256_cmp_ps::<_CMP_LE_OQ>(distance, limit);
+                let other =
+                    _mm256_andnot_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32(row, own)), inside);
+                let mask = _mm256_movemask_ps(other) as usize;
+                let order = _mm256_loadu_si256(COMPACTION[mask].as_ptr().cast());
+                let packed = _mm256_permutevar8x32_epi32(row, order);
+                _mm256_storeu_si256(hits.as_mut_ptr().add(count).cast(), packed);
+                count += mask.count_ones() as usize;
+            }
+        }
+        count
+    }
+}
+
+/// For every mask of eight lanes: its set lanes first, in order.
+static COMPACTION: [[u32; LANES]; 256] = {
+    let mut table = [[0; LANES]; 256];
+    let mut mask = 0;
+    while mask < 256 {
+        let (mut lane, mut count) = (0, 0);
+        while lane < LANES {
+            if mask >> lane & 1 == 1 {
+                table[mask][count] = lane as u32;
+                count += 1;
+            }
+            lane += 1;
+        }
+        mask += 1;
+    }
+    table
+};
+
+/// Passes an operation on to AVX2.
+macro_rules! as_avx2 {
+    ($(fn $name:ident($($argument:ident: $type:ty),*) -> $output:ty;)*) => { $(
+        #[inline(always)]
+        fn $name(self, $($argument: $type),*) -> $output {
+            self.0.$name($($argument),*)
+        }
+    )* };
+}
+
+impl Simd for Avx512 {
+    type F = __m256;
+    type Rows = __m256i;
+
+    as_avx2! {
+        fn splat(x: f32) -> __m256;
+        fn add(a: __m256, b: __m256) -> __m256;
+        fn sub(a: __m256, b: __m256) -> __m256;
+        fn mul(a: __m256, b: __m256) -> __m256;
+        fn div(a: __m256, b: __m256) -> __m256;
+        fn mul_add(a: __m256, b: __m256, c: __m256) -> __m256;
+        fn max(a: __m256, b: __m256) -> __m256;
+        fn min(a: __m256, b: __m256) -> __m256;
+        fn sqrt(a: __m256) -> __m256;
+        fn sum(a: __m256) -> f32;
+        fn rows(list: &[u32; LANES]) -> __m256i;
+        fn last_rows(list: &[u32]) -> __m256i;
+        fn gather(table: &[Vec4], rows: __m256i) -> [__m256; 4];
+    }
+
+    #[inline(always)]
+    fn collect_hits(self, candidates: &Candidates, probe: Probe, hits: &mut [u32]) -> usize {
+        const WIDE: usize = 16;
+        let Candidates { x, y, z, rows } = candidates;
+        let len = rows.len();
+        assert!(x.len() == len && y.len() == len && z.len() == len && len.is_multiple_of(WIDE));
+        assert!(hits.len() >= len + WIDE);
+        let mut count = 0;
+        // SAFETY: `self` proves that the machine has AVX-512 F. Loads end at `len`, a multiple of sixteen by the
+        // assertion. Stores of sixteen start at `count ≤ len`, and `hits` has sixteen entries more than that.
+        unsafe {
+            let [cx, cy, cz] = probe.center;
+            let center = [_mm512_set1_ps(cx), _mm512_set1_ps(cy), _mm512_set1_ps(cz)];
+            let limit = _mm512_set1_ps(probe.radius_squared);
+            let own = _mm512_set1_epi32(probe.own_row as i32);
+            for k in (0..len).step_by(WIDE) {
+                let dx = _mm512_sub_ps(_mm512_loadu_ps(x.as_ptr().add(k)), center[0]);
+                let dy = _mm512_sub_ps(_mm512_loadu_ps(y.as_ptr().add(k)), center[1]);
+                let dz = _mm512_sub_ps(_mm512_loadu_ps(z.as_ptr().add(k)), center[2]);
+                let distance = _mm512_add_ps(
+                    _mm512_add_ps(_mm512_mul_ps(dx, dx), _mm512_mul_ps(dy, dy)),
+                    _mm512_mul_ps(dz, dz),
+                );
+                let row = _mm512_loadu_si512(rows.as_ptr().add(k).cast());
+                let inside = _mm512_cmp_ps_mask::<_CMP_LE_OQ>(distance, limit);
+                let hit = _mm512_mask_cmpneq_epi32_mask(inside, row, own);
+                // In a register first: a compressing store to memory is slow on some processors.
+                let packed = _mm512_maskz_compress_epi32(hit, row);
+                _mm512_storeu_si512(hits.as_mut_ptr().add(count).cast(), packed);
+                count += hit.count_ones() as usize;
+            }
+        }
+        count
+    }
+}

@@ -1,0 +1,78 @@
+//! Where a run stands, and whether it still may go on.
+
+use bevy_ecs::prelude::*;
+use glam::Vec3;
+
+use super::report::{FailureCause, StepError};
+use crate::{
+    column::entity_of_row,
+    particle::{Fluid, Position},
+};
+
+/// Simulated time and steps.
+#[derive(Resource, Debug, Clone, Copy, Default, PartialEq)]
+pub struct Clock {
+    /// Steps taken.
+    pub step: u64,
+    /// Simulated time [s].
+    pub time: f64,
+    /// Length of the step that is being taken, or was taken last [s].
+    pub dt: f32,
+    /// Length of the next step [s].
+    pub next_dt: f32,
+}
+
+/// What went wrong in this step, if something did. The first failure counts.
+#[derive(Resource, Debug, Clone, Default)]
+pub struct Failure {
+    cause: Option<FailureCause>,
+    row: Option<usize>,
+    particle: Option<(Entity, Vec3)>,
+}
+
+impl Failure {
+    /// Records a failure, and the row concerned.
+    pub fn record(&mut self, cause: FailureCause, row: Option<usize>) {
+        if self.cause.is_none() {
+            self.cause = Some(cause);
+            self.row = row;
+        }
+    }
+
+    /// The failure as an error of this step.
+    pub(super) fn error(&self, clock: &Clock) -> Option<StepError> {
+        self.cause.clone().map(|cause| StepError {
+            step: clock.step + 1,
+            time: clock.time,
+            particle: self.particle,
+            cause,
+        })
+    }
+}
+
+/// Whether nothing went wrong so far: stages run only then.
+pub(super) fn healthy(failure: Res<Failure>) -> bool {
+    failure.cause.is_none()
+}
+
+/// Starts a step.
+pub(super) fn begin(mut clock: ResMut<Clock>, mut failure: ResMut<Failure>) {
+    clock.dt = clock.next_dt;
+    *failure = Failure::default();
+}
+
+/// Finds the particle of a failure while the tables still hold its row.
+pub(super) fn name_the_particle(
+    mut failure: ResMut<Failure>,
+    fluid: Query<(Entity, &Position), With<Fluid>>,
+) {
+    if let Some(row) = failure.row.take() {
+        failure.particle = entity_of_row(&fluid, row);
+    }
+}
+
+/// Counts the step (phase `Integrate`, when nothing went wrong).
+pub fn advance_clock(mut clock: ResMut<Clock>) {
+    clock.step += 1;
+    clock.time += f64::from(clock.dt);
+}

@@ -1,0 +1,252 @@
+//! Setting a scene up in a world.
+
+use std::path::PathBuf;
+
+use bevy_ecs::prelude::*;
+use glam::Vec3;
+
+use super::{
+    clock::{Clock, Failure},
+    order::{Order, OrderError},
+    report::StepOutcome,
+    schedule::{Step, add_schedules},
+    timer::PhaseTimer,
+};
+use crate::{
+    boundary::{self, BoundarySamples},
+    column::{Accelerations, Densities, Positions, PressureAccelerations, Pressures, Velocities},
+    execution::Execution,
+    force::{ArtificialViscosity, Cohesion, ForceScratch, LaminarViscosity},
+    index::{self, FluidIndex, z_curve},
+    integrate::{Domain, GuardLimits, Motion},
+    material::Material,
+    neighbours::{BoundaryNeighbours, FluidNeighbours},
+    particle::{self, Boundary, BoundaryVolume, Density, Position, Velocity},
+    pressure::{PressureSolve, pcisph, state_equation::EquationOfState},
+    reorder::ReorderState,
+    scene::{Neighbours, PressureMethod, Scene, SceneError, SurfaceTension, Viscosity, shapes},
+    time_step::TimeStepControl,
+};
+
+/// Why a scene could not be set up.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum InstallError {
+    /// The world runs a scene already.
+    #[error("a scene is installed in this world already; a world holds one")]
+    Occupied,
+    /// The scene contradicts itself.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// The system gave no threads.
+    #[error("could not start threads: {0}")]
+    Threads(#[from] rayon::ThreadPoolBuildError),
+    /// The order file cannot be read.
+    #[error("order file {}: {error}", .path.display())]
+    OrderFile {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        error: std::io::Error,
+    },
+    /// The order is refused.
+    #[error("{}: {error}", .path.as_ref().map_or_else(|| "default order".into(), |path| path.display().to_string()))]
+    Order {
+        /// The file, unless it is the default order.
+        path: Option<PathBuf>,
+        /// Why.
+        error: OrderError,
+    },
+    /// Bevy refused the schedule.
+    #[error("the schedule cannot be built: {0}")]
+    Schedule(String),
+}
+
+/// The order of a scene, checked.
+pub(super) fn order_of(scene: &Scene) -> Result<Order, InstallError> {
+    let path = scene.order.as_ref().map(PathBuf::from);
+    let order = match &path {
+        None => Ok(Order::standard()),
+        Some(path) => {
+            let text = std::fs::read_to_string(path).map_err(|error| InstallError::OrderFile {
+                path: path.clone(),
+                error,
+            })?;
+            Order::parse(&text)
+        }
+    };
+    let checked = order.and_then(|order| order.check(scene).map(|()| order));
+    checked.map_err(|error| InstallError::Order { path, error })
+}
+
+/// Sets `scene` up in a world: spawns its particles, inserts what its step needs, adds the schedule [`Step`].
+///
+/// The host runs the schedule with `world.run_schedule(Step)` and finds the result in [`StepOutcome`]. An [`Execution`]
+/// in the world is used; otherwise one with a thread for every core is made. Between steps the host may tag, move,
+/// spawn (`(Fluid, Position(…))` is enough) and despawn fluid particles; after a change of boundary particles it calls
+/// [`refresh_boundary`](crate::boundary::refresh_boundary).
+pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
+    if world.contains_resource::<Clock>() {
+        return Err(InstallError::Occupied);
+    }
+    scene.check()?;
+    let order = order_of(scene)?;
+    if !world.contains_resource::<Execution>() {
+        world.insert_resource(Execution::new(0)?);
+    }
+    let material = Material::new(scene);
+    let particles = spawn_fluid(world, scene, &material);
+    insert_step_resources(world, scene, &material);
+    insert_boundary(world, scene);
+    insert_forces(world, scene);
+    match scene.pressure {
+        PressureMethod::Sesph(sesph) => world.insert_resource(EquationOfState(sesph.equation)),
+        PressureMethod::Pcisph(parameters) => pcisph::install(world, parameters, &material),
+    }
+    add_schedules(world, scene, &order, particles)
+}
+
+/// Spawns the fluid, along the Z-curve if rows are to be kept in its order, and says how many there are.
+fn spawn_fluid(world: &mut World, scene: &Scene, material: &Material) -> usize {
+    let seeds = shapes::fluid_particles(scene);
+    let mut order: Vec<z_curve::Handle> = (0..seeds.len() as u32).map(|row| (0, row)).collect();
+    if scene.reorder_interval > 0 {
+        let points: Vec<_> = seeds.iter().map(|seed| seed.position.extend(0.0)).collect();
+        let execution = world.resource::<Execution>().clone();
+        z_curve::sort_handles(&points, index::build(scene).grid(), &execution, &mut order);
+    }
+    let density = Density(material.rest_density);
+    world.spawn_batch(order.into_iter().map(|(_, row)| {
+        let seed = &seeds[row as usize];
+        (
+            particle::Fluid,
+            Position(seed.position),
+            Velocity(seed.velocity),
+            density,
+            particle::Pressure(0.0),
+        )
+    }));
+    seeds.len()
+}
+
+fn insert_step_resources(world: &mut World, scene: &Scene, material: &Material) {
+    let (dt, control) = TimeStepControl::new(scene);
+    if let Some(control) = control {
+        world.insert_resource(control);
+    }
+    if let Some(bounds) = scene.domain {
+        world.insert_resource(Domain(bounds));
+    }
+    if scene.reorder_interval > 0 {
+        world.insert_resource(ReorderState::new(scene.reorder_interval));
+    }
+    if scene.neighbours == Neighbours::Stored {
+        world.init_resource::<FluidNeighbours>();
+    }
+    world.insert_resource(Clock {
+        next_dt: dt,
+        dt,
+        ..Clock::default()
+    });
+    world.insert_resource(*material);
+    world.insert_resource(GuardLimits(scene.limits));
+    world.insert_resource(FluidIndex {
+        structure: index::build(scene),
+        reordered: true,
+        rebuilt: true,
+    });
+    world.init_resource::<Failure>();
+    world.init_resource::<PhaseTimer>();
+    world.init_resource::<StepOutcome>();
+    world.init_resource::<Motion>();
+    world.init_resource::<PressureSolve>();
+    world.init_resource::<Positions>();
+    world.init_resource::<Velocities>();
+    world.init_resource::<Densities>();
+    world.init_resource::<Pressures>();
+    world.init_resource::<Accelerations>();
+    world.init_resource::<PressureAccelerations>();
+}
+
+fn insert_boundary(world: &mut World, scene: &Scene) {
+    if scene.boundaries.is_empty() {
+        return;
+    }
+    let positions: Vec<Vec3> = boundary::sample(scene);
+    let execution = world.resource::<Execution>().clone();
+    let samples = BoundarySamples::new(scene, &positions, &execution);
+    let rows: Vec<_> = samples
+        .points()
+        .iter()
+        .map(|b| (b.truncate(), b.w))
+        .collect();
+    world.spawn_batch(
+        rows.into_iter()
+            .map(|(x, volume)| (Boundary, Position(x), BoundaryVolume(volume))),
+    );
+    world.insert_resource(samples);
+    if scene.neighbours == Neighbours::Stored {
+        world.init_resource::<BoundaryNeighbours>();
+    }
+}
+
+fn insert_forces(world: &mut World, scene: &Scene) {
+    match scene.fluid.viscosity {
+        Viscosity::None => {}
+        Viscosity::Laminar {
+            kinematic_viscosity,
+        } => world.insert_resource(LaminarViscosity(kinematic_viscosity)),
+        Viscosity::Artificial { alpha, sound_speed } => {
+            world.insert_resource(ArtificialViscosity { alpha, sound_speed });
+        }
+    }
+    if let SurfaceTension::BeckerTeschner { kappa } = scene.fluid.surface_tension {
+        world.insert_resource(Cohesion(kappa));
+    }
+    if scene.fluid.viscosity != Viscosity::None
+        || scene.fluid.surface_tension != SurfaceTension::None
+    {
+        world.init_resource::<ForceScratch>();
+    }
+}
+
+/// A scene running in a world of its own.
+pub struct Simulation {
+    world: World,
+}
+
+impl Simulation {
+    /// Spawns the scene's particles into a new world, with as many threads as the machine has cores.
+    pub fn new(scene: &Scene) -> Result<Self, InstallError> {
+        Self::with_threads(scene, 0)
+    }
+
+    /// As [`new`](Self::new), with a number of threads; 0 takes all cores.
+    pub fn with_threads(scene: &Scene, threads: usize) -> Result<Self, InstallError> {
+        let mut world = World::new();
+        world.insert_resource(Execution::new(threads)?);
+        install(&mut world, scene)?;
+        Ok(Self { world })
+    }
+
+    /// Takes one step. After an error the world holds the last good state.
+    pub fn step(&mut self) -> Result<super::StepReport, super::StepError> {
+        self.world.run_schedule(Step);
+        self.world.resource::<StepOutcome>().0.clone()
+    }
+
+    /// Simulated time [s].
+    pub fn time(&self) -> f64 {
+        self.world.resource::<Clock>().time
+    }
+
+    /// The world that holds the particles.
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// The world, to tag, spawn and despawn particles between steps.
+    pub fn world_mut(&mut self) -> &mut World {
+        &mut self.world
+    }
+}

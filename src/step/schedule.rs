@@ -1,0 +1,171 @@
+//! The schedule of a step, built from an order.
+
+use bevy_ecs::{
+    prelude::*,
+    schedule::{
+        Chain, LogLevel, MultiThreadedExecutor, ScheduleBuildSettings, ScheduleConfigs,
+        ScheduleLabel, SingleThreadedExecutor,
+    },
+    system::ScheduleSystem,
+};
+
+use super::{
+    clock::{self, Clock, healthy},
+    install::InstallError,
+    order::{Order, OrderItem},
+    phase::Phase,
+    report::finish,
+    stage::Stage,
+    timer::{start_timer, stop_watch},
+};
+use crate::{
+    pressure::pcisph::{self, PressureIteration},
+    scene::{Executor, PressureMethod, Scene},
+};
+
+/// The schedule of one step. A host runs it, and may add systems before, after and between its [`Phase`]s.
+#[derive(ScheduleLabel, Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Step;
+
+/// Fluid particles below which the step's own executor is single-threaded, unless the scene says which.
+///
+/// The parallel executor costs 4–5 µs a system in a chain, about 0.1 ms a step, and what it overlaps (fluid and boundary
+/// search; a host's own systems beside ours) is worth more than that from a few thousand particles on, where a step
+/// takes 1 ms. Loops inside the systems are parallel either way.
+const PARALLEL_FROM: usize = 3_000;
+
+/// Adds the schedules of `order` for `scene` to the world.
+pub(super) fn add_schedules(
+    world: &mut World,
+    scene: &Scene,
+    order: &Order,
+    particles: usize,
+) -> Result<(), InstallError> {
+    let mut step = Schedule::new(Step);
+    let parallel = match scene.executor {
+        Executor::Auto => particles >= PARALLEL_FROM,
+        Executor::Parallel => true,
+        Executor::SingleThreaded => false,
+    };
+    if parallel {
+        bevy_tasks::ComputeTaskPool::get_or_init(bevy_tasks::TaskPool::default);
+        step.set_executor(MultiThreadedExecutor::new());
+    } else {
+        step.set_executor(SingleThreadedExecutor::new());
+    }
+    let mut configs = vec![(clock::begin, start_timer).chain()];
+    add_stages(&order.stages, scene, None, &mut configs);
+    configs.push(
+        (clock::name_the_particle, stop_watch(Phase::Observe), finish)
+            .chain()
+            .in_set(Phase::Observe),
+    );
+    step.set_build_settings(strict())
+        .add_systems(chain(configs));
+    step.initialize(world)
+        .map_err(|error| InstallError::Schedule(error.to_string(step.graph(), world)))?;
+    world.add_schedule(step);
+
+    if let PressureMethod::Pcisph(_) = scene.pressure {
+        let mut iteration = Schedule::new(PressureIteration);
+        iteration
+            .set_executor(SingleThreadedExecutor::new())
+            .set_build_settings(strict())
+            .add_systems(pcisph::iteration());
+        iteration
+            .initialize(world)
+            .map_err(|error| InstallError::Schedule(error.to_string(iteration.graph(), world)))?;
+        world.add_schedule(iteration);
+    }
+    Ok(())
+}
+
+/// Two systems that want the same data without an order between them are an error.
+fn strict() -> ScheduleBuildSettings {
+    ScheduleBuildSettings {
+        ambiguity_detection: LogLevel::Error,
+        ..Default::default()
+    }
+}
+
+fn chain(configs: Vec<ScheduleConfigs<ScheduleSystem>>) -> ScheduleConfigs<ScheduleSystem> {
+    ScheduleConfigs::Configs {
+        configs,
+        collective_conditions: Vec::new(),
+        metadata: Chain::Unchained,
+    }
+    .chain()
+}
+
+/// Appends the stages that the scene wants, each followed by its stop watch.
+fn add_stages(
+    items: &[OrderItem],
+    scene: &Scene,
+    every: Option<u64>,
+    configs: &mut Vec<ScheduleConfigs<ScheduleSystem>>,
+) {
+    for item in items {
+        match item {
+            OrderItem::Run(name) => {
+                // Names were checked with the order.
+                let Some(stage) = Stage::ALL.iter().find(|stage| stage.name == name) else {
+                    continue;
+                };
+                if !(stage.wanted)(scene) {
+                    continue;
+                }
+                let mut systems = (stage.systems)(scene).in_set(stage.phase).run_if(healthy);
+                if let Some(count) = every {
+                    systems =
+                        systems.run_if(move |clock: Res<Clock>| clock.step.is_multiple_of(count));
+                }
+                configs.push(systems);
+                configs.push(stop_watch(stage.phase).in_set(stage.phase));
+            }
+            OrderItem::Every(count, items) => {
+                let count = u64::from(*count);
+                add_stages(
+                    items,
+                    scene,
+                    Some(every.map_or(count, |outer| outer * count)),
+                    configs,
+                );
+            }
+            OrderItem::Repeat(count, items) => {
+                (0..*count).for_each(|_| add_stages(items, scene, every, configs))
+            }
+        }
+    }
+}
+
+/// The stages of `order` that `scene` wants, by phase.
+pub(super) fn planned(order: &Order, scene: &Scene) -> Vec<(Phase, Vec<String>)> {
+    fn walk(items: &[OrderItem], scene: &Scene, prefix: &str, out: &mut Vec<(Phase, Vec<String>)>) {
+        for item in items {
+            match item {
+                OrderItem::Run(name) => {
+                    let Some(stage) = Stage::ALL.iter().find(|stage| stage.name == name) else {
+                        continue;
+                    };
+                    if !(stage.wanted)(scene) {
+                        continue;
+                    }
+                    let line = format!("{prefix}{name}");
+                    match out.last_mut() {
+                        Some((phase, names)) if *phase == stage.phase => names.push(line),
+                        _ => out.push((stage.phase, vec![line])),
+                    }
+                }
+                OrderItem::Every(count, items) => {
+                    walk(items, scene, &format!("{prefix}every {count} steps: "), out);
+                }
+                OrderItem::Repeat(count, items) => {
+                    walk(items, scene, &format!("{prefix}{count} times: "), out)
+                }
+            }
+        }
+    }
+    let mut out = Vec::new();
+    walk(&order.stages, scene, "", &mut out);
+    out
+}

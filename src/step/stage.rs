@@ -1,0 +1,176 @@
+//! The stages of a step: one line each with its name, what it needs, what it makes, and its systems.
+
+use bevy_ecs::{prelude::*, schedule::ScheduleConfigs, system::ScheduleSystem};
+
+use super::{clock, order::OrderError, phase::Phase};
+use crate::{
+    column, density, force, index, integrate, neighbours, pressure, reorder,
+    scene::{Neighbours, PressureMethod, Scene, SurfaceTension, TimeStep, Viscosity},
+    time_step,
+};
+
+/// Something that a stage makes and others need.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Datum {
+    /// Columns and spatial index.
+    Index,
+    /// Neighbour lists.
+    Neighbours,
+    /// Densities.
+    Density,
+    /// Accelerations by all forces but pressure.
+    Forces,
+    /// Accelerations by pressure.
+    Pressure,
+}
+
+/// A stage that an order may name.
+pub struct Stage {
+    /// Its name.
+    pub name: &'static str,
+    /// The phase that its time is booked to.
+    pub phase: Phase,
+    /// What must be current before it.
+    pub needs: &'static [Datum],
+    /// What is current after it.
+    pub makes: &'static [Datum],
+    /// Whether it moves particles or rows, so that nothing made before is current.
+    pub spoils_all: bool,
+    /// Whether a scene has a use for it.
+    pub wanted: fn(&Scene) -> bool,
+    /// Its systems.
+    pub systems: fn(&Scene) -> ScheduleConfigs<ScheduleSystem>,
+}
+
+use Datum::{Density, Forces, Index, Neighbours as Lists, Pressure};
+
+impl Stage {
+    /// Every stage.
+    pub const ALL: &[Self] = &[
+        Self {
+            name: "rebuild_index",
+            phase: Phase::RebuildIndex,
+            needs: &[],
+            makes: &[Index],
+            spoils_all: false,
+            wanted: |_| true,
+            systems: |_| (column::gather_columns, index::update_index).chain(),
+        },
+        Self {
+            name: "find_neighbours",
+            phase: Phase::FindNeighbours,
+            needs: &[Index],
+            makes: &[Lists],
+            spoils_all: false,
+            wanted: |scene| scene.neighbours == Neighbours::Stored,
+            systems: |scene| {
+                if scene.boundaries.is_empty() {
+                    neighbours::find_fluid_neighbours.into_configs()
+                } else {
+                    (
+                        neighbours::find_fluid_neighbours,
+                        neighbours::find_boundary_neighbours,
+                    )
+                        .into_configs()
+                }
+            },
+        },
+        Self {
+            name: "density",
+            phase: Phase::Density,
+            needs: &[Index, Lists],
+            makes: &[Density],
+            spoils_all: false,
+            wanted: |_| true,
+            systems: |_| density::compute_density.into_configs(),
+        },
+        Self {
+            name: "gravity",
+            phase: Phase::Forces,
+            needs: &[Index],
+            makes: &[Forces],
+            spoils_all: false,
+            wanted: |_| true,
+            systems: |_| force::apply_gravity.into_configs(),
+        },
+        Self {
+            name: "viscosity",
+            phase: Phase::Forces,
+            needs: &[Index, Lists, Density, Forces],
+            makes: &[],
+            spoils_all: false,
+            wanted: |scene| scene.fluid.viscosity != Viscosity::None,
+            systems: |scene| match scene.fluid.viscosity {
+                Viscosity::Artificial { .. } => force::apply_artificial_viscosity.into_configs(),
+                Viscosity::Laminar { .. } | Viscosity::None => {
+                    force::apply_laminar_viscosity.into_configs()
+                }
+            },
+        },
+        Self {
+            name: "surface_tension",
+            phase: Phase::Forces,
+            needs: &[Index, Lists, Forces],
+            makes: &[],
+            spoils_all: false,
+            wanted: |scene| scene.fluid.surface_tension != SurfaceTension::None,
+            systems: |_| force::apply_surface_tension.into_configs(),
+        },
+        Self {
+            name: "pressure",
+            phase: Phase::Pressure,
+            needs: &[Index, Lists, Density, Forces],
+            makes: &[Pressure],
+            spoils_all: false,
+            wanted: |_| true,
+            systems: |scene| match scene.pressure {
+                PressureMethod::Sesph(_) => (
+                    pressure::state_equation::compute_pressure,
+                    pressure::pressure_force,
+                )
+                    .chain(),
+                PressureMethod::Pcisph(_) => pressure::pcisph::solve_pressure.into_configs(),
+            },
+        },
+        Self {
+            name: "integrate",
+            phase: Phase::Integrate,
+            needs: &[Density, Forces, Pressure],
+            makes: &[],
+            spoils_all: true,
+            wanted: |_| true,
+            systems: |scene| {
+                let accept = (column::scatter_columns, clock::advance_clock).chain();
+                let accept = match scene.time_step {
+                    TimeStep::Fixed(_) => accept,
+                    TimeStep::Cfl(_) => (accept, time_step::choose_time_step).chain(),
+                };
+                (
+                    integrate::integrate,
+                    integrate::guard,
+                    accept.run_if(clock::healthy),
+                )
+                    .chain()
+            },
+        },
+        Self {
+            name: "reorder",
+            phase: Phase::Reorder,
+            needs: &[],
+            makes: &[],
+            spoils_all: true,
+            wanted: |scene| scene.reorder_interval > 0,
+            systems: |_| reorder::reorder.run_if(reorder::reorder_is_due),
+        },
+    ];
+
+    /// The stage of a name.
+    pub fn find(name: &str) -> Result<&'static Self, OrderError> {
+        Self::ALL
+            .iter()
+            .find(|stage| stage.name == name)
+            .ok_or_else(|| OrderError::UnknownStage {
+                name: name.to_owned(),
+            })
+    }
+}

@@ -1,0 +1,37 @@
+//! One timer a phase, always on.
+
+use std::time::Instant;
+
+use bevy_ecs::prelude::*;
+
+use super::phase::Phase;
+
+/// Wall time of the phases of one step [s].
+#[derive(Resource, Debug, Clone)]
+pub struct PhaseTimer {
+    last: Instant,
+    /// In the order of [`Phase::ALL`].
+    pub seconds: [f64; Phase::ALL.len()],
+}
+
+impl Default for PhaseTimer {
+    fn default() -> Self {
+        Self {
+            last: Instant::now(),
+            seconds: Default::default(),
+        }
+    }
+}
+
+pub(super) fn start_timer(mut timer: ResMut<PhaseTimer>) {
+    *timer = PhaseTimer::default();
+}
+
+/// A system that books the time since the last one of its kind to `phase`.
+pub(super) fn stop_watch(phase: Phase) -> impl FnMut(ResMut<PhaseTimer>) {
+    move |mut timer| {
+        let now = Instant::now();
+        timer.seconds[phase as usize] += (now - timer.last).as_secs_f64();
+        timer.last = now;
+    }
+}

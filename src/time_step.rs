@@ -1,0 +1,119 @@
+//! The time step: fixed, or as large as speeds, forces, viscosity and sound allow.
+//!
+//! | limit | dt at most | source |
+//! | --- | --- | --- |
+//! | speed | λ h/v_max, λ of the scene | Courant–Friedrichs–Lewy; paper 4.3.2: nothing moves more than h/2 |
+//! | force | 0.25 sqrt(h/a_max) | Monaghan 1992 |
+//! | viscosity | h²/(32 ν), 1/8 of the square of the smoothing length h/2 | Morris et al. 1997, eq. 23 |
+//! | sound | 0.4 h/c | Becker & Teschner 2007, eq. 18 |
+//!
+//! Speeds and forces are those of the step before; dt does not change within a step.
+
+use bevy_ecs::prelude::*;
+
+use crate::{
+    integrate::Motion,
+    material::Material,
+    pressure::state_equation::EquationOfState,
+    scene::{Cfl, PressureMethod, Scene, TimeStep, Viscosity},
+    step::Clock,
+};
+
+const FORCE_FACTOR: f32 = 0.25;
+const VISCOSITY_FACTOR: f32 = 1.0 / 32.0;
+const SOUND_FACTOR: f32 = 0.4;
+/// A step is at most so much longer than the one before: after an impact it grows back gently.
+const GROWTH: f32 = 1.1;
+
+/// How the scene wants its time step.
+#[derive(Resource, Debug, Clone, Copy, PartialEq)]
+pub struct TimeStepControl {
+    cfl: Cfl,
+    /// What viscosity and sound allow [s]: constant through a run.
+    constant_limit: f32,
+}
+
+/// A limit by its name [s].
+pub type Limit = (&'static str, f32);
+
+/// Limits that do not change in a run.
+pub fn constant_limits(scene: &Scene) -> Vec<Limit> {
+    let h = scene.support_radius();
+    let mut limits = Vec::new();
+    let viscosity = match scene.fluid.viscosity {
+        Viscosity::None => 0.0,
+        Viscosity::Laminar {
+            kinematic_viscosity,
+        } => kinematic_viscosity,
+        // The kinematic viscosity that it amounts to in 3-D (Monaghan 2005, eq. 8.8), with its smoothing length h.
+        Viscosity::Artificial { alpha, sound_speed } => alpha * h * sound_speed / 10.0,
+    };
+    if viscosity > 0.0 {
+        limits.push(("viscosity", VISCOSITY_FACTOR * h * h / viscosity));
+    }
+    if let PressureMethod::Sesph(sesph) = scene.pressure {
+        let sound_speed = EquationOfState(sesph.equation).sound_speed(scene.fluid.rest_density);
+        limits.push(("sound", SOUND_FACTOR * h / sound_speed));
+    }
+    limits
+}
+
+/// Limits by the motion, for a factor λ of the speed.
+pub fn motion_limits(factor: f32, h: f32, max_speed: f32, max_acceleration: f32) -> [Limit; 2] {
+    [
+        ("speed", factor * h / max_speed),
+        ("force", FORCE_FACTOR * (h / max_acceleration).sqrt()),
+    ]
+}
+
+impl TimeStepControl {
+    /// The first time step [s] of a scene, and the control of the next ones if they are not fixed.
+    pub fn new(scene: &Scene) -> (f32, Option<Self>) {
+        match scene.time_step {
+            TimeStep::Fixed(dt) => (dt, None),
+            TimeStep::Cfl(cfl) => {
+                let limits = constant_limits(scene);
+                let constant_limit = limits
+                    .iter()
+                    .fold(f32::INFINITY, |least, limit| least.min(limit.1));
+                let control = Self {
+                    cfl,
+                    constant_limit,
+                };
+                let speed = scene
+                    .bodies
+                    .iter()
+                    .map(|body| body.velocity.length())
+                    .fold(0.0, f32::max);
+                let dt = control.choose(
+                    scene.support_radius(),
+                    speed,
+                    scene.gravity.length(),
+                    f32::INFINITY,
+                );
+                (dt, Some(control))
+            }
+        }
+    }
+
+    fn choose(&self, h: f32, max_speed: f32, max_acceleration: f32, last: f32) -> f32 {
+        let motion = motion_limits(self.cfl.factor, h, max_speed, max_acceleration);
+        motion
+            .iter()
+            .fold(self.constant_limit.min(GROWTH * last), |least, limit| {
+                least.min(limit.1)
+            })
+            .clamp(self.cfl.min, self.cfl.max)
+    }
+}
+
+/// Chooses the next step's length (phase `Integrate`; only if it is not fixed).
+pub fn choose_time_step(
+    mut clock: ResMut<Clock>,
+    control: Res<TimeStepControl>,
+    motion: Res<Motion>,
+    material: Res<Material>,
+) {
+    let h = material.kernel.support_radius;
+    clock.next_dt = control.choose(h, motion.max_speed, motion.max_acceleration, clock.dt);
+}
