@@ -222,6 +222,8 @@ fn a_run_writes_what_it_says_it_writes() {
     assert_eq!(summary["status"], "done");
     assert_eq!(summary["steps"], 5);
     assert_eq!(summary["particles"], 125);
+    assert_ne!(summary["boundary_particles"], 0);
+    assert_ne!(summary["instruction_set"], "");
     let simulated = summary["simulated_s"].as_f64().expect("a number");
     assert!((simulated - 0.0025).abs() < 1e-6, "{simulated}");
 

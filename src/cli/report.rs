@@ -30,11 +30,11 @@ pub(super) fn text(summary: &Summary, scene: &Scene, folder: &RunFolder) -> Stri
     rows.push((
         "step",
         format!(
-            "{:.2} ms on average, {:.1} s in all, {} thread{}",
+            "{:.2} ms on average, {:.1} s in all, on {} with {}",
             summary.ms_per_step,
             1e-3 * summary.ms_per_step * summary.steps as f64,
-            summary.threads,
-            if summary.threads == 1 { "" } else { "s" }
+            count(summary.threads as u64, "thread"),
+            summary.instruction_set,
         ),
     ));
     rows.push((
@@ -82,8 +82,11 @@ fn headline(summary: &Summary) -> String {
         Status::Failed => "failed",
     };
     format!(
-        "{}: {how} after {} steps, {:.4} s simulated in {:.1} s\n",
-        summary.scene, summary.steps, summary.simulated_s, summary.wall_s
+        "{}: {how} after {}, {:.4} s simulated in {:.1} s\n",
+        summary.scene,
+        count(summary.steps, "step"),
+        summary.simulated_s,
+        summary.wall_s
     )
 }
 
@@ -117,6 +120,11 @@ fn phase_table(summary: &Summary) -> String {
         let _ = writeln!(text, "  {:<18}{ms:>10.3}{share:>6.1} %", phase.name());
     }
     text
+}
+
+fn count(number: u64, thing: &str) -> String {
+    let plural = if number == 1 { "" } else { "s" };
+    format!("{number} {thing}{plural}")
 }
 
 /// A size in bytes for people.

@@ -3,9 +3,11 @@
 use std::time::{Duration, Instant};
 
 use bevy_ecs::prelude::With;
+use overfall::execution::Execution;
 use overfall::output::{Frame, History, OutputError, RunTotals, Status, Summary};
 use overfall::particle::{Boundary, Fluid};
 use overfall::scene::Scene;
+use overfall::step::Clock;
 use overfall::{Simulation, StepError};
 
 use super::folder::RunFolder;
@@ -107,7 +109,8 @@ impl Run {
             self.totals.add(&report);
             self.history.push(&report)?;
             dt = report.dt.into();
-            if self.clock.is_due(report.time, dt) {
+            let next_dt = self.simulation.world().resource::<Clock>().next_dt;
+            if self.clock.is_due(report.time, next_dt.into()) {
                 self.record()?;
             }
             self.progress.update(&report, taken);
@@ -121,11 +124,8 @@ impl Run {
             return Ok(());
         }
         self.recorded_step = Some(step);
-        self.recorder.record(Frame {
-            step,
-            time: self.simulation.time(),
-            ..Frame::from_world(self.simulation.world_mut())
-        })
+        let frame = Frame::from_world(self.simulation.world_mut());
+        self.recorder.record(frame)
     }
 
     /// Writes all that is left to write, and sums up.
@@ -158,6 +158,7 @@ impl Run {
             status = Status::Failed;
         }
         let world = self.simulation.world_mut();
+        let instruction_set = world.resource::<Execution>().instruction_set.name();
         Summary {
             status,
             failure: (!failures.is_empty()).then(|| failures.join("; ")),
@@ -169,6 +170,7 @@ impl Run {
                 .query_filtered::<(), With<Boundary>>()
                 .iter(world)
                 .count(),
+            instruction_set: instruction_set.to_owned(),
             frames: recorded.frames,
             ms_per_step: 1e3 * self.stepping.as_secs_f64() / self.totals.steps().max(1) as f64,
             ..self.totals.summary()

@@ -59,14 +59,14 @@ impl FrameClock {
         }
     }
 
-    /// Whether the step that ended at `time` and was `dt` long is the nearest one to a multiple.
+    /// Whether the step that ended at `time` is the nearest one to a multiple, if the next is `next_dt` long.
     ///
-    /// The next step is taken to be as long as this one. Several multiples within one step make one frame.
-    pub(super) fn is_due(&mut self, time: f64, dt: f64) -> bool {
-        if self.per_second <= 0.0 || self.next / self.per_second >= self.end - ROUNDING * dt {
+    /// Several multiples within one step make one frame.
+    pub(super) fn is_due(&mut self, time: f64, next_dt: f64) -> bool {
+        if self.per_second <= 0.0 || self.next / self.per_second >= self.end - ROUNDING * next_dt {
             return false;
         }
-        let reached = ((time + 0.5 * dt) * self.per_second).floor();
+        let reached = ((time + 0.5 * next_dt) * self.per_second).floor();
         let is_due = reached >= self.next;
         if is_due {
             self.next = reached + 1.0;

@@ -4,11 +4,17 @@ use bevy_ecs::prelude::*;
 
 use super::Frame;
 use crate::particle::{Density, Fluid, Position, Pressure, Velocity};
+use crate::step::Clock;
 
 impl Frame {
-    /// Copies the state of all fluid particles of a world; step and time are the caller's to fill in.
+    /// Copies the state of all fluid particles of a world in which a scene is installed, as of the last step.
     pub fn from_world(world: &mut World) -> Self {
-        let mut frame = Self::default();
+        let clock = world.get_resource::<Clock>().copied().unwrap_or_default();
+        let mut frame = Self {
+            step: clock.step,
+            time: clock.time,
+            ..Self::default()
+        };
         let mut particles = world
             .query_filtered::<(Entity, &Position, &Velocity, &Density, &Pressure), With<Fluid>>();
         for (entity, position, velocity, density, pressure) in particles.iter(world) {
