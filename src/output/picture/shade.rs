@@ -28,8 +28,10 @@ const TURNS: usize = 64;
 const SHADOW_SOFTNESS: f32 = 3.0;
 /// [`Surface::shadow_bias`] of particles: they do not shade each other one by one.
 const PARTICLE_SHADOW_BIAS: f32 = 3.5;
-/// [`Surface::shadow_bias`] of the rest: only enough for the light's layer to be coarse.
-const SHADOW_BIAS: f32 = 0.8;
+/// [`Surface::shadow_bias`] of solids, whose round sides the light's layer renders in steps.
+const SOLID_SHADOW_BIAS: f32 = 2.5;
+/// [`Surface::shadow_bias`] of the floor, flat and right below its particles.
+const FLOOR_SHADOW_BIAS: f32 = 0.8;
 /// How much of the key light a shadow takes.
 const SHADOW_STRENGTH: f32 = 0.75;
 
@@ -191,7 +193,7 @@ impl Shader<'_> {
                 normal: Vec3::Y,
                 colour: self.colours.floor,
                 gloss: 0.0,
-                shadow_bias: SHADOW_BIAS,
+                shadow_bias: FLOOR_SHADOW_BIAS,
             };
         }
         if let Some(solid) = Layer::solid(id).and_then(|k| self.view.solids.get(k)) {
@@ -200,7 +202,7 @@ impl Shader<'_> {
                 normal: solid.normal(position),
                 colour: self.colours.solid,
                 gloss: 0.05,
-                shadow_bias: SHADOW_BIAS,
+                shadow_bias: SOLID_SHADOW_BIAS,
             };
         }
         let splat = &self.layer.splats[id as usize];

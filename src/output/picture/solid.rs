@@ -66,14 +66,11 @@ impl Solid {
             Self::Box(bounds) => {
                 let half = 0.5 * (bounds.max - bounds.min);
                 let from_centre = (at - bounds.min - half) / half.max(Vec3::splat(1e-9));
-                let largest = from_centre.abs().max_element();
-                let face = from_centre
-                    .abs()
-                    .cmpge(Vec3::splat(largest))
-                    .test(0)
-                    .then_some(Vec3::X)
-                    .or_else(|| (from_centre.y.abs() >= largest).then_some(Vec3::Y))
-                    .unwrap_or(Vec3::Z);
+                let face = match from_centre.abs().max_position() {
+                    0 => Vec3::X,
+                    1 => Vec3::Y,
+                    _ => Vec3::Z,
+                };
                 face * from_centre.dot(face).signum()
             }
             Self::Sphere { center, .. } => (at - center).normalize_or(Vec3::Y),

@@ -7,7 +7,7 @@ use super::solid::{Solid, around, corners};
 use crate::scene::{BoundaryShape, Bounds, Camera, Dimension, Scene, Shape};
 
 /// Direction from which an unset camera looks at the scene: from the front, a little from the right and above.
-const DEFAULT_DIRECTION: Vec3 = vec3(0.32, 0.38, 1.0);
+const DEFAULT_DIRECTION: Vec3 = vec3(0.40, 0.38, 1.0);
 /// Vertical angle of view of an unset camera [°].
 const DEFAULT_FIELD_OF_VIEW: f32 = 26.0;
 /// Part of the picture, in the units −1 to 1 from edge to edge, that an unset camera fills: left, right, bottom, top.
