@@ -54,16 +54,20 @@ pub(super) fn run(options: &options::Run) -> Result<Exit, Failure> {
     summary.wall_s = started.elapsed().as_secs_f64();
     let written = summary.write(&folder.summary()).map_err(cannot_write);
 
-    console::print(&if options.json {
+    let printed = console::print(&if options.json {
         report::json(&summary)?
     } else {
         report::text(&summary, &scene, &folder)
-    })?;
-    match summary.failure {
-        Some(failure) => Err(Failure::Failed(failure)),
-        None if summary.status == Status::Interrupted => written.map(|()| Exit::Interrupted),
-        None => written.map(|()| Exit::Done),
+    });
+    // The run's own failure comes before that of telling about it.
+    if let Some(failure) = summary.failure {
+        return Err(Failure::Failed(failure));
     }
+    written.and(printed)?;
+    Ok(match summary.status {
+        Status::Interrupted => Exit::Interrupted,
+        Status::Done | Status::Failed => Exit::Done,
+    })
 }
 
 /// A run on its way.
