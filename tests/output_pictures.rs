@@ -88,7 +88,7 @@ fn pool_view() -> View {
             Solid::Wall {
                 center: vec3(0.0, 0.0, -1.0),
                 normal: Vec3::Z,
-                half_size: 1.0,
+                half_edges: [Vec3::X, Vec3::Y],
             },
         ],
         legend: true,
@@ -160,7 +160,7 @@ fn a_solid_hides_a_particle_behind_it_and_a_wall_only_from_its_front() {
     let wall = |normal| Solid::Wall {
         center: vec3(0.0, 0.0, 2.0),
         normal,
-        half_size: 1.0,
+        half_edges: [Vec3::X, Vec3::Y],
     };
     assert!(lightness(with(ball)) > lightness(blue));
     assert!(lightness(with(wall(Vec3::Z))) > lightness(blue));
@@ -248,7 +248,7 @@ fn odd_input_gives_a_picture_all_the_same() {
                     Solid::Wall {
                         center: Vec3::ZERO,
                         normal: Vec3::splat(x),
-                        half_size: x,
+                        half_edges: [Vec3::splat(x), Vec3::ZERO],
                     },
                 ],
                 ..pool_view()

@@ -17,14 +17,14 @@ pub enum Solid {
         /// Radius [m].
         radius: f32,
     },
-    /// A square wall; invisible from behind, so that a wall between the eye and the fluid does not hide it.
+    /// A rectangular wall; invisible from behind, so that a wall between the eye and the fluid does not hide it.
     Wall {
         /// Centre [m].
         center: Vec3,
         /// Direction from the solid into the fluid.
         normal: Vec3,
-        /// Half the edge of the square [m].
-        half_size: f32,
+        /// From the centre to the middle of two neighbouring edges [m].
+        half_edges: [Vec3; 2],
     },
 }
 
@@ -37,8 +37,8 @@ impl Solid {
             Self::Wall {
                 center,
                 normal,
-                half_size,
-            } => hit_wall(center, normal, half_size, ray),
+                half_edges,
+            } => hit_wall(center, normal, half_edges, ray),
         };
         if depth > NEAREST {
             depth
@@ -52,10 +52,11 @@ impl Solid {
         let bounds = match *self {
             Self::Box(bounds) => bounds,
             Self::Sphere { center, radius } => around(center, Vec3::splat(radius)),
-            // Half the diagonal of the square.
             Self::Wall {
-                center, half_size, ..
-            } => around(center, Vec3::splat(1.415 * half_size)),
+                center,
+                half_edges: [u, v],
+                ..
+            } => around(center, u.abs() + v.abs()),
         };
         corners(&bounds)
     }
@@ -122,15 +123,15 @@ fn hit_sphere(center: Vec3, radius: f32, ray: &Ray) -> f32 {
     (-b - root.sqrt()) / a
 }
 
-fn hit_wall(center: Vec3, normal: Vec3, half_size: f32, ray: &Ray) -> f32 {
+fn hit_wall(center: Vec3, normal: Vec3, half_edges: [Vec3; 2], ray: &Ray) -> f32 {
     let normal = normal.normalize_or(Vec3::Y);
     let towards = ray.direction.dot(normal);
     if towards >= 0.0 {
         return f32::INFINITY;
     }
     let depth = (center - ray.origin).dot(normal) / towards;
-    let (u, v) = normal.any_orthonormal_pair();
     let from_centre = ray.at(depth) - center;
-    let inside = from_centre.dot(u).abs() <= half_size && from_centre.dot(v).abs() <= half_size;
+    let mut edges = half_edges.into_iter();
+    let inside = edges.all(|edge| from_centre.dot(edge).abs() <= edge.length_squared());
     if inside { depth } else { f32::INFINITY }
 }

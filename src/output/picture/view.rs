@@ -4,6 +4,7 @@ use glam::{Vec2, Vec3, vec2, vec3};
 
 use super::projection::Projection;
 use super::solid::{Solid, around, corners};
+use crate::scene::shapes::wall_axes;
 use crate::scene::{BoundaryShape, Bounds, Camera, Dimension, Scene, Shape};
 
 /// Direction from which an unset camera looks at the scene: from the front, a little from the right and above.
@@ -145,14 +146,14 @@ impl View {
                 half_size,
             } => {
                 let normal = normal.normalize_or(Vec3::Y);
+                let (u, v) = wall_axes(normal, self.dimension);
+                let (u, v) = (half_size * u, half_size * v);
                 if flat {
-                    let along = half_size * vec3(-normal.y, normal.x, 0.0);
-                    self.include(around(center, along.abs()));
-                    self.edges.push([center - along, center + along]);
+                    self.include(around(center, u.abs()));
+                    self.edges.push([center - u, center + u]);
                     return;
                 }
-                let (u, v) = normal.any_orthonormal_pair();
-                let corners = [u + v, v - u, -u - v, u - v].map(|at| center + half_size * at);
+                let corners = [u + v, v - u, -u - v, u - v].map(|at| center + at);
                 for i in 0..4 {
                     self.include(around(corners[i], Vec3::ZERO));
                     self.edges.push([corners[i], corners[(i + 1) % 4]]);
@@ -160,7 +161,7 @@ impl View {
                 self.solids.push(Solid::Wall {
                     center,
                     normal,
-                    half_size,
+                    half_edges: [u, v],
                 });
             }
         }
