@@ -12,6 +12,7 @@
 //! complete files only. [`FIELDS`] declares once what a frame holds; both formats, both ways, go by it.
 
 mod atomic;
+mod capture;
 mod cursor;
 mod error;
 mod fields;

@@ -54,7 +54,7 @@ pub struct Summary {
     pub simulated_s: f64,
     /// Wall time of the run, output included [s].
     pub wall_s: f64,
-    /// Wall time of all phases, mean over the steps [ms].
+    /// Wall time of a step, mean over the steps [ms]; that of all its phases, unless the caller measured around them.
     pub ms_per_step: f64,
     /// Wall time of each phase, mean over the steps [ms].
     pub ms_per_phase: BTreeMap<String, f64>,

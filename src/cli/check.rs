@@ -1,0 +1,91 @@
+//! `overfall check`: what a run of the scene would do.
+
+use std::fmt::Write;
+
+use overfall::Plan;
+use overfall::scene::Scene;
+
+use super::report::size;
+use super::{Exit, Failure, console, options};
+
+/// Prints the plan of a scene.
+pub(super) fn check(options: &options::Check) -> Result<Exit, Failure> {
+    let scene = options.scene.load()?;
+    let plan = overfall::plan(&scene).map_err(|error| options.scene.refuse(&error))?;
+    console::print(&text(&scene, &plan, options.scene.threads()))?;
+    Ok(Exit::Done)
+}
+
+fn text(scene: &Scene, plan: &Plan, threads: usize) -> String {
+    let mut text = format!("{}: the scene is fine\n", scene.name);
+    let rows = [
+        (
+            "particles",
+            format!(
+                "{} fluid, {} boundary",
+                plan.particles, plan.boundary_particles
+            ),
+        ),
+        ("dimension", u8::from(scene.dimension).to_string()),
+        ("spacing", format!("{} m", scene.spacing)),
+        ("support radius", format!("{} m", plan.support_radius)),
+        ("particle mass", format!("{:.4e} kg", plan.particle_mass)),
+        (
+            "neighbours",
+            format!(
+                "about {:.0} a particle within the fluid",
+                plan.expected_neighbours
+            ),
+        ),
+        ("duration", format!("{} s", scene.duration)),
+        ("threads", threads.to_string()),
+    ];
+    for (name, value) in rows {
+        // Writing to a String cannot fail, here and below.
+        let _ = writeln!(text, "  {name:<15} {value}");
+    }
+    text.push_str(&phases(plan));
+    text.push_str(&time_step(plan));
+    text.push_str(&memory(plan));
+    text
+}
+
+fn phases(plan: &Plan) -> String {
+    let mut text = "\nA step\n".to_owned();
+    for (phase, systems) in &plan.phases {
+        let systems = match systems.as_slice() {
+            [] => "-".to_owned(),
+            systems => systems.join(", "),
+        };
+        let _ = writeln!(text, "  {:<15} {systems}", phase.name());
+    }
+    text
+}
+
+fn time_step(plan: &Plan) -> String {
+    let mut text = "\nThe time step is at most\n".to_owned();
+    for (name, limit) in &plan.time_step_limits {
+        let limit = if limit.is_finite() {
+            format!("{limit:.3e} s")
+        } else {
+            "no limit".to_owned()
+        };
+        let _ = writeln!(text, "  {limit:<12} {name}");
+    }
+    text
+}
+
+fn memory(plan: &Plan) -> String {
+    let mut text = "\nMemory a fluid particle [bytes]\n".to_owned();
+    let mut total = 0.0;
+    for (name, bytes) in &plan.bytes_per_particle {
+        total += bytes;
+        let _ = writeln!(text, "  {bytes:>8.1}  {name}");
+    }
+    let _ = writeln!(
+        text,
+        "  {total:>8.1}  in all; {} for the scene's fluid",
+        size(total * plan.particles as f64)
+    );
+    text
+}

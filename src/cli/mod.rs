@@ -1,0 +1,105 @@
+//! The command line: `run`, `check`, `picture`.
+//!
+//! Results go to standard output, progress and errors to standard error. The exit status says how it ended
+//! ([`Exit`]).
+
+mod check;
+mod console;
+mod folder;
+mod interrupt;
+mod options;
+mod picture;
+mod progress;
+mod recorder;
+mod report;
+mod run;
+mod scene_copy;
+mod schedule;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+use overfall::output::OutputError;
+
+/// How a command ended, as the exit status a script sees.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Exit {
+    /// 0: done.
+    Done,
+    /// 1: the run failed; its summary is written all the same.
+    Failed,
+    /// 2: the scene or the options were refused (clap exits with 2 as well).
+    Refused,
+    /// 130: ended early by a signal, as shells say for SIGINT.
+    Interrupted,
+}
+
+impl From<Exit> for ExitCode {
+    fn from(exit: Exit) -> Self {
+        Self::from(match exit {
+            Exit::Done => 0,
+            Exit::Failed => 1,
+            Exit::Refused => 2,
+            Exit::Interrupted => interrupt::EXIT_STATUS,
+        })
+    }
+}
+
+/// Why a command could not do what it was asked, in words for its user.
+#[derive(Debug, Clone, PartialEq)]
+enum Failure {
+    /// The input is wrong: it has to change before another try.
+    Refused(String),
+    /// The input is fine; something else was in the way (a full disk, a missing permission, an unstable run).
+    Failed(String),
+}
+
+impl Failure {
+    fn into_text(self) -> String {
+        match self {
+            Self::Refused(text) | Self::Failed(text) => text,
+        }
+    }
+}
+
+fn cannot_write(error: OutputError) -> Failure {
+    Failure::Failed(format!("cannot write {error}"))
+}
+
+/// Smoothed particle hydrodynamics as entities and systems, driven by RON scene files.
+#[derive(Parser, Debug)]
+#[command(name = "overfall", version, max_term_width = 110)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand, Debug)]
+enum Command {
+    /// Simulate a scene; write frames, pictures, a history and a summary.
+    Run(options::Run),
+    /// Check a scene and print what a run of it would do; simulates nothing.
+    Check(options::Check),
+    /// Draw the pictures of a run again, from the frames it wrote.
+    Picture(options::Picture),
+}
+
+/// Reads the arguments and does what they say.
+pub(crate) fn main() -> ExitCode {
+    let ended = match Arguments::parse().command {
+        Command::Run(options) => run::run(&options),
+        Command::Check(options) => check::check(&options),
+        Command::Picture(options) => picture::picture(&options),
+    };
+    match ended {
+        Ok(exit) => exit.into(),
+        Err(Failure::Refused(text)) => {
+            console::error(&text);
+            Exit::Refused.into()
+        }
+        Err(Failure::Failed(text)) => {
+            console::error(&text);
+            Exit::Failed.into()
+        }
+    }
+}

@@ -1,0 +1,175 @@
+//! The options of every command, and the scene they make of a scene file.
+
+use std::num::NonZero;
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum, ValueHint};
+use overfall::scene::{FrameFormat, Override, Scene, SceneError};
+use overfall::step::InstallError;
+
+use super::Failure;
+
+/// More threads than this are a slip of the keyboard, not a machine.
+const MAX_THREADS: u64 = 4096;
+
+/// Which scene, and what is different from its file.
+#[derive(Args, Debug)]
+pub(super) struct SceneOptions {
+    /// The scene file (RON).
+    #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath)]
+    pub(super) scene: PathBuf,
+    /// Replace a value of the scene, e.g. --set spacing=0.01; may be given again.
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    overrides: Vec<String>,
+    /// Threads to compute with; all cores by default.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_THREADS))]
+    threads: Option<u64>,
+}
+
+/// Options of `overfall run`.
+#[derive(Args, Debug)]
+pub(super) struct Run {
+    #[command(flatten)]
+    pub(super) scene: SceneOptions,
+    /// Simulated time [s] instead of the scene's.
+    #[arg(long, value_name = "S", value_parser = positive, conflicts_with = "steps")]
+    duration: Option<f32>,
+    /// Take exactly so many steps, whatever the duration.
+    #[arg(long, value_name = "N")]
+    pub(super) steps: Option<u64>,
+    /// Where to write; out/<scene name> by default. An older run there is replaced.
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(super) out: Option<PathBuf>,
+    /// Frames per simulated second; 0 writes the first and the last only.
+    #[arg(long, value_name = "F", value_parser = not_negative)]
+    frames_per_second: Option<f32>,
+    /// File formats of the frames.
+    #[arg(long, value_name = "FORMAT,…", value_delimiter = ',')]
+    format: Option<Vec<Format>>,
+    /// Draw a picture of every frame.
+    #[arg(
+        long,
+        value_name = "BOOL",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "true",
+        overrides_with = "no_pictures"
+    )]
+    pictures: Option<bool>,
+    /// Draw no pictures.
+    #[arg(long, overrides_with = "pictures")]
+    no_pictures: bool,
+    /// Print the summary on standard output as JSON.
+    #[arg(long)]
+    pub(super) json: bool,
+    /// Show no progress.
+    #[arg(long)]
+    pub(super) quiet: bool,
+}
+
+/// Options of `overfall check`.
+#[derive(Args, Debug)]
+pub(super) struct Check {
+    #[command(flatten)]
+    pub(super) scene: SceneOptions,
+}
+
+/// Options of `overfall picture`.
+#[derive(Args, Debug)]
+pub(super) struct Picture {
+    /// The folder of a run, e.g. out/dam_break.
+    #[arg(value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(super) folder: PathBuf,
+}
+
+/// [`FrameFormat`] as the command line spells it.
+#[derive(ValueEnum, Debug, Clone, Copy, PartialEq, Eq)]
+enum Format {
+    /// VTK XML unstructured grid; ParaView opens it.
+    Vtu,
+    /// Stanford PLY.
+    Ply,
+}
+
+impl From<Format> for FrameFormat {
+    fn from(format: Format) -> Self {
+        match format {
+            Format::Vtu => Self::Vtu,
+            Format::Ply => Self::Ply,
+        }
+    }
+}
+
+impl SceneOptions {
+    /// The scene of the file with `--set` applied.
+    pub(super) fn load(&self) -> Result<Scene, Failure> {
+        self.overrides
+            .iter()
+            .map(|text| Override::parse(text))
+            .collect::<Result<Vec<_>, _>>()
+            .and_then(|overrides| Scene::load(&self.scene, &overrides))
+            .map_err(refused)
+    }
+
+    /// A refusal of the scene by the engine, in words for the user.
+    pub(super) fn refuse(&self, error: &InstallError) -> Failure {
+        Failure::Refused(format!("{}: {error}", self.scene.display()))
+    }
+
+    /// The number of threads asked for, or the machine's cores.
+    pub(super) fn threads(&self) -> usize {
+        self.threads
+            .and_then(|threads| usize::try_from(threads).ok())
+            .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, NonZero::get))
+    }
+}
+
+impl Run {
+    /// The scene that will run: the file's, with `--set` and the options that stand for one of its fields.
+    pub(super) fn effective_scene(&self) -> Result<Scene, Failure> {
+        let mut scene = self.scene.load()?;
+        if let Some(duration) = self.duration {
+            scene.duration = duration;
+        }
+        if let Some(frames_per_second) = self.frames_per_second {
+            scene.output.frames_per_second = frames_per_second;
+        }
+        if let Some(formats) = &self.format {
+            scene.output.formats.clear();
+            for &format in formats {
+                let format = format.into();
+                if !scene.output.formats.contains(&format) {
+                    scene.output.formats.push(format);
+                }
+            }
+        }
+        if let Some(pictures) = self.pictures {
+            scene.output.pictures = pictures;
+        }
+        if self.no_pictures {
+            scene.output.pictures = false;
+        }
+        scene.check().map_err(refused)?;
+        Ok(scene)
+    }
+}
+
+fn refused(error: SceneError) -> Failure {
+    Failure::Refused(error.to_string())
+}
+
+fn positive(text: &str) -> Result<f32, String> {
+    number(text)
+        .filter(|&value| value > 0.0)
+        .ok_or_else(|| "it must be a number above 0".to_owned())
+}
+
+fn not_negative(text: &str) -> Result<f32, String> {
+    number(text)
+        .filter(|&value| value >= 0.0)
+        .ok_or_else(|| "it must be a number, 0 or above".to_owned())
+}
+
+fn number(text: &str) -> Option<f32> {
+    text.parse().ok().filter(|value: &f32| value.is_finite())
+}

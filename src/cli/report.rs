@@ -1,0 +1,154 @@
+//! The end of a run, in words and as JSON.
+
+use std::fmt::Write;
+
+use overfall::Phase;
+use overfall::output::{Status, Summary};
+use overfall::scene::Scene;
+
+use super::Failure;
+use super::folder::RunFolder;
+
+/// The summary as JSON.
+pub(super) fn json(summary: &Summary) -> Result<String, Failure> {
+    serde_json::to_string_pretty(summary)
+        .map(|text| text + "\n")
+        .map_err(|error| Failure::Failed(format!("cannot write the summary as JSON: {error}")))
+}
+
+/// The summary in words: what was done, how fast, how accurate, and where it lies.
+pub(super) fn text(summary: &Summary, scene: &Scene, folder: &RunFolder) -> String {
+    // Writing to a String cannot fail, here and below.
+    let mut rows = Vec::new();
+    rows.push((
+        "particles",
+        format!(
+            "{} fluid, {} boundary",
+            summary.particles, summary.boundary_particles
+        ),
+    ));
+    rows.push((
+        "step",
+        format!(
+            "{:.2} ms on average, {:.1} s in all, on {} with {}",
+            summary.ms_per_step,
+            1e-3 * summary.ms_per_step * summary.steps as f64,
+            count(summary.threads as u64, "thread"),
+            summary.instruction_set,
+        ),
+    ));
+    rows.push((
+        "density error",
+        format!(
+            "largest {:.3} %, mean {:.4} %, with {:.1} iterations a step",
+            100.0 * summary.max_density_error,
+            100.0 * summary.mean_density_error,
+            summary.mean_iterations
+        ),
+    ));
+    if let Some(bytes) = summary.peak_rss_bytes {
+        rows.push(("memory", format!("{} at most", size(bytes as f64))));
+    }
+    rows.push(("frames", frames(summary, scene, folder)));
+    if scene.output.pictures {
+        let mut pictures = folder.pictures().display().to_string();
+        // It is drawn from the frames' files.
+        if !scene.output.formats.is_empty() {
+            let _ = write!(
+                pictures,
+                ", all in one: {}",
+                folder.contact_sheet().display()
+            );
+        }
+        rows.push(("pictures", pictures));
+    }
+    rows.push(("summary", folder.summary().display().to_string()));
+    rows.push(("history", folder.history().display().to_string()));
+
+    let mut text = headline(summary);
+    for (name, value) in rows {
+        let _ = writeln!(text, "  {name:<14} {value}");
+    }
+    if summary.steps > 0 {
+        text.push_str(&phase_table(summary));
+    }
+    text
+}
+
+fn headline(summary: &Summary) -> String {
+    let how = match summary.status {
+        Status::Done => "done",
+        Status::Interrupted => "interrupted",
+        Status::Failed => "failed",
+    };
+    format!(
+        "{}: {how} after {}, {:.4} s simulated in {:.1} s\n",
+        summary.scene,
+        count(summary.steps, "step"),
+        summary.simulated_s,
+        summary.wall_s
+    )
+}
+
+fn frames(summary: &Summary, scene: &Scene, folder: &RunFolder) -> String {
+    let formats: Vec<_> = (scene.output.formats.iter())
+        .map(|format| format.extension())
+        .collect();
+    if formats.is_empty() {
+        return "none written: the scene names no format".to_owned();
+    }
+    let mut text = format!(
+        "{} in {} ({})",
+        summary.frames,
+        folder.frames().display(),
+        formats.join(", ")
+    );
+    if formats.contains(&"vtu") {
+        let _ = write!(text, ", as a series: {}", folder.series().display());
+    }
+    text
+}
+
+fn phase_table(summary: &Summary) -> String {
+    let total: f64 = summary.ms_per_phase.values().sum();
+    let mut text = format!("\n  {:<18}{:>10}{:>8}\n", "phase", "ms/step", "share");
+    for phase in Phase::ALL {
+        let Some(&ms) = summary.ms_per_phase.get(phase.name()) else {
+            continue;
+        };
+        let share = if total > 0.0 { 100.0 * ms / total } else { 0.0 };
+        let _ = writeln!(text, "  {:<18}{ms:>10.3}{share:>6.1} %", phase.name());
+    }
+    text
+}
+
+fn count(number: u64, thing: &str) -> String {
+    let plural = if number == 1 { "" } else { "s" };
+    format!("{number} {thing}{plural}")
+}
+
+/// A size in bytes for people.
+pub(super) fn size(bytes: f64) -> String {
+    const UNITS: [&str; 4] = ["bytes", "KiB", "MiB", "GiB"];
+    let mut value = bytes;
+    let mut unit = 0;
+    while value >= 1024.0 && unit + 1 < UNITS.len() {
+        value /= 1024.0;
+        unit += 1;
+    }
+    let digits = usize::from(unit > 0);
+    format!("{value:.digits$} {}", UNITS[unit])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_read_well() {
+        assert_eq!(size(12.0), "12 bytes");
+        assert_eq!(size(2048.0), "2.0 KiB");
+        assert_eq!(size(3.5 * 1024.0 * 1024.0 * 1024.0), "3.5 GiB");
+        assert_eq!(size(5e15), "4656612.9 GiB");
+    }
+}

@@ -1,0 +1,201 @@
+//! `overfall run`: steps until the goal, and everything that is written on the way.
+
+use std::time::{Duration, Instant};
+
+use bevy_ecs::prelude::With;
+use overfall::execution::Execution;
+use overfall::output::{Frame, History, OutputError, RunTotals, Status, Summary};
+use overfall::particle::{Boundary, Fluid};
+use overfall::scene::Scene;
+use overfall::step::Clock;
+use overfall::{Simulation, StepError};
+
+use super::folder::RunFolder;
+use super::progress::Progress;
+use super::recorder::{GaveUp, Recorder};
+use super::scene_copy::SceneCopy;
+use super::schedule::{FrameClock, Goal};
+use super::{Exit, Failure, cannot_write, console, interrupt, options, picture, report};
+
+/// Runs a scene and writes what comes of it.
+pub(super) fn run(options: &options::Run) -> Result<Exit, Failure> {
+    let started = Instant::now();
+    let scene = options.effective_scene()?;
+    let threads = options.scene.threads();
+    let simulation =
+        Simulation::with_threads(&scene, threads).map_err(|error| options.scene.refuse(&error))?;
+    let goal = options
+        .steps
+        .map_or(Goal::Time(scene.duration.into()), Goal::Steps);
+
+    let folder = RunFolder::new(options.out.as_deref(), &scene.name);
+    let copy = SceneCopy::of(&scene)?;
+    let progress = Progress::start(&scene.name, goal, options.quiet);
+    interrupt::listen(progress.announcer())?;
+    folder.prepare(scene.output.pictures)?;
+    // The history first: beside it, a `scene.ron` counts as written by a run.
+    let history = History::create(&folder.history()).map_err(cannot_write)?;
+    copy.write(&folder)?;
+    let mut run = Run {
+        simulation,
+        goal,
+        clock: FrameClock::new(scene.output.frames_per_second, goal),
+        history,
+        recorder: Recorder::start(&folder, &scene)?,
+        progress,
+        totals: RunTotals::default(),
+        stepping: Duration::ZERO,
+        recorded_step: None,
+    };
+    let ended = run.step_to_the_end();
+    let mut summary = run.finish(ended, &scene, &folder);
+    summary.scene.clone_from(&scene.name);
+    summary.threads = threads;
+    summary.wall_s = started.elapsed().as_secs_f64();
+    let written = summary.write(&folder.summary()).map_err(cannot_write);
+
+    let printed = console::print(&if options.json {
+        report::json(&summary)?
+    } else {
+        report::text(&summary, &scene, &folder)
+    });
+    // The run's own failure comes before that of telling about it.
+    if let Some(failure) = summary.failure {
+        return Err(Failure::Failed(failure));
+    }
+    written.and(printed)?;
+    Ok(match summary.status {
+        Status::Interrupted => Exit::Interrupted,
+        Status::Done | Status::Failed => Exit::Done,
+    })
+}
+
+/// A run on its way.
+struct Run {
+    simulation: Simulation,
+    goal: Goal,
+    clock: FrameClock,
+    history: History,
+    recorder: Recorder,
+    progress: Progress,
+    totals: RunTotals,
+    /// Wall time within the steps: unlike the run's wall time, without waiting for the recorder.
+    stepping: Duration,
+    /// The step whose frame was recorded last.
+    recorded_step: Option<u64>,
+}
+
+/// Why a run stops before its goal.
+enum Stop {
+    /// Something failed.
+    Failure(String),
+    /// The recorder failed; it says why when it is finished.
+    GaveUp,
+}
+
+impl Run {
+    /// Steps until the goal or a signal.
+    fn step_to_the_end(&mut self) -> Result<Status, Stop> {
+        self.record()?;
+        let mut dt = 0.0;
+        loop {
+            let (steps, time) = (self.totals.steps(), self.simulation.time());
+            if self.goal.is_reached(steps, time, dt) {
+                return Ok(Status::Done);
+            }
+            if interrupt::asked() {
+                return Ok(Status::Interrupted);
+            }
+            let started = Instant::now();
+            let report = self.simulation.step()?;
+            let taken = started.elapsed();
+            self.stepping += taken;
+            self.totals.add(&report);
+            self.history.push(&report)?;
+            dt = report.dt.into();
+            let next_dt = self.simulation.world().resource::<Clock>().next_dt;
+            if self.clock.is_due(report.time, next_dt.into()) {
+                self.record()?;
+            }
+            self.progress.update(&report, taken);
+        }
+    }
+
+    /// Hands the present state to the recorder, unless it has it.
+    fn record(&mut self) -> Result<(), GaveUp> {
+        let step = self.totals.steps();
+        if self.recorded_step == Some(step) {
+            return Ok(());
+        }
+        self.recorded_step = Some(step);
+        let frame = Frame::from_world(self.simulation.world_mut());
+        self.recorder.record(frame)
+    }
+
+    /// Writes all that is left to write, and sums up.
+    fn finish(mut self, ended: Result<Status, Stop>, scene: &Scene, folder: &RunFolder) -> Summary {
+        self.progress.finishing();
+        let (mut status, mut failures) = match ended {
+            Ok(status) => (status, Vec::new()),
+            Err(Stop::GaveUp) => (Status::Failed, Vec::new()),
+            Err(Stop::Failure(failure)) => (Status::Failed, vec![failure]),
+        };
+        // After a failed step too: the columns keep the last good state, and that is what one wants to see.
+        let last_frame = self.record();
+        failures.extend(
+            self.history
+                .flush()
+                .err()
+                .map(|error| cannot_write(error).into_text()),
+        );
+        let recorded = self.recorder.finish();
+        debug_assert!(last_frame.is_ok() || recorded.failure.is_some());
+        failures.extend(recorded.failure);
+        if scene.output.pictures
+            && let Err(failure) = picture::write_contact_sheet(scene, folder)
+        {
+            failures.push(failure.into_text());
+        }
+        self.progress.finish();
+
+        if !failures.is_empty() {
+            status = Status::Failed;
+        }
+        let world = self.simulation.world_mut();
+        let instruction_set = world.resource::<Execution>().instruction_set.name();
+        Summary {
+            status,
+            failure: (!failures.is_empty()).then(|| failures.join("; ")),
+            particles: world
+                .query_filtered::<(), With<Fluid>>()
+                .iter(world)
+                .count(),
+            boundary_particles: world
+                .query_filtered::<(), With<Boundary>>()
+                .iter(world)
+                .count(),
+            instruction_set: instruction_set.to_owned(),
+            frames: recorded.frames,
+            ms_per_step: 1e3 * self.stepping.as_secs_f64() / self.totals.steps().max(1) as f64,
+            ..self.totals.summary()
+        }
+    }
+}
+
+impl From<StepError> for Stop {
+    fn from(error: StepError) -> Self {
+        Self::Failure(error.to_string())
+    }
+}
+
+impl From<OutputError> for Stop {
+    fn from(error: OutputError) -> Self {
+        Self::Failure(cannot_write(error).into_text())
+    }
+}
+
+impl From<GaveUp> for Stop {
+    fn from(_: GaveUp) -> Self {
+        Self::GaveUp
+    }
+}

@@ -1,0 +1,143 @@
+//! When a run ends and when a frame is due, in simulated time.
+
+/// What a run goes for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Goal {
+    /// Simulated time [s].
+    Time(f64),
+    /// Number of steps.
+    Steps(u64),
+}
+
+impl Goal {
+    /// Whether a run that has taken `steps` steps, the last one `dt` long and ended at `time`, is there.
+    ///
+    /// Time is a sum of many `dt`: a step that misses the goal by rounding alone has reached it.
+    pub(super) fn is_reached(self, steps: u64, time: f64, dt: f64) -> bool {
+        match self {
+            Self::Time(end) => time >= end - ROUNDING * dt,
+            Self::Steps(end) => steps >= end,
+        }
+    }
+
+    /// The part of the way that is done, 0 to 1.
+    pub(super) fn fraction(self, steps: u64, time: f64) -> f64 {
+        let fraction = match self {
+            Self::Time(end) => time / end,
+            Self::Steps(end) => steps as f64 / end.max(1) as f64,
+        };
+        fraction.clamp(0.0, 1.0)
+    }
+}
+
+/// Part of a step by which summed time may be off.
+const ROUNDING: f64 = 1e-2;
+
+/// Says at which step ends a frame is due: those nearest to the multiples of the frame interval.
+///
+/// The step is not shortened to hit a multiple: a picture is not worth a change of the result. The first frame
+/// (time 0) and the last (the end of the run) are written whatever this says.
+#[derive(Debug, Clone)]
+pub(super) struct FrameClock {
+    per_second: f64,
+    /// The next multiple that has no frame yet.
+    next: f64,
+    /// Multiples from here on are left to the last frame [s].
+    end: f64,
+}
+
+impl FrameClock {
+    /// A clock for `per_second` frames a simulated second (0: none), in a run that goes for `goal`.
+    pub(super) fn new(per_second: f32, goal: Goal) -> Self {
+        Self {
+            per_second: per_second.into(),
+            next: 1.0,
+            end: match goal {
+                Goal::Time(end) => end,
+                Goal::Steps(_) => f64::INFINITY,
+            },
+        }
+    }
+
+    /// Whether the step that ended at `time` is the nearest one to a multiple, if the next is `next_dt` long.
+    ///
+    /// Several multiples within one step make one frame.
+    pub(super) fn is_due(&mut self, time: f64, next_dt: f64) -> bool {
+        if self.per_second <= 0.0 || self.next / self.per_second >= self.end - ROUNDING * next_dt {
+            return false;
+        }
+        let reached = ((time + 0.5 * next_dt) * self.per_second).floor();
+        let is_due = reached >= self.next;
+        if is_due {
+            self.next = reached + 1.0;
+        }
+        is_due
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Runs fixed steps of `dt` to `end`; gives the number of steps and the times of the frames between.
+    fn run(per_second: f32, dt: f64, end: f64) -> (u64, Vec<f64>) {
+        let goal = Goal::Time(end);
+        let mut clock = FrameClock::new(per_second, goal);
+        let (mut steps, mut time, mut frames) = (0, 0.0, Vec::new());
+        while !goal.is_reached(steps, time, dt) {
+            steps += 1;
+            time += dt;
+            if !goal.is_reached(steps, time, dt) && clock.is_due(time, dt) {
+                frames.push(time);
+            }
+        }
+        (steps, frames)
+    }
+
+    #[test]
+    fn frames_are_at_the_step_ends_nearest_to_the_multiples() {
+        let (steps, frames) = run(10.0, f64::from(0.003_f32), 1.0);
+        assert_eq!(steps, 334);
+        assert_eq!(frames.len(), 9);
+        for (number, time) in frames.iter().enumerate() {
+            let multiple = 0.1 * (number + 1) as f64;
+            assert!(
+                (time - multiple).abs() <= 0.0015 + 1e-6,
+                "{time} for {multiple}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_step_longer_than_the_frame_interval_makes_one_frame() {
+        let (steps, frames) = run(1000.0, 0.01, 0.1);
+        assert_eq!(steps, 10);
+        assert_eq!(frames.len(), 9);
+    }
+
+    #[test]
+    fn the_last_multiple_is_left_to_the_last_frame() {
+        assert_eq!(run(25.0, f64::from(0.001_f32), 0.4).1.len(), 9);
+        // The multiple at the end is nearest to the step before the last.
+        assert_eq!(run(1.0, 0.3, 1.0).1.len(), 0);
+    }
+
+    #[test]
+    fn no_frames_a_second_are_no_frames_between() {
+        assert_eq!(run(0.0, 0.01, 0.1).1.len(), 0);
+    }
+
+    #[test]
+    fn rounding_does_not_add_a_step() {
+        // 0.0001 as f32 is a little below 0.0001.
+        assert_eq!(run(0.0, f64::from(0.000_1_f32), 1.0).0, 10_000);
+        assert_eq!(run(0.0, f64::from(0.001_f32), f64::from(0.3_f32)).0, 300);
+    }
+
+    #[test]
+    fn the_way_done_is_a_fraction_of_time_or_of_steps() {
+        assert_eq!(Goal::Time(2.0).fraction(7, 0.5), 0.25);
+        assert_eq!(Goal::Steps(10).fraction(7, 0.5), 0.7);
+        assert_eq!(Goal::Steps(0).fraction(0, 0.0), 0.0);
+    }
+}

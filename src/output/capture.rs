@@ -1,0 +1,29 @@
+//! The state of a world as a frame.
+
+use bevy_ecs::prelude::*;
+
+use super::Frame;
+use crate::particle::{Density, Fluid, Position, Pressure, Velocity};
+use crate::step::Clock;
+
+impl Frame {
+    /// Copies the state of all fluid particles of a world in which a scene is installed, as of the last step.
+    pub fn from_world(world: &mut World) -> Self {
+        let clock = world.get_resource::<Clock>().copied().unwrap_or_default();
+        let mut frame = Self {
+            step: clock.step,
+            time: clock.time,
+            ..Self::default()
+        };
+        let mut particles = world
+            .query_filtered::<(Entity, &Position, &Velocity, &Density, &Pressure), With<Fluid>>();
+        for (entity, position, velocity, density, pressure) in particles.iter(world) {
+            frame.ids.push(entity.index_u32());
+            frame.positions.push(position.0);
+            frame.velocities.push(velocity.0);
+            frame.densities.push(density.0);
+            frame.pressures.push(pressure.0);
+        }
+        frame
+    }
+}

@@ -1,0 +1,432 @@
+//! `overfall run` and `overfall check` as a user meets them: exit statuses, messages, files.
+#![cfg(feature = "cli")]
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// 125 particles in a tank.
+const TINY: &str = r#"(
+    name: "tiny",
+    spacing: 0.02,
+    bodies: [(shape: Box(min: (0.0, 0.0, 0.0), max: (0.1, 0.1, 0.1)))],
+    boundaries: [Tank(min: (0.0, 0.0, 0.0), max: (0.2, 0.2, 0.1))],
+    time_step: Fixed(0.0005),
+    pressure: Pcisph(not_converged: Accept),
+    duration: 0.05,
+    output: (frames_per_second: 400, pictures: false),
+)
+"#;
+
+/// A folder with `tiny.ron` in it, to run in.
+fn folder() -> TempDir {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    fs::write(folder.path().join("tiny.ron"), TINY).expect("a scene file");
+    folder
+}
+
+fn overfall(folder: &TempDir, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_overfall"))
+        .args(arguments)
+        .current_dir(folder.path())
+        .output()
+        .expect("overfall starts")
+}
+
+fn stdout(output: &Output) -> &str {
+    str::from_utf8(&output.stdout).expect("text on standard output")
+}
+
+fn stderr(output: &Output) -> &str {
+    str::from_utf8(&output.stderr).expect("text on standard error")
+}
+
+#[track_caller]
+fn assert_exit(output: &Output, status: i32) {
+    assert_eq!(
+        output.status.code(),
+        Some(status),
+        "{}\n{}",
+        stdout(output),
+        stderr(output)
+    );
+}
+
+fn read_json(path: &Path) -> Value {
+    serde_json::from_slice(&fs::read(path).expect("a JSON file")).expect("valid JSON")
+}
+
+/// The files in a folder by name, in order.
+fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<_> = fs::read_dir(folder)
+        .expect("a folder")
+        .map(|entry| {
+            let name = entry.expect("an entry").file_name();
+            name.into_string().expect("a name in UTF-8")
+        })
+        .collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn help_names_every_command_and_option() {
+    let folder = folder();
+    let help = overfall(&folder, &["--help"]);
+    assert_exit(&help, 0);
+    for command in ["run", "check", "picture"] {
+        assert!(stdout(&help).contains(command), "{}", stdout(&help));
+    }
+    let help = overfall(&folder, &["run", "--help"]);
+    for option in [
+        "--duration",
+        "--steps",
+        "--threads",
+        "--set <PATH=VALUE>",
+        "--out <DIR>",
+        "--frames-per-second",
+        "--format",
+        "--pictures",
+        "--no-pictures",
+        "--json",
+        "--quiet",
+    ] {
+        assert!(stdout(&help).contains(option), "{option} is missing");
+    }
+}
+
+#[test]
+fn options_that_make_no_sense_are_refused() {
+    let folder = folder();
+    for arguments in [
+        &["run"][..],
+        &["walk", "tiny.ron"],
+        &["run", "tiny.ron", "--duration", "-1"],
+        &["run", "tiny.ron", "--duration", "inf"],
+        &["run", "tiny.ron", "--duration", "1", "--steps", "3"],
+        &["run", "tiny.ron", "--threads", "0"],
+        &["run", "tiny.ron", "--frames-per-second", "NaN"],
+        &["run", "tiny.ron", "--format", "xyz"],
+        &["run", "tiny.ron", "--pictures=maybe"],
+    ] {
+        let output = overfall(&folder, arguments);
+        assert_exit(&output, 2);
+        assert!(!stderr(&output).is_empty());
+    }
+    assert!(!folder.path().join("out").exists());
+}
+
+#[test]
+fn a_wrong_scene_is_refused_with_its_place() {
+    let folder = folder();
+    let wrong = TINY.replace("spacing:", "spacings:");
+    fs::write(folder.path().join("wrong.ron"), wrong).expect("a scene file");
+    for command in ["run", "check"] {
+        let output = overfall(&folder, &[command, "wrong.ron"]);
+        assert_exit(&output, 2);
+        let text = stderr(&output);
+        assert!(text.contains("wrong.ron:3:"), "{text}");
+        assert!(text.contains("`spacing`"), "{text}");
+        assert!(stdout(&output).is_empty());
+    }
+    assert!(!folder.path().join("out").exists());
+}
+
+#[test]
+fn a_missing_scene_is_refused_with_its_name() {
+    let folder = folder();
+    let output = overfall(&folder, &["run", "nowhere.ron"]);
+    assert_exit(&output, 2);
+    assert!(stderr(&output).contains("nowhere.ron"));
+}
+
+#[test]
+fn an_unknown_or_malformed_setting_is_refused() {
+    let folder = folder();
+    for (setting, named) in [
+        ("spacin=0.01", "spacing"),
+        ("spacing", "PATH=VALUE"),
+        ("spacing=wide", "spacing=wide"),
+        ("spacing=-1", "spacing"),
+    ] {
+        let output = overfall(&folder, &["run", "tiny.ron", "--set", setting]);
+        assert_exit(&output, 2);
+        assert!(stderr(&output).contains(named), "{}", stderr(&output));
+    }
+}
+
+#[test]
+fn check_prints_the_plan_and_writes_nothing() {
+    let folder = folder();
+    let output = overfall(&folder, &["check", "tiny.ron", "--threads", "3"]);
+    assert_exit(&output, 0);
+    let text = stdout(&output);
+    for word in [
+        "tiny",
+        "particles",
+        "boundary",
+        "support radius",
+        "particle mass",
+        "neighbours",
+        "time step",
+        "Memory",
+    ] {
+        assert!(text.contains(word), "{word} is missing in\n{text}");
+    }
+    assert!(!folder.path().join("out").exists());
+}
+
+#[test]
+fn a_run_writes_what_it_says_it_writes() {
+    let folder = folder();
+    let output = overfall(&folder, &["run", "tiny.ron", "--steps", "5", "--quiet"]);
+    assert_exit(&output, 0);
+    assert!(stderr(&output).is_empty(), "{}", stderr(&output));
+    for word in ["tiny: done after 5 steps", "ms", "density error", "phase"] {
+        assert!(stdout(&output).contains(word), "{}", stdout(&output));
+    }
+    let out = folder.path().join("out/tiny");
+    assert_eq!(
+        names(&out),
+        [
+            "frames",
+            "history.csv",
+            "scene.ron",
+            "summary.json",
+            "tiny.pvd"
+        ]
+    );
+
+    let summary = read_json(&out.join("summary.json"));
+    for key in [
+        "scene",
+        "particles",
+        "boundary_particles",
+        "threads",
+        "steps",
+        "simulated_s",
+        "wall_s",
+        "ms_per_step",
+        "ms_per_phase",
+        "mean_iterations",
+        "max_density_error",
+        "mean_density_error",
+        "peak_rss_bytes",
+    ] {
+        assert!(summary.get(key).is_some(), "{key} is missing in {summary}");
+    }
+    assert_eq!(summary["scene"], "tiny");
+    assert_eq!(summary["status"], "done");
+    assert_eq!(summary["steps"], 5);
+    assert_eq!(summary["particles"], 125);
+    assert_ne!(summary["boundary_particles"], 0);
+    assert_ne!(summary["instruction_set"], "");
+    let simulated = summary["simulated_s"].as_f64().expect("a number");
+    assert!((simulated - 0.0025).abs() < 1e-6, "{simulated}");
+
+    let history = fs::read_to_string(out.join("history.csv")).expect("a history");
+    assert_eq!(history.lines().count(), 1 + 5, "{history}");
+    // The start, and the end, which is at 1/400 s.
+    let frames = ["frame_00000.vtu", "frame_00001.vtu"];
+    assert_eq!(names(&out.join("frames")), frames);
+    let series = fs::read_to_string(out.join("tiny.pvd")).expect("a series");
+    for frame in frames {
+        assert!(series.contains(&format!("frames/{frame}")), "{series}");
+    }
+}
+
+#[test]
+fn frames_lie_at_multiples_of_their_interval() {
+    let folder = folder();
+    let output = overfall(
+        &folder,
+        &[
+            "run",
+            "tiny.ron",
+            "--duration",
+            "0.01",
+            "--frames-per-second",
+            "500",
+            "--format",
+            "vtu,ply",
+            "--quiet",
+        ],
+    );
+    assert_exit(&output, 0);
+    let out = folder.path().join("out/tiny");
+    let summary = read_json(&out.join("summary.json"));
+    assert_eq!(
+        (&summary["steps"], &summary["frames"]),
+        (&20.into(), &6.into())
+    );
+    assert_eq!(names(&out.join("frames")).len(), 2 * 6);
+    let series = fs::read_to_string(out.join("tiny.pvd")).expect("a series");
+    for multiple in ["0\"", "0.002", "0.004", "0.006", "0.008"] {
+        assert!(
+            series.contains(&format!("timestep=\"{multiple}")),
+            "{series}"
+        );
+    }
+}
+
+#[test]
+fn the_options_are_in_the_scene_that_is_kept() {
+    let folder = folder();
+    let arguments = [
+        "run",
+        "tiny.ron",
+        "--set",
+        "spacing=0.05",
+        "--steps=1",
+        "--duration=3",
+    ];
+    assert_exit(&overfall(&folder, &arguments), 2);
+    let arguments = [
+        "run",
+        "tiny.ron",
+        "--set",
+        "spacing=0.025",
+        "--set",
+        "name=coarse",
+        "--steps=1",
+        "--format=ply",
+        "--quiet",
+    ];
+    assert_exit(&overfall(&folder, &arguments), 0);
+    let out = folder.path().join("out/coarse");
+    // No series: ParaView reads none of PLY files.
+    assert!(!out.join("coarse.pvd").exists());
+    assert_eq!(names(&out.join("frames")).len(), 2);
+
+    // The scene that is kept can be run as it is, and says the same.
+    let again = [
+        "run",
+        "out/coarse/scene.ron",
+        "--steps=1",
+        "--out=again",
+        "--quiet",
+    ];
+    assert_exit(&overfall(&folder, &again), 0);
+    let read = |path: &str| fs::read_to_string(folder.path().join(path)).expect("a scene");
+    assert_eq!(read("out/coarse/scene.ron"), read("again/scene.ron"));
+    let particles = |path: &str| read_json(&folder.path().join(path))["particles"].clone();
+    assert_eq!(particles("again/summary.json"), 64);
+}
+
+#[test]
+fn json_goes_to_standard_output_alone() {
+    let folder = folder();
+    let output = overfall(
+        &folder,
+        &["run", "tiny.ron", "--steps=2", "--json", "--threads=1"],
+    );
+    assert_exit(&output, 0);
+    let summary: Value = serde_json::from_str(stdout(&output)).expect("JSON and nothing else");
+    assert_eq!(summary["threads"], 1);
+    assert_eq!(
+        summary,
+        read_json(&folder.path().join("out/tiny/summary.json"))
+    );
+}
+
+#[test]
+fn a_second_run_replaces_the_frames_of_the_first_and_nothing_else() {
+    let folder = folder();
+    let run = |duration: &str| {
+        let arguments = [
+            "run",
+            "tiny.ron",
+            "--duration",
+            duration,
+            "--out=here",
+            "--quiet",
+        ];
+        assert_exit(&overfall(&folder, &arguments), 0);
+        names(&folder.path().join("here/frames")).len()
+    };
+    let long = run("0.02");
+    fs::write(folder.path().join("here/frames/notes.txt"), "mine").expect("a file");
+    fs::write(folder.path().join("here/frames/scan_00001.vtu"), "mine").expect("a file");
+    let short = run("0.01");
+    assert_eq!((long, short), (9, 5 + 2));
+}
+
+#[test]
+fn a_scene_of_the_users_is_not_overwritten() {
+    let folder = folder();
+    fs::rename(
+        folder.path().join("tiny.ron"),
+        folder.path().join("scene.ron"),
+    )
+    .expect("renamed");
+    let output = overfall(&folder, &["run", "scene.ron", "--steps=1", "--out=."]);
+    assert_exit(&output, 2);
+    let kept = fs::read_to_string(folder.path().join("scene.ron")).expect("the scene");
+    assert_eq!(kept, TINY);
+}
+
+#[test]
+fn a_folder_that_cannot_be_made_is_named() {
+    let folder = folder();
+    let output = overfall(
+        &folder,
+        &["run", "tiny.ron", "--steps=1", "--out=tiny.ron/deep"],
+    );
+    assert_exit(&output, 1);
+    assert!(
+        stderr(&output).contains("tiny.ron/deep"),
+        "{}",
+        stderr(&output)
+    );
+    assert!(stdout(&output).is_empty());
+}
+
+#[test]
+fn a_scene_without_steps_writes_its_start() {
+    let folder = folder();
+    let output = overfall(&folder, &["run", "tiny.ron", "--steps=0", "--json"]);
+    assert_exit(&output, 0);
+    let summary = read_json(&folder.path().join("out/tiny/summary.json"));
+    assert_eq!(
+        (&summary["steps"], &summary["frames"]),
+        (&0.into(), &1.into())
+    );
+    assert_eq!(summary["particles"], 125);
+}
+
+#[test]
+fn a_run_that_fails_says_why_and_keeps_the_last_good_state() {
+    let folder = folder();
+    // 50 mm a step, with a support radius of 40 mm.
+    let output = overfall(
+        &folder,
+        &[
+            "run",
+            "tiny.ron",
+            "--set",
+            "bodies.0.velocity.x=100",
+            "--quiet",
+        ],
+    );
+    assert_exit(&output, 1);
+    assert!(
+        stderr(&output).starts_with("error: step 1 at"),
+        "{}",
+        stderr(&output)
+    );
+    assert!(
+        stdout(&output).starts_with("tiny: failed"),
+        "{}",
+        stdout(&output)
+    );
+    let out = folder.path().join("out/tiny");
+    let summary = read_json(&out.join("summary.json"));
+    assert_eq!(summary["status"], "failed");
+    let failure = summary["failure"].as_str().expect("a failure");
+    assert!(failure.starts_with("step 1 at"), "{failure}");
+    assert_eq!(summary["particles"], 125);
+    assert_eq!(names(&out.join("frames")), ["frame_00000.vtu"]);
+}

@@ -1,0 +1,202 @@
+//! What is left of a run that is stopped from outside: by a signal, a full disk, a reader that has gone away.
+#![cfg(all(feature = "cli", unix))]
+
+use std::fs;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use overfall::output::{Frame, Series, Status, Summary};
+use tempfile::TempDir;
+
+/// A thousand particles, and more steps than any machine takes within a test.
+const LONG: &str = r#"(
+    name: "long",
+    spacing: 0.01,
+    bodies: [(shape: Box(min: (0.0, 0.0, 0.0), max: (0.1, 0.1, 0.1)))],
+    boundaries: [Tank(min: (0.0, 0.0, 0.0), max: (0.1, 0.2, 0.1))],
+    time_step: Fixed(0.0002),
+    pressure: Pcisph(not_converged: Accept),
+    duration: 1000.0,
+    output: (frames_per_second: 1000, pictures: false),
+)
+"#;
+
+/// Long enough for a loaded machine; a test that works does not wait for it.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+fn folder() -> TempDir {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    fs::write(folder.path().join("long.ron"), LONG).expect("a scene file");
+    folder
+}
+
+fn overfall(folder: &TempDir) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_overfall"));
+    command.current_dir(folder.path());
+    command
+}
+
+/// Starts a run and waits until it has written some frames.
+fn start(folder: &TempDir) -> (Child, PathBuf) {
+    let run = overfall(folder)
+        .args(["run", "long.ron", "--quiet"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("overfall starts");
+    let out = folder.path().join("out/long");
+    let started = Instant::now();
+    while !out.join("frames/frame_00003.vtu").exists() {
+        assert!(started.elapsed() < PATIENCE, "no frames appear");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    (run, out)
+}
+
+fn signal(run: &Child, name: &str) {
+    // The shell's own `kill`: not every system has a program of that name.
+    let sent = Command::new("sh")
+        .args(["-c", &format!("kill -s {name} {}", run.id())])
+        .status()
+        .expect("kill starts");
+    assert!(sent.success());
+}
+
+fn wait(mut run: Child) -> (Option<i32>, String) {
+    let started = Instant::now();
+    let status = loop {
+        if let Some(status) = run.try_wait().expect("the run can be waited for") {
+            break status;
+        }
+        assert!(started.elapsed() < PATIENCE, "the run does not end");
+        std::thread::sleep(Duration::from_millis(5));
+    };
+    let mut text = String::new();
+    if let Some(mut errors) = run.stderr.take() {
+        errors.read_to_string(&mut text).expect("text");
+    }
+    (status.code(), text)
+}
+
+/// Reads the whole output of a run back: the summary, every frame of the series, every row of the history.
+#[track_caller]
+fn assert_valid(out: &Path, status: Status) -> Summary {
+    let summary = Summary::read(&out.join("summary.json")).expect("a summary");
+    assert_eq!(summary.status, status);
+    let series = Series::read(out.join("long.pvd")).expect("a series");
+    assert_eq!(series.entries().len() as u64, summary.frames);
+    for entry in series.entries() {
+        let frame = Frame::read(&out.join(&entry.file)).expect("a whole frame");
+        assert_eq!(frame.len(), 1000);
+        assert_eq!(frame.time, entry.time);
+    }
+    let last = series.entries().last().map(|entry| entry.time);
+    assert_eq!(
+        last,
+        Some(summary.simulated_s),
+        "the last state has a frame"
+    );
+    let history = fs::read_to_string(out.join("history.csv")).expect("a history");
+    assert_eq!(history.lines().count() as u64, 1 + summary.steps);
+    summary
+}
+
+#[test]
+fn an_interrupted_run_leaves_valid_files_and_says_so() {
+    for name in ["INT", "TERM"] {
+        let folder = folder();
+        let (run, out) = start(&folder);
+        signal(&run, name);
+        let (status, errors) = wait(run);
+        assert_eq!(status, Some(130), "{errors}");
+        let summary = assert_valid(&out, Status::Interrupted);
+        assert_eq!(summary.failure, None);
+        assert!(summary.steps > 0);
+    }
+}
+
+#[test]
+fn a_write_that_fails_ends_the_run_with_path_and_cause() {
+    let folder = folder();
+    // A limit on the size of files stands for a full disk: frames no longer fit, a summary does.
+    let output = Command::new("sh")
+        .args(["-c", "trap '' XFSZ; ulimit -f 16; exec \"$0\" \"$@\""])
+        .args([env!("CARGO_BIN_EXE_overfall"), "run", "long.ron", "--quiet"])
+        .current_dir(folder.path())
+        .output()
+        .expect("sh starts");
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{errors}");
+    assert!(errors.contains("frame_00000.vtu"), "{errors}");
+    assert!(errors.contains("File too large"), "{errors}");
+    let out = folder.path().join("out/long");
+    let summary = Summary::read(&out.join("summary.json")).expect("a summary");
+    assert_eq!(summary.status, Status::Failed);
+    assert!(
+        summary
+            .failure
+            .is_some_and(|text| text.contains("frame_00000.vtu"))
+    );
+    let left = fs::read_dir(out.join("frames")).expect("a folder").count();
+    assert_eq!(left, 0, "no half-written frame stays");
+}
+
+#[test]
+fn a_reader_that_has_gone_away_is_no_failure() {
+    let folder = folder();
+    for arguments in [
+        &["run", "long.ron", "--steps=1", "--quiet"][..],
+        &["run", "long.ron", "--steps=1", "--quiet", "--json"],
+        &["check", "long.ron"],
+        &["run", "--help"],
+    ] {
+        let mut run = overfall(&folder)
+            .args(arguments)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("overfall starts");
+        drop(run.stdout.take());
+        let (status, errors) = wait(run);
+        assert_eq!(status, Some(0), "{errors}");
+        assert!(!errors.contains("panicked"), "{errors}");
+    }
+}
+
+#[test]
+fn progress_shows_as_plain_lines_where_there_is_no_terminal() {
+    let folder = folder();
+    let mut run = overfall(&folder)
+        .args(["run", "long.ron"])
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("overfall starts");
+    // Until the second line, which knows a speed; the pipe is read as it fills.
+    let mut errors = run.stderr.take().expect("a pipe");
+    let mut text = String::new();
+    let mut buffer = [0; 256];
+    let started = Instant::now();
+    while text.lines().count() < 2 {
+        assert!(started.elapsed() < PATIENCE, "no progress: {text}");
+        let read = errors.read(&mut buffer).expect("text");
+        text.push_str(&String::from_utf8_lossy(&buffer[..read]));
+    }
+    signal(&run, "INT");
+    errors.read_to_string(&mut text).expect("text");
+    assert_eq!(wait(run).0, Some(130));
+    for word in [
+        " s, step ",
+        " %",
+        " left",
+        "dt ",
+        "iterations",
+        "error",
+        "ms/step",
+    ] {
+        assert!(text.contains(word), "{word} is missing in {text}");
+    }
+    assert!(!text.contains('\u{1b}'), "no control characters: {text}");
+}
