@@ -22,6 +22,7 @@ pub fn compute_density(mut densities: ResMut<Densities>, pairs: Pairs, material:
 }
 
 /// The sum of equation 1, at any positions.
+#[derive(Clone, Copy)]
 pub struct DensitySum<'a> {
     kernel: CubicSpline,
     positions: &'a [Vec4],

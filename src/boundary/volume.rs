@@ -68,6 +68,7 @@ fn flat_wall_factor(scene: &Scene) -> f32 {
     material.particle_mass / material.rest_density * sheet * behind / first
 }
 
+#[derive(Clone, Copy)]
 struct BoundaryVolumeSum<'a> {
     kernel: CubicSpline,
     packed: &'a [Vec4],

@@ -34,6 +34,7 @@ pub fn apply_surface_tension(
     scratch.add_to(&mut accelerations);
 }
 
+#[derive(Clone, Copy)]
 struct CohesionSum<'a> {
     material: &'a Material,
     positions: &'a [Vec4],

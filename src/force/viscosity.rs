@@ -77,6 +77,7 @@ pub fn apply_artificial_viscosity(
 
 /// Both models: `factor Σ_j weight (v_ij · x_ij)/(|x_ij|² + 0.01 h²) slope x_ij`. The fourth entry of a velocity is the
 /// volume (laminar) or the density (artificial).
+#[derive(Clone, Copy)]
 struct Friction<'a, const ARTIFICIAL: bool> {
     material: &'a Material,
     positions: &'a [Vec4],

@@ -25,6 +25,8 @@ use crate::{
 };
 
 const EMPTY: u32 = u32::MAX;
+/// Cells whose handles are looked up at a time: all 27 of a neighbourhood in 3-D with d = h.
+const BATCH: usize = 27;
 /// The primes of equation 3.
 const PRIMES: [u32; 3] = [73_856_093, 19_349_663, 83_492_791];
 /// Handles a point (4.4: "a hash table size of two times the number of particles is appropriate").
@@ -82,6 +84,11 @@ impl Table {
         self.handles.clear();
         self.handles.resize(size, EMPTY);
         self.reciprocal = u64::MAX / size as u64 + 1;
+    }
+
+    #[inline(always)]
+    fn handle(&self, cell: IVec3) -> u32 {
+        self.handles[self.hash(cell) as usize]
     }
 
     #[inline(always)]
@@ -263,6 +270,23 @@ impl CompactHashing {
         }
     }
 
+    /// Appends the points of a used cell that lie in spatial cell `cell`.
+    #[inline]
+    fn append(&self, used: &UsedCell, cell: IVec3, points: &[Vec4], out: &mut Candidates) {
+        let rows = &self.entries.rows[used.range()];
+        if !used.collision {
+            if used.cell == cell {
+                out.extend(rows, points);
+            }
+            return;
+        }
+        for row in rows {
+            if self.cell_of_row[*row as usize] == cell {
+                out.extend(std::slice::from_ref(row), points);
+            }
+        }
+    }
+
     /// Finds the points that changed their cell, in parallel (paper 4.5.1, first loop), and says how many.
     fn find_movers(&mut self, points: &[Vec4], execution: &Execution) -> usize {
         let grid = &self.grid;
@@ -373,22 +397,16 @@ impl SpatialIndex for CompactHashing {
     }
 
     fn candidates(&self, center: IVec3, points: &[Vec4], out: &mut Candidates) {
-        for &offset in &self.grid.neighbourhood {
-            let cell = center.wrapping_add(offset);
-            let handle = self.table.handles[self.table.hash(cell) as usize];
-            if handle == EMPTY {
-                continue;
+        // Two loops, so that the first's loads, which miss the cache and do not depend on each other, overlap.
+        for offsets in self.grid.neighbourhood.chunks(BATCH) {
+            let mut handles = [EMPTY; BATCH];
+            for (handle, &offset) in handles.iter_mut().zip(offsets) {
+                *handle = self.table.handle(center.wrapping_add(offset));
             }
-            let used = &self.cells[handle as usize];
-            let rows = &self.entries.rows[used.range()];
-            if used.collision {
-                for row in rows {
-                    if self.cell_of_row[*row as usize] == cell {
-                        out.extend(std::slice::from_ref(row), points);
-                    }
+            for (&handle, &offset) in handles.iter().zip(offsets) {
+                if let Some(used) = self.cells.get(handle as usize) {
+                    self.append(used, center.wrapping_add(offset), points, out);
                 }
-            } else if used.cell == cell {
-                out.extend(rows, points);
             }
         }
     }

@@ -34,6 +34,7 @@ pub fn pressure_force(
     pairs.sum(&pass, &mut accelerations.0);
 }
 
+#[derive(Clone, Copy)]
 struct PressureForce<'a> {
     material: &'a Material,
     positions: &'a [Vec4],

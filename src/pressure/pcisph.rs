@@ -211,6 +211,7 @@ fn compute_damping(
     pairs.sum(&pass, &mut damping.0);
 }
 
+#[derive(Clone, Copy)]
 struct DampingSum<'a> {
     material: &'a Material,
     positions: &'a [Vec4],

@@ -48,10 +48,8 @@ pub trait Simd: Copy {
     /// Sum of the lanes, in the order `((0+4)+(2+6)) + ((1+5)+(3+7))`.
     fn sum(self, a: Self::F) -> f32;
 
-    /// Eight rows of a list.
-    fn rows(self, list: &[u32; LANES]) -> Self::Rows;
-    /// The last, fewer than eight, rows of a list; the other lanes hold `u32::MAX`.
-    fn last_rows(self, list: &[u32]) -> Self::Rows;
+    /// The first eight rows of a list; where it has fewer, the other lanes hold `u32::MAX`.
+    fn rows(self, list: &[u32]) -> Self::Rows;
     /// Four columns at eight rows. A row beyond the table reads its last entry.
     fn gather(self, table: &[Vec4], rows: Self::Rows) -> [Self::F; 4];
     /// Appends the rows of `candidates` within `radius_squared` of `center`, without `own_row`, to `hits` in their
@@ -70,58 +68,84 @@ pub struct Probe {
     pub own_row: u32,
 }
 
-/// Candidate neighbours as a structure of arrays, padded to whole vectors.
+/// Candidate neighbours as a structure of arrays, padded to whole vectors. The columns only grow, so that a candidate
+/// is written once and nothing is cleared before it.
 #[derive(Debug, Default, Clone)]
 pub struct Candidates {
     x: Vec<f32>,
     y: Vec<f32>,
     z: Vec<f32>,
     rows: Vec<u32>,
+    len: usize,
 }
 
 impl Candidates {
     /// Forgets all candidates, keeps the memory.
     pub fn clear(&mut self) {
-        self.x.clear();
-        self.y.clear();
-        self.z.clear();
-        self.rows.clear();
+        self.len = 0;
     }
 
     /// Appends the points at `rows`.
+    #[inline]
     pub fn extend(&mut self, rows: &[u32], points: &[Vec4]) {
-        let len = self.rows.len();
-        self.rows.extend_from_slice(rows);
-        for column in [&mut self.x, &mut self.y, &mut self.z] {
-            column.resize(len + rows.len(), 0.0);
+        let end = self.len + rows.len();
+        if self.rows.len() < end {
+            self.grow(end);
         }
-        let columns = self.x[len..]
+        let place = self.len..end;
+        let columns = self.x[place.clone()]
             .iter_mut()
-            .zip(&mut self.y[len..])
-            .zip(&mut self.z[len..]);
-        for (((x, y), z), &row) in columns.zip(rows) {
+            .zip(&mut self.y[place.clone()]);
+        let columns = columns
+            .zip(&mut self.z[place.clone()])
+            .zip(&mut self.rows[place]);
+        for ((((x, y), z), slot), &row) in columns.zip(rows) {
             let point = points[row as usize];
-            (*x, *y, *z) = (point.x, point.y, point.z);
+            (*x, *y, *z, *slot) = (point.x, point.y, point.z, row);
         }
+        self.len = end;
     }
 
     /// Pads to whole vectors with points at infinity, which no ball reaches.
     pub fn pad(&mut self) {
-        let padded = self.rows.len().next_multiple_of(CANDIDATE_ALIGNMENT);
-        self.x.resize(padded, f32::INFINITY);
-        self.y.resize(padded, f32::INFINITY);
-        self.z.resize(padded, f32::INFINITY);
-        self.rows.resize(padded, u32::MAX);
+        let padded = self.padded_len();
+        if self.rows.len() < padded {
+            self.grow(padded);
+        }
+        let place = self.len..padded;
+        for column in [&mut self.x, &mut self.y, &mut self.z] {
+            column[place.clone()].fill(f32::INFINITY);
+        }
+        self.rows[place].fill(u32::MAX);
     }
 
     /// Length with the padding.
     pub fn padded_len(&self) -> usize {
-        self.rows.len()
+        self.len.next_multiple_of(CANDIDATE_ALIGNMENT)
     }
 
     /// Whether there is no candidate.
     pub fn is_empty(&self) -> bool {
-        self.rows.is_empty()
+        self.len == 0
+    }
+
+    #[cold]
+    fn grow(&mut self, len: usize) {
+        let len = len.next_power_of_two();
+        self.x.resize(len, 0.0);
+        self.y.resize(len, 0.0);
+        self.z.resize(len, 0.0);
+        self.rows.resize(len, 0);
+    }
+
+    /// The padded columns x, y, z [m] and rows, all of one length.
+    #[inline(always)]
+    fn columns(&self) -> ([&[f32]; 3], &[u32]) {
+        let len = self.padded_len();
+        (
+            [&self.x[..len], &self.y[..len], &self.z[..len]],
+            &self.rows[..len],
+        )
     }
 }
 
@@ -173,6 +197,11 @@ impl InstructionSet {
             Self::Avx2 => "avx2+fma",
             Self::Avx512 => "avx512",
         }
+    }
+
+    /// The set for arithmetic. With AVX-512 enabled the compiler takes 512-bit detours in loops of eight lanes.
+    pub fn arithmetic(self) -> Self {
+        self.min(Self::Avx2)
     }
 
     /// Runs `body` compiled for this set, or the portable one where the machine lacks it.

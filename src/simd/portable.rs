@@ -74,12 +74,7 @@ impl Simd for Portable {
     }
 
     #[inline(always)]
-    fn rows(self, list: &[u32; LANES]) -> [u32; LANES] {
-        *list
-    }
-
-    #[inline(always)]
-    fn last_rows(self, list: &[u32]) -> [u32; LANES] {
+    fn rows(self, list: &[u32]) -> [u32; LANES] {
         from_fn(|k| list.get(k).copied().unwrap_or(u32::MAX))
     }
 
@@ -93,7 +88,7 @@ impl Simd for Portable {
 
     #[inline(always)]
     fn collect_hits(self, candidates: &Candidates, probe: Probe, hits: &mut [u32]) -> usize {
-        let Candidates { x, y, z, rows } = candidates;
+        let ([x, y, z], rows) = candidates.columns();
         let mut count = 0;
         for (((x, y), z), &row) in x.iter().zip(y).zip(z).zip(rows) {
             let (dx, dy, dz) = (

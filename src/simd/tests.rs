@@ -68,7 +68,7 @@ impl Vectorised for Arithmetic<'_> {
     fn run<S: Simd>(self, simd: S) -> [f32; 8] {
         let (whole, rest) = self.1.split_first_chunk().expect("eight rows or more");
         let [x, y, z, w] = simd.gather(self.0, simd.rows(whole));
-        let [tail, ..] = simd.gather(self.0, simd.last_rows(rest));
+        let [tail, ..] = simd.gather(self.0, simd.rows(rest));
         [
             simd.sum(simd.add(x, y)),
             simd.sum(simd.sub(x, z)),

@@ -7,6 +7,9 @@ use glam::Vec4;
 
 use super::{Candidates, LANES, Probe, Simd, Vectorised};
 
+/// Largest row whose byte offset fits 32 bits.
+const MAX_ROW: usize = (1 << 28) - 1;
+
 /// Proof that the machine has AVX2 and FMA: made by `detect` alone.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Avx2(());
@@ -97,41 +100,47 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
-    fn rows(self, list: &[u32; LANES]) -> __m256i {
-        // SAFETY: `self` proves that the machine has AVX2; the array has eight entries, and the load needs no alignment.
-        unsafe { _mm256_loadu_si256(list.as_ptr().cast()) }
-    }
-
-    #[inline(always)]
-    fn last_rows(self, list: &[u32]) -> __m256i {
-        debug_assert!(list.len() < LANES);
+    fn rows(self, list: &[u32]) -> __m256i {
+        let len = list.len().min(LANES) as i32;
         // SAFETY: `self` proves that the machine has AVX2. The masked load touches only lanes below `list.len()`.
         unsafe {
             let lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
-            let present = _mm256_cmpgt_epi32(_mm256_set1_epi32(list.len() as i32), lane);
-            let rows = _mm256_maskload_epi32(list.as_ptr().cast(), present);
-            _mm256_or_si256(rows, _mm256_xor_si256(present, _mm256_set1_epi32(-1)))
+            let absent = _mm256_cmpgt_epi32(lane, _mm256_set1_epi32(len - 1));
+            let present = _mm256_cmpgt_epi32(_mm256_set1_epi32(len), lane);
+            _mm256_or_si256(_mm256_maskload_epi32(list.as_ptr().cast(), present), absent)
         }
     }
 
     /// Eight loads of 16 bytes and a transposition. Option 1: four hardware gathers, 20 cycles of load port for eight
-    /// rows; option 2: this, about 10. We use 2.
+    /// rows; option 2: this, about 10. We use 2. The offsets go through memory, eight reloads on the two load ports:
+    /// taken out of the vector they would compete with the transposition for the one shuffle port (a density pass
+    /// took 142 ns a particle so, 57 through memory).
     #[inline(always)]
     fn gather(self, table: &[Vec4], rows: __m256i) -> [__m256; 4] {
         assert!(!table.is_empty(), "a table ends with a sentinel");
-        let last = (table.len() - 1).min(i32::MAX as usize) as i32;
-        let base: *const f32 = table.as_ptr().cast();
-        // SAFETY: `self` proves that the machine has AVX2. Every index is clamped to the last entry of the table, whose
-        // entries are four floats each; unaligned loads.
+        let last = (table.len() - 1).min(MAX_ROW) as i32;
+        let base: *const u8 = table.as_ptr().cast();
+        // SAFETY: `self` proves that the machine has AVX2. Every row is clamped to the last entry of the table, whose
+        // entries are sixteen bytes each, so `base + offset` has sixteen readable bytes; unaligned loads. Offsets of
+        // rows up to `MAX_ROW` fit 32 bits. The volatile reads are of a local array that was just written.
         unsafe {
             let rows = _mm256_min_epu32(rows, _mm256_set1_epi32(last));
-            let mut index = [0u32; LANES];
-            _mm256_storeu_si256(index.as_mut_ptr().cast(), rows);
-            let at = |k: usize| _mm_loadu_ps(base.add(4 * index[k] as usize));
-            let pair = |low: usize, high: usize| {
-                _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(at(low)), at(high))
-            };
-            let (a, b, c, d) = (pair(0, 4), pair(1, 5), pair(2, 6), pair(3, 7));
+            let mut offsets = [0u32; LANES];
+            _mm256_storeu_si256(offsets.as_mut_ptr().cast(), _mm256_slli_epi32::<4>(rows));
+            macro_rules! load {
+                ($k:literal) => {
+                    _mm_loadu_ps(
+                        base.add(std::ptr::read_volatile(&offsets[$k]) as usize)
+                            .cast(),
+                    )
+                };
+            }
+            macro_rules! pair {
+                ($low:literal, $high:literal) => {
+                    _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(load!($low)), load!($high))
+                };
+            }
+            let (a, b, c, d) = (pair!(0, 4), pair!(1, 5), pair!(2, 6), pair!(3, 7));
             let (ab_low, ab_high) = (_mm256_unpacklo_ps(a, b), _mm256_unpackhi_ps(a, b));
             let (cd_low, cd_high) = (_mm256_unpacklo_ps(c, d), _mm256_unpackhi_ps(c, d));
             [
@@ -145,7 +154,7 @@ impl Simd for Avx2 {
 
     #[inline(always)]
     fn collect_hits(self, candidates: &Candidates, probe: Probe, hits: &mut [u32]) -> usize {
-        let Candidates { x, y, z, rows } = candidates;
+        let ([x, y, z], rows) = candidates.columns();
         let len = rows.len();
         assert!(x.len() == len && y.len() == len && z.len() == len && len.is_multiple_of(LANES));
         assert!(hits.len() >= len + LANES);
@@ -223,15 +232,14 @@ impl Simd for Avx512 {
         fn min(a: __m256, b: __m256) -> __m256;
         fn sqrt(a: __m256) -> __m256;
         fn sum(a: __m256) -> f32;
-        fn rows(list: &[u32; LANES]) -> __m256i;
-        fn last_rows(list: &[u32]) -> __m256i;
+        fn rows(list: &[u32]) -> __m256i;
         fn gather(table: &[Vec4], rows: __m256i) -> [__m256; 4];
     }
 
     #[inline(always)]
     fn collect_hits(self, candidates: &Candidates, probe: Probe, hits: &mut [u32]) -> usize {
         const WIDE: usize = 16;
-        let Candidates { x, y, z, rows } = candidates;
+        let ([x, y, z], rows) = candidates.columns();
         let len = rows.len();
         assert!(x.len() == len && y.len() == len && z.len() == len && len.is_multiple_of(WIDE));
         assert!(hits.len() >= len + WIDE);
