@@ -17,9 +17,8 @@ use crate::{
     density::DensitySum,
     execution::Execution,
     material::Material,
-    pairs::{PairSum, Pairs, accumulate, broadcast, separation},
+    pairs::Pairs,
     scene::{Criterion, NotConverged, Pcisph},
-    simd::Simd,
     step::{Clock, Failure, FailureCause},
 };
 
@@ -35,8 +34,6 @@ pub struct PressureCorrection {
     pub parameters: Pcisph,
     /// `δ dt²` [Pa s²·m³/kg]: only dt changes δ.
     delta_dt_squared: f32,
-    /// `|Σ_j ∇W_ij|² + Σ_j |∇W_ij|²` of the lattice.
-    lattice_response: f32,
 }
 
 impl PressureCorrection {
@@ -55,14 +52,9 @@ impl PressureCorrection {
         Self {
             parameters,
             delta_dt_squared: (1.0 / (beta * (sum.length_squared() + squares))) as f32,
-            lattice_response: (sum.length_squared() + squares) as f32,
         }
     }
 }
-
-/// Factors on δ, in (0, 1].
-#[derive(Resource, Debug, Default)]
-pub struct Damping(Vec<f32>);
 
 /// Densities at the predicted positions ρ* [kg/m³].
 #[derive(Resource, Debug, Default)]
@@ -83,13 +75,11 @@ pub fn iteration() -> bevy_ecs::schedule::ScheduleConfigs<bevy_ecs::system::Sche
 pub fn install(world: &mut World, parameters: Pcisph, material: &Material) {
     world.insert_resource(PressureCorrection::new(parameters, material));
     world.init_resource::<PredictedDensities>();
-    world.init_resource::<Damping>();
 }
 
 /// Iterates until the density error is small enough (phase `Pressure`).
 pub fn solve_pressure(world: &mut World) {
     start(world);
-    let _ = world.run_system_cached(compute_damping);
     let parameters = world.resource::<PressureCorrection>().parameters;
     let missed = world.schedule_scope(PressureIteration, |world, iteration| {
         loop {
@@ -174,7 +164,6 @@ fn update_pressure(
     mut solve: ResMut<PressureSolve>,
     predicted: Res<PredictedDensities>,
     correction: Res<PressureCorrection>,
-    damping: Res<Damping>,
     material: Res<Material>,
     clock: Res<Clock>,
     execution: Res<Execution>,
@@ -192,81 +181,4 @@ fn update_pressure(
         position.w = *pressure * inverse;
     }
     solve.measure(&predicted.0, rest_density, &execution);
-}
-
-fn compute_damping(
-    mut damping: ResMut<Damping>,
-    pairs: Pairs,
-    material: Res<Material>,
-    correction: Res<PressureCorrection>,
-) {
-    damping.0.resize(pairs.positions().rows(), 1.0);
-    let pass = DampingSum {
-        material: &material,
-        positions: &pairs.positions().0,
-        boundary: pairs.boundary_samples(),
-        boundary_mass: material.rest_density / material.particle_mass,
-        lattice_response: correction.lattice_response,
-    };
-    pairs.sum(&pass, &mut damping.0);
-}
-
-#[derive(Clone, Copy)]
-struct DampingSum<'a> {
-    material: &'a Material,
-    positions: &'a [Vec4],
-    boundary: &'a [Vec4],
-    /// ρ0/m
-    boundary_mass: f32,
-    lattice_response: f32,
-}
-
-struct DampingSums<S: Simd> {
-    own: [S::F; 3],
-    sum: [S::F; 3],
-    squares: S::F,
-}
-
-impl PairSum for DampingSum<'_> {
-    type Sums<S: Simd> = DampingSums<S>;
-    type Output = f32;
-
-    #[inline(always)]
-    fn start<S: Simd>(&self, simd: S, i: usize) -> DampingSums<S> {
-        let zero = simd.splat(0.0);
-        DampingSums {
-            own: broadcast(simd, self.positions[i]),
-            sum: [zero; 3],
-            squares: zero,
-        }
-    }
-
-    #[inline(always)]
-    fn fluid<S: Simd>(&self, simd: S, j: S::Rows, sums: &mut DampingSums<S>) {
-        let (x, distance, _) = separation(simd, sums.own, self.positions, j);
-        let slope = self.material.kernel.slope(simd, distance);
-        accumulate(simd, &mut sums.sum, slope, x);
-        sums.squares = simd.mul_add(simd.mul(slope, slope), distance, sums.squares);
-    }
-
-    #[inline(always)]
-    fn boundary<S: Simd>(&self, simd: S, b: S::Rows, sums: &mut DampingSums<S>) {
-        let (x, distance, volume) = separation(simd, sums.own, self.boundary, b);
-        let slope = self.material.kernel.slope(simd, distance);
-        accumulate(
-            simd,
-            &mut sums.sum,
-            simd.mul(simd.mul(volume, simd.splat(self.boundary_mass)), slope),
-            x,
-        );
-    }
-
-    #[inline(always)]
-    fn finish<S: Simd>(&self, simd: S, _: usize, sums: DampingSums<S>) -> f32 {
-        let [x, y, z] = sums.sum;
-        let sum = Vec3::new(simd.sum(x), simd.sum(y), simd.sum(z));
-        let factor = self.material.kernel.slope_factor;
-        let response = factor * factor * (sum.length_squared() + simd.sum(sums.squares));
-        (self.lattice_response / response.max(self.lattice_response)).min(1.0)
-    }
 }
