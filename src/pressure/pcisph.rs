@@ -7,7 +7,7 @@
 //! done. `δ = 1/(β (|Σ_j ∇W_ij|² + Σ_j |∇W_ij|²))`, `β = 2 (m dt/ρ0)²`, for a particle of a full lattice.
 
 use bevy_ecs::{prelude::*, schedule::ScheduleLabel};
-use glam::{Vec3, Vec4};
+use glam::Vec3;
 
 use super::PressureSolve;
 use crate::{
@@ -171,14 +171,15 @@ fn update_pressure(
     let rest_density = material.rest_density;
     let delta = correction.delta_dt_squared / (clock.dt * clock.dt);
     let inverse = 1.0 / (rest_density * rest_density);
-    for ((position, pressure), rho) in positions
-        .0
-        .iter_mut()
-        .zip(&mut pressures.0)
-        .zip(&predicted.0)
-    {
-        *pressure = (*pressure + delta * (rho - rest_density)).max(0.0);
-        position.w = *pressure * inverse;
-    }
-    solve.measure(&predicted.0, rest_density, &execution);
+    solve.update(
+        &predicted.0,
+        &mut pressures,
+        &mut positions,
+        rest_density,
+        &execution,
+        |rho, pressure| {
+            let pressure = (pressure + delta * (rho - rest_density)).max(0.0);
+            (pressure, pressure * inverse)
+        },
+    );
 }
