@@ -1,4 +1,60 @@
-//! overfall
+//! overfall simulates fluids by smoothed particle hydrodynamics: particles are entities of [`bevy_ecs`], a step is a
+//! schedule of systems.
+//!
+//! It implements Ihmsen, Akinci, Becker and Teschner, *A Parallel SPH Implementation on Multi-Core CPUs*, Computer
+//! Graphics Forum 30 (2011), "the paper" below. SI units everywhere.
+//!
+//! ```
+//! use overfall::{Simulation, scene::Scene};
+//!
+//! let scene = r#"(
+//!     name: "drop of water",
+//!     spacing: 0.1,
+//!     bodies: [(shape: Sphere(center: (0, 1, 0), radius: 0.3))],
+//!     boundaries: [Plane(center: (0, 0, 0), normal: (0, 1, 0), half_size: 1)],
+//! )"#;
+//! let scene = Scene::parse(scene, "drop.ron", &[]).expect("a scene");
+//! let mut simulation = Simulation::new(&scene).expect("threads");
+//! let report = simulation.step().expect("a step");
+//! assert!(report.time > 0.0 && report.max_density_error < 0.01);
+//! ```
+//!
+//! A host with a [`World`](bevy_ecs::world::World) of its own calls [`install`] and runs the schedule [`Step`]; see
+//! `examples/embed.rs`.
+//!
+//! # The map
+//!
+//! What a run is made of:
+//!
+//! | module | what is in it |
+//! | --- | --- |
+//! | [`scene`] | the RON scene: types, checks, shapes into particles |
+//! | [`particle`] | the components of a particle |
+//! | [`material`], [`kernel`] | constants of a run; the smoothing kernel |
+//! | [`step`] | phases, stages, the order as data, the schedule; [`Simulation`] and [`install`] |
+//!
+//! A step, phase by phase ([`Phase`]):
+//!
+//! | phase | module | paper |
+//! | --- | --- | --- |
+//! | `RebuildIndex` | [`column`]: tables into columns; [`index`]: who is in which cell | 4.1–4.5 |
+//! | `FindNeighbours` | [`neighbours`]: lists, or neighbours found on the spot | 5.3.1 |
+//! | `Density` | [`density`] | eq. 1 |
+//! | `Forces` | [`force`]: gravity, viscosity, surface tension | 5 |
+//! | `Pressure` | [`pressure`]: [`state_equation`](pressure::state_equation) (eqs. 4, 5), [`pcisph`](pressure::pcisph) (Algorithm 2) | 5.1, 5.2 |
+//! | `Integrate` | [`integrate`](mod@integrate): motion and the failure guard; [`boundary::contact`]; [`time_step`] | 5 |
+//! | `Reorder` | [`reorder`](mod@reorder): rows along the Z-curve | 4.5.4 |
+//! | `Observe` | [`step::StepReport`]: what the step did | 6 |
+//!
+//! What they stand on:
+//!
+//! | module | what is in it |
+//! | --- | --- |
+//! | [`pairs`] | sums over neighbours: the one loop that all physics goes through |
+//! | [`boundary`] | walls as particles: sampling, volumes, contact |
+//! | [`simd`] | eight lanes, chosen at run time; the only `unsafe` |
+//! | [`execution`] | threads, chunks, results that do not depend on either |
+//! | [`output`] | frames, series, history, summary, pictures |
 
 pub mod boundary;
 pub mod column;
@@ -21,3 +77,8 @@ pub mod step;
 pub mod time_step;
 
 pub use step::{Phase, Plan, Simulation, Step, StepError, StepOutcome, StepReport, install, plan};
+
+/// The README's commands and code, compiled.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
