@@ -6,9 +6,11 @@ use std::fs;
 
 use bevy_ecs::prelude::*;
 use common::{bits, bits_after, dam, run, sesph, simulation};
+use glam::Vec3;
 use overfall::{
     Simulation, install,
     neighbours::FluidNeighbours,
+    particle::{Fluid, Position},
     plan,
     scene::{Scene, TimeStep},
     step::{Clock, InstallError},
@@ -118,6 +120,27 @@ fn stale_neighbours_are_kept_between_the_steps_that_find_them() {
     let planned = plan(&scene).expect("a plan").phases;
     let lines: Vec<_> = planned.into_iter().flat_map(|(_, lines)| lines).collect();
     assert!(lines.contains(&"every 2 steps: find_neighbours".to_owned()));
+}
+
+#[test]
+fn particles_may_come_and_go_while_neighbours_are_stale() {
+    let stages = STAGES.replace(
+        r#"Run("find_neighbours")"#,
+        r#"Every(3, [Run("find_neighbours")])"#,
+    );
+    let (scene, _folder) = ordered(&format!("(stages: [{stages}], allow_stale: true)"));
+    for spawned in [true, false] {
+        let mut simulation = simulation(&scene);
+        run(&mut simulation, 1);
+        let world = simulation.world_mut();
+        if spawned {
+            world.spawn((Fluid, Position(Vec3::new(0.3, 0.3, 0.1))));
+        } else {
+            let last = common::state(world)[common::DAM_PARTICLES - 1].0;
+            world.despawn(last);
+        }
+        run(&mut simulation, 4);
+    }
 }
 
 #[test]

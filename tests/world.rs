@@ -7,10 +7,11 @@ use common::{DAM_PARTICLES, bits, dam, pcisph, run, sesph, simulation, state};
 use glam::{IVec3, Vec3};
 use overfall::{
     Phase, Simulation, Step, StepOutcome,
+    boundary::{BoundarySamples, refresh_boundary},
     column::{Densities, Positions},
     index::{FluidIndex, z_curve},
     install,
-    particle::{Boundary, Density, Fluid, Position, Pressure, Velocity},
+    particle::{Boundary, BoundaryVolume, Density, Fluid, Position, Pressure, Velocity},
     scene::{
         Executor, IndexStructure, Neighbours, PressureMethod, Scene, SurfaceTension, TimeStep,
         Viscosity,
@@ -635,4 +636,37 @@ fn boundary_particles_are_entities_that_no_step_moves() {
     assert!(!before.is_empty());
     run(&mut simulation, 21);
     assert!(walls(&mut simulation) == before);
+}
+
+#[test]
+fn refreshed_walls_are_those_that_the_host_left() {
+    let scene = dam();
+    let mut simulation = simulation(&scene);
+    run(&mut simulation, 2);
+    let world = simulation.world_mut();
+    let mut walls = world.query_filtered::<(Entity, &Position), With<Boundary>>();
+    let walls: Vec<_> = walls.iter(world).map(|(e, x)| (e, *x)).collect();
+    // The far wall goes; the others lie in many tables.
+    for (k, (entity, x)) in walls.into_iter().enumerate() {
+        if x.0.x > 0.39 {
+            world.despawn(entity);
+        } else {
+            tag(world, entity, k % 16);
+        }
+    }
+    refresh_boundary(world, &scene);
+    let mut walls = world.query_filtered::<(&Position, &BoundaryVolume), With<Boundary>>();
+    let mut found: Vec<_> = walls
+        .iter(world)
+        .map(|(x, v)| (x.0.to_array(), v.0))
+        .collect();
+    let samples = world.resource::<BoundarySamples>().points();
+    let mut expected: Vec<_> = samples
+        .iter()
+        .map(|sample| (sample.truncate().to_array(), sample.w))
+        .collect();
+    found.sort_by(|a, b| a.partial_cmp(b).expect("numbers"));
+    expected.sort_by(|a, b| a.partial_cmp(b).expect("numbers"));
+    assert!(found == expected);
+    run(&mut simulation, 5);
 }
