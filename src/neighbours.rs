@@ -183,8 +183,7 @@ pub fn search(
     };
     run(rows, 0, 0, regions);
     // Blocks that ran out of room: a new region at the end, in the order of the blocks.
-    for block in 0..regions.len() {
-        let region = &mut regions[block];
+    for (block, region) in regions.iter_mut().enumerate() {
         if region.needed > region.len {
             let start = rows.len();
             let len = region.needed + CANDIDATE_ALIGNMENT;

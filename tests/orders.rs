@@ -68,8 +68,7 @@ fn a_repeated_force_counts_twice() {
         }
         other => other,
     };
-    let [mut twice, mut stronger, mut once] =
-        [&scene, &stronger, &unordered()].map(|scene| simulation(scene));
+    let [mut twice, mut stronger, mut once] = [&scene, &stronger, &unordered()].map(simulation);
     for simulation in [&mut twice, &mut stronger, &mut once] {
         run(simulation, 5);
     }

@@ -12,7 +12,7 @@ use overfall::{
 
 /// A column of 10 × 12 × 10 particles that collapses in a tank; everything that a scene can have is switched on.
 /// It is disordered, so that pressure acts from the first step.
-pub fn dam() -> Scene {
+pub(crate) fn dam() -> Scene {
     Scene::parse(
         r#"(
             name: "dam",
@@ -36,10 +36,10 @@ pub fn dam() -> Scene {
 }
 
 /// Particles of [`dam`].
-pub const DAM_PARTICLES: usize = 1200;
+pub(crate) const DAM_PARTICLES: usize = 1200;
 
 /// The state equation, stiff enough for [`dam`].
-pub fn sesph() -> PressureMethod {
+pub(crate) fn sesph() -> PressureMethod {
     PressureMethod::Sesph(Sesph {
         equation: StateEquation::Tait {
             stiffness: 60_000.0,
@@ -48,17 +48,17 @@ pub fn sesph() -> PressureMethod {
 }
 
 /// The iterative method at its defaults.
-pub fn pcisph() -> PressureMethod {
+pub(crate) fn pcisph() -> PressureMethod {
     PressureMethod::Pcisph(Pcisph::default())
 }
 
 /// The simulation of a scene on two threads.
-pub fn simulation(scene: &Scene) -> Simulation {
+pub(crate) fn simulation(scene: &Scene) -> Simulation {
     Simulation::with_threads(scene, 2).expect("a scene that runs")
 }
 
 /// Takes `steps` good steps.
-pub fn run(simulation: &mut Simulation, steps: usize) {
+pub(crate) fn run(simulation: &mut Simulation, steps: usize) {
     for _ in 0..steps {
         if let Err(error) = simulation.step() {
             panic!("{error}");
@@ -67,7 +67,7 @@ pub fn run(simulation: &mut Simulation, steps: usize) {
 }
 
 /// Entity, position [m] and velocity [m/s] of every fluid particle, by entity.
-pub fn state(world: &mut World) -> Vec<(Entity, Vec3, Vec3)> {
+pub(crate) fn state(world: &mut World) -> Vec<(Entity, Vec3, Vec3)> {
     let mut fluid = world.query_filtered::<(Entity, &Position, &Velocity), With<Fluid>>();
     let mut state: Vec<_> = fluid.iter(world).map(|(e, x, v)| (e, x.0, v.0)).collect();
     state.sort_by_key(|particle| particle.0);
@@ -75,20 +75,20 @@ pub fn state(world: &mut World) -> Vec<(Entity, Vec3, Vec3)> {
 }
 
 /// The bits of positions and velocities, by entity.
-pub fn bits(world: &mut World) -> Vec<[u32; 6]> {
+pub(crate) fn bits(world: &mut World) -> Vec<[u32; 6]> {
     let bits = |(_, x, v): (Entity, Vec3, Vec3)| [x.x, x.y, x.z, v.x, v.y, v.z].map(f32::to_bits);
     state(world).into_iter().map(bits).collect()
 }
 
 /// The same scene run to the end: bits of its state.
-pub fn bits_after(scene: &Scene, threads: usize, steps: usize) -> Vec<[u32; 6]> {
+pub(crate) fn bits_after(scene: &Scene, threads: usize, steps: usize) -> Vec<[u32; 6]> {
     let mut simulation = Simulation::with_threads(scene, threads).expect("a scene that runs");
     run(&mut simulation, steps);
     bits(simulation.world_mut())
 }
 
 /// The same entities, nowhere further apart than `tolerance` [m].
-pub fn assert_near(
+pub(crate) fn assert_near(
     found: &[(Entity, Vec3, Vec3)],
     expected: &[(Entity, Vec3, Vec3)],
     tolerance: f32,
