@@ -55,6 +55,26 @@ impl Execution {
     }
 }
 
+impl Execution {
+    /// Calls `work` with the first row and the chunks of two columns of one length, for every chunk, in parallel, and
+    /// keeps what it gives.
+    pub fn map_chunks<A: Send, B: Send, R: Send>(
+        &self,
+        (a, b): (&mut [A], &mut [B]),
+        results: &mut [R],
+        work: impl Fn(usize, &mut [A], &mut [B]) -> R + Sync,
+    ) {
+        self.install(|| {
+            results
+                .par_iter_mut()
+                .zip(a.par_chunks_mut(CHUNK))
+                .zip(b.par_chunks_mut(CHUNK))
+                .enumerate()
+                .for_each(|(chunk, ((result, a), b))| *result = work(chunk * CHUNK, a, b));
+        });
+    }
+}
+
 /// One result a chunk, kept from step to step and folded in the order of the rows: the same for any number of threads.
 #[derive(Debug, Default, Clone)]
 pub struct ChunkResults<T>(Vec<T>);

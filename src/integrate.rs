@@ -5,13 +5,12 @@
 
 use bevy_ecs::prelude::*;
 use glam::Vec4;
-use rayon::prelude::*;
 
 use crate::{
     column::{
         Accelerations, Densities, Positions, PredictedPositions, PressureAccelerations, Velocities,
     },
-    execution::{CHUNK, ChunkResults, Execution},
+    execution::{ChunkResults, Execution},
     material::Material,
     scene::{Bounds, Limits},
     step::{Clock, Failure, FailureCause},
@@ -119,14 +118,8 @@ pub fn integrate(
         }
         result
     };
-    execution.install(|| {
-        chunks
-            .par_iter_mut()
-            .zip(predicted.0[..rows].par_chunks_mut(CHUNK))
-            .zip(velocities.0[..rows].par_chunks_mut(CHUNK))
-            .enumerate()
-            .for_each(|(chunk, ((result, x), v))| *result = advance(chunk * CHUNK, x, v));
-    });
+    let columns = (&mut predicted.0[..rows], &mut velocities.0[..rows]);
+    execution.map_chunks(columns, chunks, advance);
     motion.fold(material.particle_mass);
 }
 

@@ -3,6 +3,8 @@
 //! A pass says what one particle adds up over its fluid and its boundary neighbours, eight at a time ([`PairSum`]);
 //! [`Pairs::sum`] runs it over all rows in parallel, with stored lists or with neighbours found on the spot.
 
+use std::ops::AddAssign;
+
 use bevy_ecs::{prelude::*, system::SystemParam};
 use glam::{IVec3, Vec4};
 use rayon::prelude::*;
@@ -104,6 +106,13 @@ impl Pairs<'_> {
         sum(pass, self.source(), out, &self.execution);
     }
 
+    /// Runs `pass` over all rows and adds what it gives to `out`, which has one entry a row.
+    pub fn add<P: PairSum<Output: AddAssign>>(&self, pass: &P, out: &mut [P::Output]) {
+        over_rows(pass, self.source(), out, &self.execution, |out, sum| {
+            *out += sum
+        });
+    }
+
     /// Calls `work` with the boundary neighbours of every row that has some, and the row's entries of two columns.
     pub fn update_near_boundary<A: Send, B: Send>(
         &self,
@@ -177,26 +186,37 @@ pub enum Source<'a> {
 
 /// Runs `pass` over all rows into `out`.
 pub fn sum<P: PairSum>(pass: &P, source: Source, out: &mut [P::Output], execution: &Execution) {
+    over_rows(pass, source, out, execution, |out, sum| *out = sum);
+}
+
+fn over_rows<P: PairSum>(
+    pass: &P,
+    source: Source,
+    out: &mut [P::Output],
+    execution: &Execution,
+    put: impl Fn(&mut P::Output, P::Output) + Copy + Sync,
+) {
+    let set = execution.instruction_set;
     execution.for_each_chunk(out, |first, out| match source {
         Source::Stored(fluid, boundary) => {
-            execution
-                .instruction_set
-                .arithmetic()
-                .dispatch(StoredChunk {
-                    pass,
-                    fluid,
-                    boundary,
-                    first,
-                    out,
-                });
-        }
-        Source::OnTheSpot(fluid, boundary) => {
-            execution.instruction_set.dispatch(SpotChunk {
+            let chunk = StoredChunk {
                 pass,
                 fluid,
                 boundary,
                 first,
                 out,
+                put,
+            };
+            set.arithmetic().dispatch(chunk);
+        }
+        Source::OnTheSpot(fluid, boundary) => {
+            set.dispatch(SpotChunk {
+                pass,
+                fluid,
+                boundary,
+                first,
+                out,
+                put,
             });
         }
     });
@@ -224,15 +244,16 @@ fn row<P: PairSum, S: Simd>(
     pass.finish(simd, i, sums)
 }
 
-struct StoredChunk<'a, P: PairSum> {
+struct StoredChunk<'a, P: PairSum, F> {
     pass: &'a P,
     fluid: &'a NeighbourLists,
     boundary: Option<&'a NeighbourLists>,
     first: usize,
     out: &'a mut [P::Output],
+    put: F,
 }
 
-impl<P: PairSum> Vectorised for StoredChunk<'_, P> {
+impl<P: PairSum, F: Fn(&mut P::Output, P::Output)> Vectorised for StoredChunk<'_, P, F> {
     type Output = ();
 
     #[inline(always)]
@@ -244,7 +265,7 @@ impl<P: PairSum> Vectorised for StoredChunk<'_, P> {
                 Some(lists) => lists.of(i),
                 None => &[],
             };
-            *out = row(&pass, simd, i, self.fluid.of(i), boundary);
+            (self.put)(out, row(&pass, simd, i, self.fluid.of(i), boundary));
         }
     }
 }
@@ -273,15 +294,16 @@ impl<A, B, F: Fn(&[u32], &mut A, &mut B)> Vectorised for BoundaryChunk<'_, A, B,
     }
 }
 
-struct SpotChunk<'a, P: PairSum> {
+struct SpotChunk<'a, P: PairSum, F> {
     pass: &'a P,
     fluid: Search<'a>,
     boundary: Option<Search<'a>>,
     first: usize,
     out: &'a mut [P::Output],
+    put: F,
 }
 
-impl<P: PairSum> Vectorised for SpotChunk<'_, P> {
+impl<P: PairSum, F: Fn(&mut P::Output, P::Output)> Vectorised for SpotChunk<'_, P, F> {
     type Output = ();
 
     #[inline(always)]
@@ -301,7 +323,8 @@ impl<P: PairSum> Vectorised for SpotChunk<'_, P> {
                 Some(search) => search.of(simd, i),
                 None => &[],
             };
-            self.out[k] = row(self.pass, simd, i, fluid.of(simd, i), near_boundary);
+            let sum = row(self.pass, simd, i, fluid.of(simd, i), near_boundary);
+            (self.put)(&mut self.out[k], sum);
         }
     }
 }

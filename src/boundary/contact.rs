@@ -1,10 +1,9 @@
 //! The last resort at a wall: no particle passes the layer of samples.
 //!
 //! Pressure keeps the fluid off a wall, but a particle on its own has no pressure there: its density, wall included, is
-//! below the rest density until it lies in the wall. Spray would leak. So after integration a particle that came nearer
-//! than a quarter of the spacing to the layer (a quarter of the spacing behind the wall's face, where fluid under
-//! pressure does not get) is set back to that distance along the normal and loses the velocity into the wall; the
-//! velocity along the wall stays.
+//! below the rest density until it lies in the wall. Spray would leak. So after integration a particle that is more than
+//! a quarter of the spacing behind the wall's face, where fluid under pressure does not get, is set back to there along
+//! the normal and loses the velocity into the wall; the velocity along the wall stays.
 //!
 //! A sample speaks for the particles above it: those whose distance along the face is under 0.75 spacings (the middle
 //! of four samples is 0.71 away). In a corner one face after the other is obeyed.
@@ -19,8 +18,8 @@ use crate::{
     pairs::Pairs,
 };
 
-/// Smallest distance from the layer of samples, in spacings.
-const CLEARANCE: f32 = 0.25;
+/// How far a particle may get behind the face of a wall, in spacings.
+const PENETRATION: f32 = 0.25;
 /// Distance along the face up to which a sample counts, in spacings.
 const SIDEWAYS: f32 = 0.75;
 /// Faces that meet in a corner.
@@ -36,6 +35,7 @@ pub fn keep_outside(
 ) {
     let rows = pairs.positions().rows();
     let wall = Wall {
+        clearance: boundary.layer_depth - PENETRATION * material.spacing,
         boundary: &boundary,
         spacing: material.spacing,
     };
@@ -47,6 +47,8 @@ pub fn keep_outside(
 
 struct Wall<'a> {
     boundary: &'a BoundarySamples,
+    /// Smallest distance from the layer of samples [m].
+    clearance: f32,
     spacing: f32,
 }
 
@@ -64,7 +66,7 @@ impl Wall<'_> {
 
     /// How far a point [m] is beyond the clearance of one of the `samples`, and that sample's normal.
     fn deepest(&self, samples: &[u32], point: Vec3) -> Option<(f32, Vec3)> {
-        let (clearance, sideways) = (CLEARANCE * self.spacing, SIDEWAYS * self.spacing);
+        let (clearance, sideways) = (self.clearance, SIDEWAYS * self.spacing);
         let mut deepest = None;
         for &sample in samples {
             let offset = point - self.boundary.packed[sample as usize].truncate();

@@ -11,7 +11,7 @@ use bevy_ecs::prelude::*;
 use bytemuck::TransparentWrapper;
 use glam::{Vec3, Vec4};
 
-pub use sampling::{BoundarySample, sample};
+pub use sampling::{BoundarySample, layer_depth, sample};
 pub use volume::volumes;
 
 use crate::{
@@ -29,6 +29,8 @@ pub struct BoundarySamples {
     pub packed: Vec<Vec4>,
     /// Unit vectors from the solid into the fluid.
     pub normals: Vec<Vec3>,
+    /// Depth of the layer of samples behind the walls' faces [m].
+    pub layer_depth: f32,
     /// Who is where.
     pub index: Box<dyn SpatialIndex>,
 }
@@ -56,6 +58,7 @@ impl BoundarySamples {
         Self {
             packed,
             normals,
+            layer_depth: layer_depth(scene),
             index,
         }
     }

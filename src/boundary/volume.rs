@@ -1,11 +1,5 @@
-//! The volume that a boundary particle stands for: `V_b = γ/Σ_k W_bk` over the boundary, itself included (Akinci et
-//! al. 2012, eq. 4, where γ = 1). It is smaller where the sampling is denser, so edges and overlapping shapes push no
-//! harder.
-//!
-//! γ makes up for the layers behind the first, which are not there: with γ = 1, a lattice that touches a wall would
-//! start 6 % over its rest density (12 % in an edge) and be thrown off it. γ is such that a lattice one spacing from a
-//! flat wall has its rest density exactly; at a support of two spacings in 3-D that is 0.70, the value of Band et al.
-//! 2018.
+//! The volume that a boundary particle stands for: `V_b = 1/Σ_k W_bk` over the boundary, itself included (Akinci et al.
+//! 2012, eq. 4). It is smaller where the sampling is denser, so edges and overlapping shapes push no harder.
 
 use glam::Vec4;
 
@@ -13,7 +7,6 @@ use crate::{
     execution::Execution,
     index::SpatialIndex,
     kernel::CubicSpline,
-    material::Material,
     neighbours::Search,
     pairs::{self, PairSum, Source, broadcast, separation},
     scene::Scene,
@@ -30,7 +23,6 @@ pub fn volumes(
     let pass = BoundaryVolumeSum {
         kernel: CubicSpline::new(scene.dimension, scene.support_radius()),
         packed,
-        flat_wall_factor: flat_wall_factor(scene),
     };
     let points = &packed[..packed.len() - 1];
     let search = Search {
@@ -50,29 +42,10 @@ pub fn volumes(
     volumes
 }
 
-/// γ [-].
-fn flat_wall_factor(scene: &Scene) -> f32 {
-    let material = Material::new(scene);
-    let (kernel, dx) = (material.kernel, scene.spacing);
-    let layers = |chosen: &dyn Fn(f32) -> bool| -> f32 {
-        let lattice = kernel
-            .lattice(scene.dimension, dx)
-            .filter(|x| chosen(x.y / dx));
-        lattice.map(|x| kernel.value(x.length())).sum()
-    };
-    let (sheet, first, behind) = (
-        layers(&|y| y.abs() < 0.5),
-        layers(&|y| (y + 1.0).abs() < 0.5),
-        layers(&|y| y < -0.5),
-    );
-    material.particle_mass / material.rest_density * sheet * behind / first
-}
-
 #[derive(Clone, Copy)]
 struct BoundaryVolumeSum<'a> {
     kernel: CubicSpline,
     packed: &'a [Vec4],
-    flat_wall_factor: f32,
 }
 
 impl PairSum for BoundaryVolumeSum<'_> {
@@ -96,6 +69,6 @@ impl PairSum for BoundaryVolumeSum<'_> {
     #[inline(always)]
     fn finish<S: Simd>(&self, simd: S, _: usize, (_, sum): Self::Sums<S>) -> f32 {
         // The shape of the kernel at the particle itself is 1.
-        self.flat_wall_factor / (self.kernel.normalisation * (1.0 + simd.sum(sum)))
+        1.0 / (self.kernel.normalisation * (1.0 + simd.sum(sum)))
     }
 }

@@ -4,7 +4,6 @@
 use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};
 
-use super::ForceScratch;
 use crate::{
     column::Accelerations,
     material::Material,
@@ -19,7 +18,6 @@ pub struct Cohesion(pub f32);
 /// Adds surface tension (phase `Forces`).
 pub fn apply_surface_tension(
     mut accelerations: ResMut<Accelerations>,
-    mut scratch: ResMut<ForceScratch>,
     cohesion: Res<Cohesion>,
     material: Res<Material>,
     pairs: Pairs,
@@ -30,8 +28,7 @@ pub fn apply_surface_tension(
         factor: -cohesion.0 * material.kernel.normalisation,
         nearest: material.spacing * material.spacing,
     };
-    pairs.sum(&pass, scratch.rows(pairs.positions().rows()));
-    scratch.add_to(&mut accelerations);
+    pairs.add(&pass, &mut accelerations.0);
 }
 
 #[derive(Clone, Copy)]

@@ -11,7 +11,6 @@
 use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};
 
-use super::ForceScratch;
 use crate::{
     column::{Accelerations, Densities, Velocities},
     material::Material,
@@ -35,7 +34,6 @@ pub struct ArtificialViscosity {
 /// Adds laminar viscosity (phase `Forces`).
 pub fn apply_laminar_viscosity(
     mut accelerations: ResMut<Accelerations>,
-    mut scratch: ResMut<ForceScratch>,
     mut velocities: ResMut<Velocities>,
     densities: Res<Densities>,
     viscosity: Res<LaminarViscosity>,
@@ -45,18 +43,21 @@ pub fn apply_laminar_viscosity(
     let d = f32::from(u8::from(material.dimension));
     let factor = 2.0 * (d + 2.0) * viscosity.0 * material.kernel.slope_factor;
     // The weight of a neighbour is its volume, m/ρ_j.
-    for (velocity, rho) in velocities.0.iter_mut().zip(&densities.0) {
-        velocity.w = material.particle_mass / rho;
-    }
+    pairs.execution.for_each_chunk(
+        &mut velocities.0[..densities.0.len()],
+        |first, velocities| {
+            for (velocity, rho) in velocities.iter_mut().zip(&densities.0[first..]) {
+                velocity.w = material.particle_mass / rho;
+            }
+        },
+    );
     let pass = Friction::<false>::new(&pairs, &velocities, &material, factor);
-    pairs.sum(&pass, scratch.rows(densities.0.len()));
-    scratch.add_to(&mut accelerations);
+    pairs.add(&pass, &mut accelerations.0);
 }
 
 /// Adds artificial viscosity (phase `Forces`).
 pub fn apply_artificial_viscosity(
     mut accelerations: ResMut<Accelerations>,
-    mut scratch: ResMut<ForceScratch>,
     mut velocities: ResMut<Velocities>,
     densities: Res<Densities>,
     viscosity: Res<ArtificialViscosity>,
@@ -67,12 +68,16 @@ pub fn apply_artificial_viscosity(
     let h = material.kernel.support_radius;
     let factor =
         2.0 * alpha * h * sound_speed * material.particle_mass * material.kernel.slope_factor;
-    for (velocity, rho) in velocities.0.iter_mut().zip(&densities.0) {
-        velocity.w = *rho;
-    }
+    pairs.execution.for_each_chunk(
+        &mut velocities.0[..densities.0.len()],
+        |first, velocities| {
+            for (velocity, rho) in velocities.iter_mut().zip(&densities.0[first..]) {
+                velocity.w = *rho;
+            }
+        },
+    );
     let pass = Friction::<true>::new(&pairs, &velocities, &material, factor);
-    pairs.sum(&pass, scratch.rows(densities.0.len()));
-    scratch.add_to(&mut accelerations);
+    pairs.add(&pass, &mut accelerations.0);
 }
 
 /// Both models: `factor Σ_j weight (v_ij · x_ij)/(|x_ij|² + 0.01 h²) slope x_ij`. The fourth entry of a velocity is the

@@ -1,12 +1,9 @@
-//! The symmetric pressure force: `a_i = −Σ_j m (p_i/ρ_i² + p_j/ρ_j²) ∇W_ij − Σ_b ρ0 V_b 2 (p_i/ρ_i²) ∇W_ib`.
+//! The symmetric pressure force: `a_i = −Σ_j m (p_i/ρ_i² + p_j/ρ_j²) ∇W_ij − Σ_b ρ0 V_b (p_i/ρ_i²) ∇W_ib`.
 //!
 //! Between two fluid particles the terms are equal and opposite to the bit, so linear momentum is kept to rounding. The
-//! boundary mirrors the particle's pressure and density, and only pushes, since pressures are not negative.
-//!
-//! Deviation from Akinci et al. 2012, who take the term `p_i/ρ_i²` once: with their volumes, which are 1.4 times a
-//! particle's for one layer of samples, that is about right. With volumes that give a lattice at the wall its rest
-//! density ([`crate::boundary::volumes`]) the full mirror image is right (Band et al. 2018, section 3): a lattice at rest
-//! then feels the wall as it would feel more fluid.
+//! boundary pushes only, since pressures are not negative, and takes the particle's own term once (Akinci et al. 2012):
+//! the force is then `−Σ_k p_k/ρ_k² · ∂ρ_k/∂x_i`, the gradient of the densities that pressure acts against, and does no
+//! work in a cycle. A mirror image of the term, tried first, pumped 30 % into the energy of still water in 0.6 s.
 
 use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};
@@ -29,7 +26,7 @@ pub fn pressure_force(
         material: &material,
         positions: &pairs.positions().0,
         boundary: pairs.boundary_samples(),
-        mirrored_mass: 2.0 * material.rest_density / material.particle_mass,
+        boundary_mass: material.rest_density / material.particle_mass,
     };
     pairs.sum(&pass, &mut accelerations.0);
 }
@@ -39,8 +36,8 @@ struct PressureForce<'a> {
     material: &'a Material,
     positions: &'a [Vec4],
     boundary: &'a [Vec4],
-    /// 2 ρ0/m: with a volume, the boundary particle's mass in particle masses, for both terms.
-    mirrored_mass: f32,
+    /// ρ0/m: with a volume, the boundary particle's mass in particle masses.
+    boundary_mass: f32,
 }
 
 struct ForceSums<S: Simd> {
@@ -78,7 +75,7 @@ impl PairSum for PressureForce<'_> {
     fn boundary<S: Simd>(&self, simd: S, b: S::Rows, sums: &mut ForceSums<S>) {
         let (x, distance, volume) = separation(simd, sums.own, self.boundary, b);
         let slope = self.material.kernel.slope(simd, distance);
-        let mass = simd.mul(volume, simd.splat(self.mirrored_mass));
+        let mass = simd.mul(volume, simd.splat(self.boundary_mass));
         accumulate(
             simd,
             &mut sums.sum,

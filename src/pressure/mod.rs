@@ -7,11 +7,13 @@ pub mod pcisph;
 pub mod state_equation;
 
 use bevy_ecs::prelude::*;
-use rayon::prelude::*;
 
 pub use force::pressure_force;
 
-use crate::execution::{CHUNK, ChunkResults, Execution};
+use crate::{
+    column::{Positions, Pressures},
+    execution::{ChunkResults, Execution},
+};
 
 /// How well the last step's pressure solve did.
 #[derive(Resource, Debug, Default)]
@@ -43,35 +45,52 @@ struct ErrorSum {
 }
 
 impl PressureSolve {
-    /// Measures `densities` against the rest density, both [kg/m³].
-    pub fn measure(&mut self, densities: &[f32], rest_density: f32, execution: &Execution) {
-        let chunks = self.chunks.reset(densities.len());
-        execution.install(|| {
-            chunks
-                .par_iter_mut()
-                .zip(densities.par_chunks(CHUNK))
-                .enumerate()
-                .for_each(|(chunk, (result, densities))| {
-                    for (k, rho) in densities.iter().enumerate() {
-                        let error = (rho / rest_density - 1.0).max(0.0);
-                        if error > result.largest {
-                            (result.largest, result.row) = (error, chunk * CHUNK + k);
-                        }
-                        result.sum += f64::from(error);
-                    }
-                });
-        });
-        let mut total = ErrorSum::default();
-        for chunk in self.chunks.iter() {
-            if chunk.largest > total.largest {
-                (total.largest, total.row) = (chunk.largest, chunk.row);
+    /// Sets the pressure [Pa] and the pressure term of every row from its density [kg/m³], and measures the densities
+    /// against the rest density.
+    fn update(
+        &mut self,
+        densities: &[f32],
+        pressures: &mut Pressures,
+        positions: &mut Positions,
+        rest_density: f32,
+        execution: &Execution,
+        // From density and old pressure to pressure and pressure term.
+        new_pressure: impl Fn(f32, f32) -> (f32, f32) + Sync,
+    ) {
+        let rows = densities.len();
+        let columns = (&mut positions.0[..rows], &mut pressures.0[..rows]);
+        let chunks = self.chunks.reset(rows);
+        execution.map_chunks(columns, chunks, |first, positions, pressures| {
+            let mut result = ErrorSum::default();
+            let columns = positions.iter_mut().zip(pressures).zip(&densities[first..]);
+            for (row, ((position, pressure), &rho)) in (first..).zip(columns) {
+                (*pressure, position.w) = new_pressure(rho, *pressure);
+                let error = (rho / rest_density - 1.0).max(0.0);
+                if error > result.largest {
+                    (result.largest, result.row) = (error, row);
+                }
+                result.sum += f64::from(error);
             }
-            total.sum += chunk.sum;
-        }
+            result
+        });
+        let total = self
+            .chunks
+            .iter()
+            .fold(ErrorSum::default(), |total, chunk| {
+                let larger = if chunk.largest > total.largest {
+                    chunk
+                } else {
+                    &total
+                };
+                ErrorSum {
+                    sum: total.sum + chunk.sum,
+                    ..*larger
+                }
+            });
         self.error = DensityError {
             largest: total.largest,
             row: total.row,
-            mean: (total.sum / densities.len().max(1) as f64) as f32,
+            mean: (total.sum / rows.max(1) as f64) as f32,
         };
     }
 }

@@ -52,16 +52,17 @@ pub fn compute_pressure(
     execution: Res<Execution>,
 ) {
     let rest_density = material.rest_density;
-    for ((position, pressure), &rho) in positions
-        .0
-        .iter_mut()
-        .zip(&mut pressures.0)
-        .zip(&densities.0)
-    {
-        *pressure = equation.pressure(rho, rest_density);
-        position.w = *pressure / (rho * rho);
-    }
-    solve.measure(&densities.0, rest_density, &execution);
+    solve.update(
+        &densities.0,
+        &mut pressures,
+        &mut positions,
+        rest_density,
+        &execution,
+        |rho, _| {
+            let pressure = equation.pressure(rho, rest_density);
+            (pressure, pressure / (rho * rho))
+        },
+    );
 }
 
 #[cfg(test)]

@@ -223,7 +223,7 @@ impl Default for TimeStep {
 impl Default for Cfl {
     fn default() -> Self {
         Self {
-            factor: 0.4,
+            factor: 0.2,
             min: 1e-6,
             max: 5e-3,
         }

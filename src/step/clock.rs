@@ -72,7 +72,7 @@ pub(super) fn name_the_particle(
 }
 
 /// Counts the step (phase `Integrate`, when nothing went wrong).
-pub fn advance_clock(mut clock: ResMut<Clock>) {
+pub(super) fn advance_clock(mut clock: ResMut<Clock>) {
     clock.step += 1;
     clock.time += f64::from(clock.dt);
 }

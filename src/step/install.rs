@@ -18,7 +18,7 @@ use crate::{
         Velocities,
     },
     execution::Execution,
-    force::{ArtificialViscosity, Cohesion, ForceScratch, LaminarViscosity},
+    force::{ArtificialViscosity, Cohesion, LaminarViscosity},
     index::{self, FluidIndex, z_curve},
     integrate::{Domain, GuardLimits, Motion},
     material::Material,
@@ -205,11 +205,6 @@ fn insert_forces(world: &mut World, scene: &Scene) {
     }
     if let SurfaceTension::BeckerTeschner { kappa } = scene.fluid.surface_tension {
         world.insert_resource(Cohesion(kappa));
-    }
-    if scene.fluid.viscosity != Viscosity::None
-        || scene.fluid.surface_tension != SurfaceTension::None
-    {
-        world.init_resource::<ForceScratch>();
     }
 }
 

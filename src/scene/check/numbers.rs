@@ -123,7 +123,7 @@ fn fluid(scene: &Scene) -> Checked {
 fn adaptive(cfl: Cfl) -> Checked {
     let factor = cfl.factor;
     ensure(factor > 0.0 && factor <= 1.0, "time_step.factor", || {
-        format!("the factor is {factor}; it must be above 0 and at most 1 (0.4 is usual)")
+        format!("the factor is {factor}; it must be above 0 and at most 1 (0.2 is usual)")
     })?;
     positive("time_step.min", cfl.min, "s")?;
     ensure(cfl.min <= cfl.max, "time_step.max", || {
