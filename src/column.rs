@@ -80,8 +80,20 @@ impl Default for Velocities {
     }
 }
 
+/// Tables in one order for all queries. Bevy goes through new tables in the order of a hash map: a query that saw them
+/// in one go (its system skipped a failed step) has another order than one that saw them in two.
+fn in_order<T>(
+    tables: impl IntoIterator<Item = T>,
+    entities: impl Fn(&T) -> &[Entity],
+) -> impl Iterator<Item = T> {
+    let mut tables: Vec<T> = tables.into_iter().collect();
+    tables.sort_unstable_by_key(|table| entities(table).first().copied());
+    tables.into_iter()
+}
+
 /// State of the fluid as the tables hold it.
 type State = (
+    Entity,
     &'static mut Position,
     &'static mut Velocity,
     &'static mut Density,
@@ -90,7 +102,7 @@ type State = (
 
 /// Brings the columns of all tables together (phase `RebuildIndex`).
 pub fn gather_columns(
-    fluid: Query<(&Position, &Velocity, &Pressure), With<Fluid>>,
+    fluid: Query<(Entity, &Position, &Velocity, &Pressure), With<Fluid>>,
     mut positions: ResMut<Positions>,
     mut predicted: ResMut<PredictedPositions>,
     mut velocities: ResMut<Velocities>,
@@ -98,7 +110,7 @@ pub fn gather_columns(
     execution: Res<Execution>,
 ) {
     let tables = || fluid.contiguous_iter().into_iter().flatten();
-    let rows: usize = tables().map(|(x, ..)| x.len()).sum();
+    let rows: usize = tables().map(|(entities, ..)| entities.len()).sum();
     positions.0.resize(rows + 1, SENTINEL);
     velocities.0.resize(rows + 1, Vec4::ZERO);
     positions.0[rows] = SENTINEL;
@@ -107,7 +119,7 @@ pub fn gather_columns(
     predicted.0[rows] = SENTINEL;
     pressures.0.resize(rows, 0.0);
     let mut first = 0;
-    for (x, v, p) in tables() {
+    for (_, x, v, p) in in_order(tables(), |table| table.0) {
         let rows = first..first + x.len();
         let pack = |packed: &mut [Vec4], column: &[Vec3]| {
             execution.for_each_chunk(packed, |first, packed| {
@@ -133,7 +145,8 @@ pub fn scatter_columns(
     execution: Res<Execution>,
 ) {
     let mut first = 0;
-    for (mut x, mut v, mut rho, mut p) in fluid.contiguous_iter_mut().into_iter().flatten() {
+    let tables = fluid.contiguous_iter_mut().into_iter().flatten();
+    for (_, mut x, mut v, mut rho, mut p) in in_order(tables, |table| table.0) {
         // One `deref_mut` a column: it marks all its rows.
         let (x, v): (&mut [Position], &mut [Velocity]) = (&mut x, &mut v);
         let rows = first..first + x.len();
@@ -158,7 +171,7 @@ pub fn entity_of_row(
     row: usize,
 ) -> Option<(Entity, Vec3)> {
     let mut first = 0;
-    for (entities, x) in fluid.contiguous_iter().ok()? {
+    for (entities, x) in in_order(fluid.contiguous_iter().ok()?, |table| table.0) {
         if let Some(&entity) = entities.get(row - first) {
             return Some((entity, x[row - first].0));
         }

@@ -47,10 +47,13 @@ struct Region {
 const LENGTH_BITS: u32 = 24;
 
 impl NeighbourLists {
-    /// Neighbours of `row`.
+    /// Neighbours of `row`; none if it came after the search, in an order that keeps stale lists.
     #[inline(always)]
     pub fn of(&self, row: usize) -> &[u32] {
-        let span = self.spans[row].load(Relaxed);
+        let Some(span) = self.spans.get(row) else {
+            return &[];
+        };
+        let span = span.load(Relaxed);
         let start = (span >> LENGTH_BITS) as usize;
         &self.rows[start..start + (span & ((1 << LENGTH_BITS) - 1)) as usize]
     }
@@ -180,8 +183,7 @@ pub fn search(
     };
     run(rows, 0, 0, regions);
     // Blocks that ran out of room: a new region at the end, in the order of the blocks.
-    for block in 0..regions.len() {
-        let region = &mut regions[block];
+    for (block, region) in regions.iter_mut().enumerate() {
         if region.needed > region.len {
             let start = rows.len();
             let len = region.needed + CANDIDATE_ALIGNMENT;

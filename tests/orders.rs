@@ -1,0 +1,211 @@
+//! Order files: the order of the stages is data, and a wrong one is refused before the first step.
+
+mod common;
+
+use std::fs;
+
+use bevy_ecs::prelude::*;
+use common::{bits, bits_after, dam, run, sesph, simulation};
+use glam::Vec3;
+use overfall::{
+    Simulation, install,
+    neighbours::FluidNeighbours,
+    particle::{Fluid, Position},
+    plan,
+    scene::{Scene, TimeStep},
+    step::{Clock, InstallError},
+};
+
+/// A scene with a fixed time step and an order file of these stages, in a folder that lives as long.
+fn ordered(stages: &str) -> (Scene, tempfile::TempDir) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("order.ron");
+    fs::write(&path, stages).expect("an order file");
+    let scene = Scene {
+        order: Some(path.display().to_string()),
+        ..unordered()
+    };
+    (scene, folder)
+}
+
+fn unordered() -> Scene {
+    Scene {
+        pressure: sesph(),
+        time_step: TimeStep::Fixed(2e-4),
+        ..dam()
+    }
+}
+
+const STAGES: &str = r#"Run("rebuild_index"), Run("find_neighbours"), Run("density"), Run("gravity"),
+    Run("viscosity"), Run("surface_tension"), Run("pressure"), Run("integrate"), Run("reorder")"#;
+
+#[test]
+fn the_default_order_written_out_gives_the_same_bits() {
+    let expected = bits_after(&unordered(), 2, 25);
+    for stages in [
+        STAGES.to_owned(),
+        format!("Every(1, [{STAGES}])"),
+        format!("Repeat(1, [Every(1, [{STAGES}])])"),
+        // What it makes depends on nothing that it made before.
+        STAGES.replace(r#"Run("density")"#, r#"Repeat(2, [Run("density")])"#),
+    ] {
+        let (scene, _folder) = ordered(&format!("(stages: [{stages}])"));
+        assert!(bits_after(&scene, 2, 25) == expected, "{stages}");
+    }
+}
+
+#[test]
+fn a_repeated_force_counts_twice() {
+    let twice = STAGES.replace(r#"Run("viscosity")"#, r#"Repeat(2, [Run("viscosity")])"#);
+    let (scene, _folder) = ordered(&format!("(stages: [{twice}])"));
+    let mut stronger = unordered();
+    stronger.fluid.viscosity = match stronger.fluid.viscosity {
+        overfall::scene::Viscosity::Artificial { alpha, sound_speed } => {
+            overfall::scene::Viscosity::Artificial {
+                alpha: 2.0 * alpha,
+                sound_speed,
+            }
+        }
+        other => other,
+    };
+    let [mut twice, mut stronger, mut once] = [&scene, &stronger, &unordered()].map(simulation);
+    for simulation in [&mut twice, &mut stronger, &mut once] {
+        run(simulation, 5);
+    }
+    let [twice, stronger, once] =
+        [twice, stronger, once].map(|mut simulation| common::state(simulation.world_mut()));
+    common::assert_near(&twice, &stronger, 1e-7);
+    assert!(
+        twice
+            .iter()
+            .zip(&once)
+            .any(|(twice, once)| twice.1.distance(once.1) > 1e-6)
+    );
+}
+
+#[test]
+fn a_repeated_step_is_so_many_steps() {
+    let (scene, _folder) = ordered(&format!("(stages: [Repeat(2, [{STAGES}])])"));
+    let mut twice = simulation(&scene);
+    run(&mut twice, 12);
+    assert_eq!(twice.world().resource::<Clock>().step, 24);
+    assert!(bits(twice.world_mut()) == bits_after(&unordered(), 2, 24));
+}
+
+#[test]
+fn stale_neighbours_are_kept_between_the_steps_that_find_them() {
+    let stages = STAGES.replace(
+        r#"Run("find_neighbours")"#,
+        r#"Every(2, [Run("find_neighbours")])"#,
+    );
+    let stages = stages.replace(r#", Run("reorder")"#, "");
+    let (scene, _folder) = ordered(&format!("(stages: [{stages}], allow_stale: true)"));
+    let mut simulation = simulation(&scene);
+    let mut pairs = Vec::new();
+    for _ in 0..40 {
+        run(&mut simulation, 1);
+        let lists = &simulation.world().resource::<FluidNeighbours>().0;
+        let rows = common::DAM_PARTICLES;
+        pairs.push(
+            (0..rows)
+                .map(|row| lists.of(row).to_vec())
+                .collect::<Vec<_>>(),
+        );
+    }
+    for step in (0..40).step_by(2) {
+        assert!(pairs[step] == pairs[step + 1], "step {}", step + 2);
+    }
+    assert!(pairs[0] != pairs[38], "nothing moved");
+    let planned = plan(&scene).expect("a plan").phases;
+    let lines: Vec<_> = planned.into_iter().flat_map(|(_, lines)| lines).collect();
+    assert!(lines.contains(&"every 2 steps: find_neighbours".to_owned()));
+}
+
+#[test]
+fn particles_may_come_and_go_while_neighbours_are_stale() {
+    let stages = STAGES.replace(
+        r#"Run("find_neighbours")"#,
+        r#"Every(3, [Run("find_neighbours")])"#,
+    );
+    let (scene, _folder) = ordered(&format!("(stages: [{stages}], allow_stale: true)"));
+    for spawned in [true, false] {
+        let mut simulation = simulation(&scene);
+        run(&mut simulation, 1);
+        let world = simulation.world_mut();
+        if spawned {
+            world.spawn((Fluid, Position(Vec3::new(0.3, 0.3, 0.1))));
+        } else {
+            let last = common::state(world)[common::DAM_PARTICLES - 1].0;
+            world.despawn(last);
+        }
+        run(&mut simulation, 4);
+    }
+}
+
+#[test]
+fn a_wrong_order_is_refused_with_its_path_and_the_reason() {
+    let cases = [
+        (
+            STAGES.replace("\"density\"", "\"densty\""),
+            "did you mean `density`?",
+        ),
+        (
+            STAGES.replace(r#"Run("find_neighbours"),"#, ""),
+            "needs neighbours",
+        ),
+        (
+            STAGES.replace(r#"Run("gravity"),"#, ""),
+            "needs accelerations without pressure",
+        ),
+        (
+            STAGES.replace(r#"Run("integrate"),"#, ""),
+            "never runs `integrate`",
+        ),
+        (
+            STAGES.replace(r#"Run("density")"#, r#"Every(2, [Run("density")])"#),
+            "left over from an earlier step",
+        ),
+        (
+            format!("{STAGES}, Run(\"density\")"),
+            "needs the spatial index",
+        ),
+        (format!("Repeat(0, [{STAGES}])"), "count of 0"),
+        (STAGES.replace(r#"Run("density")"#, "Run(density)"), "1:"),
+    ];
+    for (stages, reason) in cases {
+        let (scene, _folder) = ordered(&format!("(stages: [{stages}])"));
+        let path = scene.order.clone().expect("a path");
+        let error = match Simulation::with_threads(&scene, 1) {
+            Ok(_) => panic!("accepted: {stages}"),
+            Err(error) => error,
+        };
+        assert!(matches!(error, InstallError::Order { path: Some(_), .. }));
+        let text = error.to_string();
+        assert!(
+            text.contains(&path) && text.contains(reason),
+            "{stages}: {text}"
+        );
+        let planned = plan(&scene).expect_err("no plan either").to_string();
+        assert_eq!(planned, text);
+    }
+}
+
+#[test]
+fn an_absent_order_file_is_named() {
+    let (scene, folder) = ordered("");
+    drop(folder);
+    let error = Simulation::with_threads(&scene, 1).err().expect("no file");
+    assert!(matches!(error, InstallError::OrderFile { .. }), "{error}");
+    assert!(error.to_string().contains("order.ron"), "{error}");
+}
+
+#[test]
+fn a_refused_order_leaves_the_world_as_it_was() {
+    let (wrong, _folder) = ordered("(stages: [])");
+    let mut world = World::new();
+    let entities = |world: &mut World| world.query::<Entity>().iter(world).count();
+    let before = entities(&mut world);
+    install(&mut world, &wrong).expect_err("an order without stages");
+    assert_eq!(entities(&mut world), before);
+    install(&mut world, &unordered()).expect("the world is free");
+}
