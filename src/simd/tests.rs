@@ -66,7 +66,7 @@ impl Vectorised for Arithmetic<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> [f32; 8] {
-        let (whole, rest) = self.1.split_first_chunk().expect("eight rows or more");
+        let (whole, rest) = self.1.split_at(LANES);
         let [x, y, z, w] = simd.gather(self.0, simd.rows(whole));
         let [tail, ..] = simd.gather(self.0, simd.rows(rest));
         [

@@ -186,7 +186,8 @@ impl Checker<'_> {
             else {
                 continue;
             };
-            if !self.current.contains(&datum) && !(exists && self.allow_stale) {
+            let usable = self.current.contains(&datum) || exists && self.allow_stale;
+            if !usable {
                 let (stage, maker) = (stage.name, maker.name);
                 return Err(OrderError::Lacks {
                     stage,
