@@ -162,14 +162,17 @@ fn reference(grid: &Grid, points: &[Vec4]) -> Vec<Vec<u32>> {
     own_lists(&brute, points)
 }
 
-/// Every row is in one place, no place is empty, groups cover a place and agree with the points.
+/// Every row is in one place, no place is empty, groups cover a place and agree with the points, and the collision flag
+/// is up exactly where a place holds several spatial cells.
 fn assert_sound(index: &CompactHashing, points: &[Vec4]) {
     let mut seen = vec![0; points.len()];
+    let mut collisions = 0;
     for cell in 0..index.cells() {
         assert!(index.cell_len(cell) > 0, "place {cell} is empty");
-        let mut done = 0;
+        let (mut done, mut groups) = (0, 0);
         while let Some((coordinates, members)) = index.group(cell, done) {
             assert!(!members.is_empty());
+            groups += 1;
             for &row in members {
                 seen[row as usize] += 1;
                 assert_eq!(index.grid().cell_of(points[row as usize]), coordinates);
@@ -177,7 +180,10 @@ fn assert_sound(index: &CompactHashing, points: &[Vec4]) {
             done += members.len();
         }
         assert_eq!(done, index.cell_len(cell));
+        collisions += usize::from(groups > 1);
     }
+    let share = collisions as f32 / index.cells().max(1) as f32;
+    assert_eq!(index.collision_share(), share);
     assert!(
         seen.iter().all(|&count| count == 1),
         "rows by place: {seen:?}"
