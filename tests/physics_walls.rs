@@ -10,6 +10,7 @@ mod support;
 use std::f32::consts::PI;
 
 use glam::Vec3;
+use overfall::particle::{BoundaryNormal, Fluid, Position, Velocity};
 use support::{measured, particles_of, run, simulation, simulation_of};
 
 /// Signed distance [m] of a point from the fluid's side of a solid: positive in the fluid.
@@ -146,11 +147,11 @@ fn fire(
         if flat { 2 } else { 3 }
     )
     .replace("0.1), max: (0.15, 0.95, 0.15", if flat { "0), max: (0.15, 0.95, 0" } else { "0.1), max: (0.15, 0.95, 0.15" });
-    let mut probe = simulation_of(&text, &[]);
-    let samples = probe
+    let mut jet = simulation_of(&text, &[]);
+    let samples = jet
         .world_mut()
-        .query::<&overfall::particle::BoundaryNormal>()
-        .iter(probe.world())
+        .query::<&BoundaryNormal>()
+        .iter(jet.world())
         .count();
     assert!(samples > 10, "{samples} boundary particles");
     let mut least = f32::INFINITY;
@@ -176,7 +177,11 @@ fn fire(
         shots.len()
     );
     for shot in all {
-        let mut jet = simulation_of(&text, &[shot]);
+        for particle in particles_of(&mut jet) {
+            jet.world_mut().despawn(particle.entity);
+        }
+        jet.world_mut()
+            .spawn((Fluid, Position(shot.0), Velocity(shot.1)));
         for _ in 0..12 {
             support::step(&mut jet);
             let now = clearance(&mut jet, solids, dx);
