@@ -1,0 +1,128 @@
+//! What the physics tests share: scenes from text, particles as plain values, sums over them.
+#![allow(
+    dead_code,
+    reason = "every test file is a crate of its own and uses a part of this one"
+)]
+
+use bevy_ecs::prelude::*;
+use glam::{DVec3, Vec3};
+use overfall::{
+    Simulation, StepReport,
+    particle::{Density, Fluid, Position, Pressure, Velocity},
+    scene::Scene,
+};
+
+/// A fluid particle after a step. Position and velocity are those at its end, density and pressure those that it
+/// computed at its start.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Particle {
+    pub(crate) entity: Entity,
+    pub(crate) position: Vec3,
+    pub(crate) velocity: Vec3,
+    pub(crate) density: f32,
+    pub(crate) pressure: f32,
+}
+
+/// Reads a scene from the text of a file.
+pub(crate) fn scene(text: &str) -> Scene {
+    Scene::parse(text, "test.ron", &[]).unwrap_or_else(|error| panic!("{error}\n{text}"))
+}
+
+/// Sets the scene of `text` up, on two threads.
+pub(crate) fn simulation(text: &str) -> Simulation {
+    Simulation::with_threads(&scene(text), 2).unwrap_or_else(|error| panic!("{error}\n{text}"))
+}
+
+/// Sets the scene of `text` up and puts `(position, velocity)` [m, m/s] in the place of its bodies.
+pub(crate) fn simulation_of(text: &str, particles: &[(Vec3, Vec3)]) -> Simulation {
+    let mut simulation = simulation(text);
+    for particle in particles_of(&mut simulation) {
+        simulation.world_mut().despawn(particle.entity);
+    }
+    for &(position, velocity) in particles {
+        simulation
+            .world_mut()
+            .spawn((Fluid, Position(position), Velocity(velocity)));
+    }
+    simulation
+}
+
+/// Takes a step that must not fail.
+pub(crate) fn step(simulation: &mut Simulation) -> StepReport {
+    simulation
+        .step()
+        .unwrap_or_else(|error| panic!("the step failed: {error}"))
+}
+
+/// Steps until `time` [s]; `observe` sees the simulation and the report after every step.
+pub(crate) fn run(
+    simulation: &mut Simulation,
+    time: f64,
+    mut observe: impl FnMut(&mut Simulation, &StepReport),
+) {
+    while simulation.time() < time {
+        let report = step(simulation);
+        observe(simulation, &report);
+    }
+}
+
+/// Every fluid particle.
+pub(crate) fn particles_of(simulation: &mut Simulation) -> Vec<Particle> {
+    let world = simulation.world_mut();
+    let mut query =
+        world.query_filtered::<(Entity, &Position, &Velocity, &Density, &Pressure), With<Fluid>>();
+    query
+        .iter(world)
+        .map(|(entity, position, velocity, density, pressure)| Particle {
+            entity,
+            position: position.0,
+            velocity: velocity.0,
+            density: density.0,
+            pressure: pressure.0,
+        })
+        .collect()
+}
+
+/// Gives every particle the velocity [m/s] of a field.
+pub(crate) fn set_velocities(simulation: &mut Simulation, mut field: impl FnMut(Vec3) -> Vec3) {
+    let world = simulation.world_mut();
+    let mut query = world.query_filtered::<(&Position, &mut Velocity), With<Fluid>>();
+    for (position, mut velocity) in query.iter_mut(world) {
+        velocity.0 = field(position.0);
+    }
+}
+
+/// Centre, velocity, and angular momentum about the centre of the particles, for a mass of 1 in all.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct RigidMotion {
+    pub(crate) center: DVec3,
+    pub(crate) velocity: DVec3,
+    pub(crate) angular_momentum: DVec3,
+}
+
+/// The rigid part of the motion; sums in f64.
+pub(crate) fn rigid_motion(particles: &[Particle]) -> RigidMotion {
+    let mean = |value: &dyn Fn(&Particle) -> DVec3| -> DVec3 {
+        particles.iter().map(value).sum::<DVec3>() / particles.len() as f64
+    };
+    let center = mean(&|particle| particle.position.as_dvec3());
+    let velocity = mean(&|particle| particle.velocity.as_dvec3());
+    let angular_momentum = mean(&|particle| {
+        let arm = particle.position.as_dvec3() - center;
+        arm.cross(particle.velocity.as_dvec3() - velocity)
+    });
+    RigidMotion {
+        center,
+        velocity,
+        angular_momentum,
+    }
+}
+
+/// Prints what a test measured; `cargo test -- --nocapture` shows it.
+#[expect(
+    clippy::print_stdout,
+    reason = "measured figures are for whoever runs the tests with --nocapture"
+)]
+pub(crate) fn measured(what: &str) {
+    println!("measured: {what}");
+}
