@@ -2,6 +2,7 @@
 //! particles, and particles come and go between steps.
 //!
 //! `cargo run --release --example embed`
+#![allow(clippy::print_stdout, reason = "an example talks to its reader")]
 
 use bevy_ecs::prelude::*;
 use overfall::{

@@ -26,7 +26,8 @@ pub const SENTINEL: Vec4 = Vec4::new(1e18, 1e18, 1e18, 0.0);
 #[derive(Resource, Debug, Clone)]
 pub struct Positions(pub Vec<Vec4>);
 
-/// Velocities [m/s]; the fourth entry is the volume `m/ρ` [m³; m² in 2-D]. A sentinel of zero ends them.
+/// Velocities [m/s]; the fourth entry is the density [kg/m³] where viscosity wants it. A sentinel of zero
+/// ends them.
 #[derive(Resource, Debug, Clone)]
 pub struct Velocities(pub Vec<Vec4>);
 

@@ -8,7 +8,6 @@ mod sampling;
 mod volume;
 
 use bevy_ecs::prelude::*;
-use bytemuck::TransparentWrapper;
 use glam::{Vec3, Vec4};
 
 pub use sampling::{BoundarySample, layer_depth, sample};
@@ -67,18 +66,18 @@ impl BoundarySamples {
 /// Takes the boundary particles of a world over again, after a host has spawned, moved or despawned some.
 pub fn refresh_boundary(world: &mut World, scene: &Scene) {
     let execution = world.resource::<Execution>().clone();
-    let mut query = world.query_filtered::<(&Position, &BoundaryNormal), With<Boundary>>();
+    let mut query =
+        world.query_filtered::<(&Position, &BoundaryNormal, &mut BoundaryVolume), With<Boundary>>();
     let samples: Vec<BoundarySample> = query
         .iter(world)
-        .map(|(x, n)| BoundarySample {
+        .map(|(x, normal, _)| BoundarySample {
             position: x.0,
-            normal: n.0,
+            normal: normal.0,
         })
         .collect();
     let samples = BoundarySamples::new(scene, &samples, &execution);
-    let mut query = world.query_filtered::<&mut BoundaryVolume, With<Boundary>>();
-    for (mut volume, sample) in query.iter_mut(world).zip(samples.points()) {
-        *BoundaryVolume::peel_mut(&mut volume) = sample.w;
+    for ((_, _, mut volume), sample) in query.iter_mut(world).zip(samples.points()) {
+        volume.0 = sample.w;
     }
     world.insert_resource(samples);
 }

@@ -216,15 +216,21 @@ fn plane(
 ) {
     let (along, across) = wall_axes(normal, dimension);
     let count = (2.0 * half_size / spacing - 1e-3).ceil().max(1.0) as i32;
+    let place = |k: i32| half_size * (2.0 * k as f32 / count as f32 - 1.0);
+    // In the plane a wall is a line: one row, through its centre.
     let rows = if dimension == Dimension::Two {
         0..=0
     } else {
         0..=count
     };
-    let place = |k: i32| half_size * (2.0 * k as f32 / count as f32 - 1.0);
     for row in rows {
+        let aside = if dimension == Dimension::Two {
+            0.0
+        } else {
+            place(row)
+        };
         out.extend((0..=count).map(|k| BoundarySample {
-            position: center + place(k) * along + place(row) * across,
+            position: center + place(k) * along + aside * across,
             normal,
         }));
     }

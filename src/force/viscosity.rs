@@ -1,7 +1,8 @@
 //! Viscosity, laminar or artificial.
 //!
-//! Laminar: `a_i = 2 (d + 2) ν Σ_j (m/ρ_j) (v_ij · x_ij)/(|x_ij|² + 0.01 h²) ∇W_ij`, ν the kinematic viscosity [m²/s]
-//! (Monaghan 2005, in the form that keeps angular momentum).
+//! Laminar: `a_i = 2 (d + 2) ν Σ_j m/ρ_ij (v_ij · x_ij)/(|x_ij|² + 0.01 h²) ∇W_ij`, ν the kinematic viscosity [m²/s]
+//! (Monaghan 2005), with the mean density of the two, `ρ_ij = (ρ_i + ρ_j)/2`: with ρ_j alone, as often written, a free
+//! blob drifts.
 //!
 //! Artificial: `a_i = −Σ_j m Π_ij ∇W_ij`, `Π_ij = −2 α h c/(ρ_i + ρ_j) · (v_ij · x_ij)/(|x_ij|² + 0.01 h²)` where the
 //! particles approach, 0 elsewhere (Becker & Teschner 2007, eq. 10, with h the support radius as there).
@@ -41,18 +42,15 @@ pub fn apply_laminar_viscosity(
     pairs: Pairs,
 ) {
     let d = f32::from(u8::from(material.dimension));
-    let factor = 2.0 * (d + 2.0) * viscosity.0 * material.kernel.slope_factor;
-    // The weight of a neighbour is its volume, m/ρ_j.
-    pairs.execution.for_each_chunk(
-        &mut velocities.0[..densities.0.len()],
-        |first, velocities| {
-            for (velocity, rho) in velocities.iter_mut().zip(&densities.0[first..]) {
-                velocity.w = material.particle_mass / rho;
-            }
-        },
+    let strength = 4.0 * (d + 2.0) * viscosity.0;
+    apply_friction::<false>(
+        &mut accelerations,
+        &mut velocities,
+        &densities,
+        &material,
+        &pairs,
+        strength,
     );
-    let pass = Friction::<false>::new(&pairs, &velocities, &material, factor);
-    pairs.add(&pass, &mut accelerations.0);
 }
 
 /// Adds artificial viscosity (phase `Forces`).
@@ -66,54 +64,61 @@ pub fn apply_artificial_viscosity(
 ) {
     let ArtificialViscosity { alpha, sound_speed } = *viscosity;
     let h = material.kernel.support_radius;
-    let factor =
-        2.0 * alpha * h * sound_speed * material.particle_mass * material.kernel.slope_factor;
-    pairs.execution.for_each_chunk(
-        &mut velocities.0[..densities.0.len()],
-        |first, velocities| {
+    let strength = 2.0 * alpha * h * sound_speed;
+    apply_friction::<true>(
+        &mut accelerations,
+        &mut velocities,
+        &densities,
+        &material,
+        &pairs,
+        strength,
+    );
+}
+
+/// Adds `strength Σ_j m/(ρ_i + ρ_j) (v_ij · x_ij)/(|x_ij|² + 0.01 h²) ∇W_ij`, `strength` in m²/s; with `APPROACHING`
+/// only of pairs that approach.
+fn apply_friction<const APPROACHING: bool>(
+    accelerations: &mut Accelerations,
+    velocities: &mut Velocities,
+    densities: &Densities,
+    material: &Material,
+    pairs: &Pairs,
+    strength: f32,
+) {
+    let rows = densities.0.len();
+    pairs
+        .execution
+        .for_each_chunk(&mut velocities.0[..rows], |first, velocities| {
             for (velocity, rho) in velocities.iter_mut().zip(&densities.0[first..]) {
                 velocity.w = *rho;
             }
-        },
-    );
-    let pass = Friction::<true>::new(&pairs, &velocities, &material, factor);
+        });
+    let pass = Friction::<APPROACHING> {
+        material,
+        positions: &pairs.positions().0,
+        velocities: &velocities.0,
+        factor: strength * material.particle_mass * material.kernel.slope_factor,
+    };
     pairs.add(&pass, &mut accelerations.0);
 }
 
-/// Both models: `factor Σ_j weight (v_ij · x_ij)/(|x_ij|² + 0.01 h²) slope x_ij`. The fourth entry of a velocity is the
-/// volume (laminar) or the density (artificial).
+/// The sum of both models. The fourth entry of a velocity is the density.
 #[derive(Clone, Copy)]
-struct Friction<'a, const ARTIFICIAL: bool> {
+struct Friction<'a, const APPROACHING: bool> {
     material: &'a Material,
     positions: &'a [Vec4],
     velocities: &'a [Vec4],
     factor: f32,
 }
 
-impl<'a, const ARTIFICIAL: bool> Friction<'a, ARTIFICIAL> {
-    fn new(
-        pairs: &'a Pairs,
-        velocities: &'a Velocities,
-        material: &'a Material,
-        factor: f32,
-    ) -> Self {
-        Self {
-            material,
-            positions: &pairs.positions().0,
-            velocities: &velocities.0,
-            factor,
-        }
-    }
-}
-
 struct FrictionSums<S: Simd> {
     position: [S::F; 3],
     velocity: [S::F; 3],
-    weight: S::F,
+    density: S::F,
     sum: [S::F; 3],
 }
 
-impl<const ARTIFICIAL: bool> PairSum for Friction<'_, ARTIFICIAL> {
+impl<const APPROACHING: bool> PairSum for Friction<'_, APPROACHING> {
     type Sums<S: Simd> = FrictionSums<S>;
     type Output = Vec3;
 
@@ -122,7 +127,7 @@ impl<const ARTIFICIAL: bool> PairSum for Friction<'_, ARTIFICIAL> {
         FrictionSums {
             position: broadcast(simd, self.positions[i]),
             velocity: broadcast(simd, self.velocities[i]),
-            weight: simd.splat(self.velocities[i].w),
+            density: simd.splat(self.velocities[i].w),
             sum: [simd.splat(0.0); 3],
         }
     }
@@ -131,19 +136,13 @@ impl<const ARTIFICIAL: bool> PairSum for Friction<'_, ARTIFICIAL> {
     fn fluid<S: Simd>(&self, simd: S, j: S::Rows, sums: &mut FrictionSums<S>) {
         let h = self.material.kernel.support_radius;
         let (x, distance, _) = separation(simd, sums.position, self.positions, j);
-        let (v, _, weight) = separation(simd, sums.velocity, self.velocities, j);
-        let approach = dot(simd, v, x);
-        let (approach, weight) = if ARTIFICIAL {
-            let approach = simd.min(approach, simd.splat(0.0));
-            (
-                approach,
-                simd.div(simd.splat(1.0), simd.add(sums.weight, weight)),
-            )
-        } else {
-            (approach, weight)
-        };
+        let (v, _, density) = separation(simd, sums.velocity, self.velocities, j);
+        let mut approach = dot(simd, v, x);
+        if APPROACHING {
+            approach = simd.min(approach, simd.splat(0.0));
+        }
         let damped = simd.add(distance, simd.splat(0.01 * h * h));
-        let rate = simd.div(simd.mul(weight, approach), damped);
+        let rate = simd.div(approach, simd.mul(damped, simd.add(sums.density, density)));
         let slope = self.material.kernel.slope(simd, distance);
         accumulate(simd, &mut sums.sum, simd.mul(rate, slope), x);
     }

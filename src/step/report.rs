@@ -103,12 +103,6 @@ pub enum FailureCause {
         /// The limit [-].
         limit: f32,
     },
-    /// More neighbour pairs than a list can address.
-    #[error("{pairs} neighbour pairs are more than the lists can hold")]
-    TooManyPairs {
-        /// Number of pairs.
-        pairs: u64,
-    },
 }
 
 fn place(particle: &Option<(Entity, Vec3)>) -> String {

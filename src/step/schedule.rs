@@ -60,8 +60,18 @@ pub(super) fn add_schedules(
             .chain()
             .in_set(Phase::Observe),
     );
-    step.set_build_settings(strict())
-        .add_systems(chain(configs));
+    step.set_build_settings(strict());
+    // A host orders its systems against phases, also against one that has no stage in this scene. An order that goes
+    // back to an earlier phase has no such chain.
+    let phases: Vec<Phase> = planned(order, scene)
+        .into_iter()
+        .map(|(phase, _)| phase)
+        .collect();
+    if phases.is_sorted() {
+        let [a, b, c, d, e, f, g, h] = Phase::ALL;
+        step.configure_sets((a, b, c, d, e, f, g, h).chain());
+    }
+    step.add_systems(chain(configs));
     step.initialize(world)
         .map_err(|error| InstallError::Schedule(error.to_string(step.graph(), world)))?;
     world.add_schedule(step);
