@@ -23,8 +23,8 @@ use crate::{
 const PENETRATION: f32 = 0.25;
 /// Distance along the face up to which a sample counts, in spacings.
 const SIDEWAYS: f32 = 1.15;
-/// Faces that meet in a corner.
-const FACES: usize = 3;
+/// Corrections of one particle at most: three faces meet in a corner, and samples in its edges have normals between.
+const CORRECTIONS: usize = 8;
 
 /// Sets back what came too near to a wall (phase `Integrate`).
 pub fn keep_outside(
@@ -55,7 +55,7 @@ struct Wall<'a> {
 
 impl Wall<'_> {
     fn keep_outside(&self, samples: &[u32], position: &mut Vec4, velocity: &mut Vec4) {
-        for _ in 0..FACES {
+        for _ in 0..CORRECTIONS {
             let Some((depth, normal)) = self.deepest(samples, position.truncate()) else {
                 return;
             };

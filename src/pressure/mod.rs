@@ -54,8 +54,8 @@ impl PressureSolve {
         positions: &mut Positions,
         rest_density: f32,
         execution: &Execution,
-        // From density and old pressure to pressure and pressure term.
-        new_pressure: impl Fn(f32, f32) -> (f32, f32) + Sync,
+        // From row, density and old pressure to pressure and pressure term.
+        new_pressure: impl Fn(usize, f32, f32) -> (f32, f32) + Sync,
     ) {
         let rows = densities.len();
         let columns = (&mut positions.0[..rows], &mut pressures.0[..rows]);
@@ -64,7 +64,7 @@ impl PressureSolve {
             let mut result = ErrorSum::default();
             let columns = positions.iter_mut().zip(pressures).zip(&densities[first..]);
             for (row, ((position, pressure), &rho)) in (first..).zip(columns) {
-                (*pressure, position.w) = new_pressure(rho, *pressure);
+                (*pressure, position.w) = new_pressure(row, rho, *pressure);
                 let error = (rho / rest_density - 1.0).max(0.0);
                 if error > result.largest {
                     (result.largest, result.row) = (error, row);

@@ -58,7 +58,7 @@ pub fn compute_pressure(
         &mut positions,
         rest_density,
         &execution,
-        |rho, _| {
+        |_, rho, _| {
             let pressure = equation.pressure(rho, rest_density);
             (pressure, pressure / (rho * rho))
         },

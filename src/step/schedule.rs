@@ -63,10 +63,8 @@ pub(super) fn add_schedules(
     step.set_build_settings(strict());
     // A host orders its systems against phases, also against one that has no stage in this scene. An order that goes
     // back to an earlier phase has no such chain.
-    let phases: Vec<Phase> = planned(order, scene)
-        .into_iter()
-        .map(|(phase, _)| phase)
-        .collect();
+    let mut phases = Vec::new();
+    visited(&order.stages, scene, &mut phases);
     if phases.is_sorted() {
         let [a, b, c, d, e, f, g, h] = Phase::ALL;
         step.configure_sets((a, b, c, d, e, f, g, h).chain());
@@ -143,6 +141,26 @@ fn add_stages(
             }
             OrderItem::Repeat(count, items) => {
                 (0..*count).for_each(|_| add_stages(items, scene, every, configs))
+            }
+        }
+    }
+}
+
+/// The phases that `items` go through, in their order; of repetitions the first two, which show whether it goes back.
+fn visited(items: &[OrderItem], scene: &Scene, phases: &mut Vec<Phase>) {
+    for item in items {
+        match item {
+            OrderItem::Run(name) => {
+                let stage = Stage::ALL.iter().find(|stage| stage.name == name);
+                phases.extend(
+                    stage
+                        .filter(|stage| (stage.wanted)(scene))
+                        .map(|stage| stage.phase),
+                );
+            }
+            OrderItem::Every(_, items) => visited(items, scene, phases),
+            OrderItem::Repeat(count, items) => {
+                (0..(*count).min(2)).for_each(|_| visited(items, scene, phases));
             }
         }
     }

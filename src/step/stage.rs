@@ -130,7 +130,11 @@ impl Stage {
                     pressure::pressure_force,
                 )
                     .chain(),
-                PressureMethod::Pcisph(_) => pressure::pcisph::solve_pressure.into_configs(),
+                PressureMethod::Pcisph(_) => (
+                    pressure::pcisph::wall_response,
+                    pressure::pcisph::solve_pressure,
+                )
+                    .chain(),
             },
         },
         Self {
