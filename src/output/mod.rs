@@ -5,7 +5,7 @@
 //! | `frame_000042.vtu`, `.ply` | [`Frame::write_vtu`], [`Frame::write_ply`] | a frame |
 //! | `frames.pvd` | [`Series`] | a frame |
 //! | `history.csv` | [`History`] | a step |
-//! | `summary.json` | [`Summary`](summary::Summary) | the end, however it comes (feature `cli`) |
+//! | `summary.json` | `Summary` | the end, however it comes (feature `cli`) |
 //! | `*.png` | [`picture::draw`] | a frame (feature `cli`) |
 //!
 //! Whatever is written whole is written to a temporary file first and renamed, so a run that is killed leaves
