@@ -222,8 +222,7 @@ fn over_rows<P: PairSum>(
     });
 }
 
-/// One row of a pass. One loop over whole vectors, the last filled up with absent rows: a loop for the whole ones and
-/// a case for the rest mispredicted twice a row.
+/// One row of a pass: one loop over whole vectors, the last filled up with absent rows, and no case for a rest.
 #[inline(always)]
 fn row<P: PairSum, S: Simd>(
     pass: &P,

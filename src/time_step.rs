@@ -27,8 +27,8 @@ const SOUND_FACTOR: f32 = 0.4;
 /// A step is at most so much longer than the one before: after an impact it grows back gently.
 const GROWTH: f32 = 1.1;
 
-/// Pressure iterations above which the next step is shorter. Between 5 and 20 the wall time of a simulated second
-/// changes little.
+/// Pressure iterations above which the next step is shorter. A choice, not yet
+/// a measured optimum.
 const ITERATIONS: u32 = 10;
 const SHRINKAGE: f32 = 0.9;
 

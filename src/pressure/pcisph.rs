@@ -6,9 +6,9 @@
 //! `p += δ (ρ* − ρ0)`, not below zero. It ends when the density error is below η and three iterations are done.
 //! `δ = 1/(β (|Σ_j ∇W_ij|² + Σ_j |∇W_ij|²))`, `β = 2 (m dt/ρ0)²`, for a particle of a full lattice.
 //!
-//! Deviations. δ is made for a particle among particles. One in an edge or corner of walls answers its own pressure up to
-//! four times as strongly, its pressure would swing ever wider, and it would be shot out: there δ is divided by the
-//! walls' share of the answer ([`wall_response`]). Nothing changes elsewhere.
+//! Deviations. δ is made for a particle among particles. One in an edge or corner of walls answers its own pressure more
+//! strongly, and where twice as strongly its pressure would swing ever wider: there δ is divided by the walls' share of
+//! the answer ([`wall_response`]). Nothing changes elsewhere.
 //!
 //! Algorithm 2 corrects pressure and force once more after the prediction that met η, so the state it steps
 //! to was never predicted. In still water that was mostly harmless and now and then 20 to 30 % over the rest density.
