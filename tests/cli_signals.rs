@@ -118,6 +118,45 @@ fn an_interrupted_run_leaves_valid_files_and_says_so() {
 }
 
 #[test]
+fn a_second_interrupt_leaves_a_step_that_does_not_end() {
+    let folder = folder();
+    let endless = LONG.replace(
+        "not_converged: Accept",
+        "not_converged: Accept, min_iterations: 1000000000, max_iterations: 1000000000",
+    );
+    fs::write(folder.path().join("long.ron"), endless).expect("a scene file");
+    let mut run = overfall(&folder)
+        .args(["run", "long.ron"])
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("overfall starts");
+    let out = folder.path().join("out/long");
+    let started = Instant::now();
+    while !out.join("long.pvd").exists() {
+        assert!(started.elapsed() < PATIENCE, "the first frame is missing");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    signal(&run, "INT");
+    // Two signals at once would be one: the second follows the answer to the first.
+    let mut errors = run.stderr.take().expect("a pipe");
+    let mut text = String::new();
+    let mut buffer = [0; 256];
+    while !text.contains("again to leave at once") {
+        assert!(started.elapsed() < PATIENCE, "no answer: {text}");
+        let read = errors.read(&mut buffer).expect("text");
+        text.push_str(&String::from_utf8_lossy(&buffer[..read]));
+    }
+    assert_eq!(run.try_wait().expect("the run can be waited for"), None);
+    signal(&run, "INT");
+    assert_eq!(wait(run).0, Some(130));
+    let series = Series::read(out.join("long.pvd")).expect("a series");
+    for entry in series.entries() {
+        Frame::read(&out.join(&entry.file)).expect("a whole frame");
+    }
+}
+
+#[test]
 fn a_write_that_fails_ends_the_run_with_path_and_cause() {
     let folder = folder();
     // A limit on the size of files stands for a full disk: frames no longer fit, a summary does.
