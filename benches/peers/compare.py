@@ -1,0 +1,163 @@
+#!/usr/bin/env python3
+"""overfall beside SPlisHSPlasH and salva: the corner dam break of 130 000 particles, each program alone, in turn.
+
+    python3 benches/peers/compare.py [--steps 20] [--warm-up 10] [--rounds 3] [--threads 2] [--only PCISPH]…
+
+Every row of the table is one method at one time step. The programs take turns for so many rounds, the time of a program
+is the median of its rounds' medians, and the ratio is theirs over ours: above 1 ours is faster. A faster wrong answer is no
+win, so the density errors stand beside the times: compression over all particles, its mean over the steps and its
+largest value, of the states that the steps begin from.
+
+The Python package pysplishsplash is installed into target/peers-venv. Its wheel needs the system's libGL, and the
+loader must take the system's libGLX and libGLdispatch before the wheel's own. Where it does not start, its rows say so.
+"""
+
+import argparse
+import ctypes.util
+import json
+import os
+import pathlib
+import statistics
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+VENV = ROOT / "target/peers-venv"
+HERE = pathlib.Path(__file__).resolve().parent
+
+# The scene of assets/scenes/corner_dam_break_130k.ron in SPlisHSPlasH's terms: it leaves out the last layer of a block.
+SCENE = {"spacing": 0.02, "tank": [[0, 0, 0], [3.06, 2.04, 2.04]], "block": [[0, 0, 0], [1.02, 1.06, 1.02]], "viscosity": 0.01}
+
+# Name; what overfall runs; what SPlisHSPlasH runs; salva's tolerance.
+CASES = [
+    (
+        "PCISPH, mean error 1 %, dt 1 ms",
+        ["pressure=Pcisph(criterion:Mean,max_density_error:0.01)"],
+        {"method": "pcisph", "dt": 0.001, "tolerance": 0.01, "min_iterations": 3},
+        None,
+    ),
+    (
+        "PCISPH, largest error 1 %, dt 1 ms",
+        ["pressure=Pcisph(criterion:Largest,max_density_error:0.01)"],
+        {"method": "pcisph", "dt": 0.001, "tolerance": 0.01, "min_iterations": 3},
+        None,
+    ),
+    (
+        "IISPH, mean error 1 %, dt 1 ms",
+        ["pressure=Iisph(criterion:Mean,max_density_error:0.01)"],
+        {"method": "iisph", "dt": 0.001, "tolerance": 0.01, "min_iterations": 2},
+        None,
+    ),
+    (
+        "DFSPH, mean error 1 %, dt 1 ms",
+        ["pressure=Dfsph(criterion:Mean,max_density_error:0.01)"],
+        {"method": "dfsph", "dt": 0.001, "tolerance": 0.01, "min_iterations": 2},
+        0.01,
+    ),
+    (
+        "DFSPH, mean error 0.01 %, dt 1 ms",
+        ["pressure=Dfsph(criterion:Mean,max_density_error:0.0001)"],
+        {"method": "dfsph", "dt": 0.001, "tolerance": 0.0001, "min_iterations": 2},
+        None,
+    ),
+    (
+        "WCSPH (SESPH, Tait), k = 294 kPa, dt 0.5 ms",
+        ["pressure=Sesph(equation:Tait(stiffness:294300))", "time_step=Fixed(0.0005)"],
+        {"method": "wcsph", "dt": 0.0005, "tolerance": 0.01, "min_iterations": 2},
+        None,
+    ),
+]
+
+
+def say(text):
+    print(text, file=sys.stderr, flush=True)
+
+
+def answer(command, environment=None):
+    """The last line of a program's output as JSON; None and a word of explanation if it fails."""
+    run = subprocess.run(command, cwd=ROOT, env={**os.environ, **(environment or {})}, capture_output=True, text=True)
+    lines = run.stdout.strip().splitlines()
+    if run.returncode != 0 or not lines:
+        tail = (run.stderr.strip().splitlines() or ["no output"])[-1]
+        say(f"    failed ({run.returncode}): {tail}")
+        return None
+    return json.loads(lines[-1])
+
+
+def bench_program():
+    """Builds the bench and gives its path."""
+    say("building the bench")
+    command = ["cargo", "bench", "--no-run", "--bench", "peers", "--message-format=json"]
+    build = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True)
+    messages = (json.loads(line) for line in build.stdout.splitlines() if line.startswith("{"))
+    return next(m["executable"] for m in messages if m.get("executable") and m["target"]["name"] == "peers")
+
+
+def splishsplash_environment(threads):
+    """Installs the package if it is missing, and gives the environment it starts in."""
+    python = VENV / "bin/python"
+    if not python.exists():
+        say(f"installing pysplishsplash into {VENV.relative_to(ROOT)}")
+        subprocess.run([sys.executable, "-m", "venv", VENV], check=True)
+        subprocess.run([VENV / "bin/pip", "install", "--quiet", "pysplishsplash", "numpy"], check=True)
+    libraries = [name for name in ("GLX", "GLdispatch") if ctypes.util.find_library(name)]
+    preload = ":".join(ctypes.util.find_library(name) for name in libraries)
+    return str(python), {"LD_PRELOAD": preload, "OMP_NUM_THREADS": str(threads)}
+
+
+def summary(rounds):
+    """The rounds of one program as one result."""
+    rounds = [r for r in rounds if r]
+    if not rounds:
+        return None
+    result = dict(rounds[-1])
+    result["ms_per_step"] = statistics.median(r["ms_per_step"] for r in rounds)
+    return result
+
+
+def row(name, program, result, ours):
+    """A line of the table."""
+    if result is None:
+        return f"{name:44} {program:13} did not run"
+    iterations = "" if not result.get("iterations") else f"{result['iterations']:.1f}"
+    ratio = "" if result is ours or ours is None else f"{result['ms_per_step'] / ours['ms_per_step']:.2f}"
+    return (
+        f"{name:44} {program:13} {result['ms_per_step']:8.1f} {ratio:>6} {iterations:>6} "
+        f"{100 * result['mean_density_error']:8.3f} {100 * result['max_density_error']:8.2f} {result['boundary_particles']:9d}"
+    )
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--steps", type=int, default=20)
+    parser.add_argument("--warm-up", type=int, default=10)
+    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--only", action="append", help="methods whose name starts so")
+    options = parser.parse_args()
+    bench = bench_program()
+    python, environment = splishsplash_environment(options.threads)
+    counts = [str(options.steps), str(options.warm_up), str(options.threads)]
+    print(f"{'':44} {'':13} {'ms/step':>8} {'ratio':>6} {'iter.':>6} {'mean %':>8} {'max %':>8} {'boundary':>9}")
+    for name, overrides, theirs, tolerance in CASES:
+        if options.only and not any(name.startswith(prefix) for prefix in options.only):
+            continue
+        case = json.dumps({**SCENE, **theirs, "steps": options.steps, "warm_up": options.warm_up})
+        programs = {
+            "overfall": lambda: answer([bench, "overfall", *counts, *overrides]),
+            "SPlisHSPlasH": lambda: answer([python, HERE / "splishsplash.py", case], environment),
+        }
+        if tolerance is not None:
+            programs["salva"] = lambda: answer([bench, "salva", *counts, str(tolerance)])
+        results = {program: [] for program in programs}
+        for round_number in range(options.rounds):
+            for program, run in programs.items():
+                say(f"{name}: {program}, round {round_number + 1} of {options.rounds}")
+                results[program].append(run())
+        ours = summary(results["overfall"])
+        for program in programs:
+            result = ours if program == "overfall" else summary(results[program])
+            print(row(name if program == "overfall" else "", program, result, ours), flush=True)
+
+
+main()
