@@ -101,7 +101,11 @@ impl Simd for Avx2 {
 
     #[inline(always)]
     fn rows(self, list: &[u32]) -> __m256i {
-        let len = list.len().min(LANES) as i32;
+        if let Some(whole) = list.first_chunk::<LANES>() {
+            // SAFETY: `self` proves that the machine has AVX2; the chunk has eight entries.
+            return unsafe { _mm256_loadu_si256(whole.as_ptr().cast()) };
+        }
+        let len = list.len() as i32;
         // SAFETY: `self` proves that the machine has AVX2. The masked load touches only lanes below `list.len()`.
         unsafe {
             let lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
