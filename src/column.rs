@@ -12,6 +12,7 @@
 use bevy_ecs::prelude::*;
 use bytemuck::TransparentWrapper;
 use glam::{Vec3, Vec4};
+use smallvec::SmallVec;
 
 use crate::{
     execution::Execution,
@@ -87,7 +88,8 @@ fn in_order<T>(
     tables: impl IntoIterator<Item = T>,
     entities: impl Fn(&T) -> &[Entity],
 ) -> impl Iterator<Item = T> {
-    let mut tables: Vec<T> = tables.into_iter().collect();
+    // Room for the tables of most hosts without an allocation.
+    let mut tables: SmallVec<[T; 4]> = tables.into_iter().collect();
     tables.sort_unstable_by_key(|table| entities(table).first().copied());
     tables.into_iter()
 }

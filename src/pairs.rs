@@ -3,7 +3,7 @@
 //! A pass says what one particle adds up over its fluid and its boundary neighbours, eight at a time ([`PairSum`]);
 //! [`Pairs::sum`] runs it over all rows in parallel, with stored lists or with neighbours found on the spot.
 
-use std::ops::AddAssign;
+use std::{cell::RefCell, ops::AddAssign};
 
 use bevy_ecs::{prelude::*, system::SystemParam};
 use glam::{IVec3, Vec4};
@@ -309,14 +309,15 @@ impl<P: PairSum, F: Fn(&mut P::Output, P::Output)> Vectorised for SpotChunk<'_, 
     fn run<S: Simd>(self, simd: S) {
         let grid = self.fluid.of.grid();
         // Rows of a cell one after the other, so that they share its candidates.
-        let mut order: Vec<(IVec3, usize)> = Vec::with_capacity(self.out.len());
+        let mut order = ORDER.take();
+        order.clear();
         for k in 0..self.out.len() {
             order.push((grid.cell_of(self.fluid.points[self.first + k]), k));
         }
         order.sort_unstable_by_key(|&(cell, k)| (cell.to_array(), k));
         let mut fluid = OnTheSpot::new(self.fluid);
         let mut boundary = self.boundary.map(OnTheSpot::new);
-        for (_, k) in order {
+        for &(_, k) in &order {
             let i = self.first + k;
             let near_boundary = match &mut boundary {
                 Some(search) => search.of(simd, i),
@@ -325,5 +326,11 @@ impl<P: PairSum, F: Fn(&mut P::Output, P::Output)> Vectorised for SpotChunk<'_, 
             let sum = row(self.pass, simd, i, fluid.of(simd, i), near_boundary);
             (self.put)(&mut self.out[k], sum);
         }
+        ORDER.set(order);
     }
+}
+
+thread_local! {
+    /// The rows of a chunk by their cells: a buffer of the thread, warm after the first step.
+    static ORDER: RefCell<Vec<(IVec3, usize)>> = const { RefCell::new(Vec::new()) };
 }
