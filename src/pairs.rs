@@ -35,6 +35,37 @@ pub trait PairSum: Copy + Sync {
     fn finish<S: Simd>(&self, simd: S, i: usize, sums: Self::Sums<S>) -> Self::Output;
 }
 
+/// Two sums in one pass.
+impl<A: PairSum, B: PairSum> PairSum for (A, B) {
+    type Sums<S: Simd> = (A::Sums<S>, B::Sums<S>);
+    type Output = (A::Output, B::Output);
+
+    #[inline(always)]
+    fn start<S: Simd>(&self, simd: S, i: usize) -> Self::Sums<S> {
+        (self.0.start(simd, i), self.1.start(simd, i))
+    }
+
+    #[inline(always)]
+    fn fluid<S: Simd>(&self, simd: S, j: S::Rows, sums: &mut Self::Sums<S>) {
+        self.0.fluid(simd, j, &mut sums.0);
+        self.1.fluid(simd, j, &mut sums.1);
+    }
+
+    #[inline(always)]
+    fn boundary<S: Simd>(&self, simd: S, b: S::Rows, sums: &mut Self::Sums<S>) {
+        self.0.boundary(simd, b, &mut sums.0);
+        self.1.boundary(simd, b, &mut sums.1);
+    }
+
+    #[inline(always)]
+    fn finish<S: Simd>(&self, simd: S, i: usize, sums: Self::Sums<S>) -> Self::Output {
+        (
+            self.0.finish(simd, i, sums.0),
+            self.1.finish(simd, i, sums.1),
+        )
+    }
+}
+
 /// Position of a row in all lanes [m].
 #[inline(always)]
 pub fn broadcast<S: Simd>(simd: S, point: Vec4) -> [S::F; 3] {

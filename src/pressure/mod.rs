@@ -1,18 +1,33 @@
 //! Pressure: one file a method, over the same force.
 //!
-//! Every method writes the pressure term `p/ρ²` beside the positions and leaves the rest to [`pressure_force`].
+//! Every method writes the pressure term `p/ρ²` beside the positions and leaves the rest to [`pressure_force`]. Those
+//! that iterate do so in [`solve`]; [`implicit`] is what the two have in common whose densities are predicted from
+//! velocities.
+//!
+//! | method | file | solves for | iterates over |
+//! | --- | --- | --- | --- |
+//! | SESPH | [`state_equation`] | nothing: pressure is a function of density | – |
+//! | PCISPH | [`pcisph`] | densities at predicted positions | one stiffness, a full lattice's |
+//! | IISPH | [`iisph`] | densities predicted from velocities | every particle's own stiffness |
+//! | DFSPH | [`dfsph`] | no compression in the velocities, then as IISPH | as IISPH |
 
+pub mod dfsph;
 pub mod force;
+pub mod iisph;
+pub mod implicit;
 pub mod pcisph;
+pub mod solve;
 pub mod state_equation;
 
 use bevy_ecs::prelude::*;
 
+use glam::Vec4;
+
 pub use force::pressure_force;
 
 use crate::{
-    column::{Positions, Pressures},
     execution::{ChunkResults, Execution},
+    material::Material,
 };
 
 /// How well the last step's pressure solve did.
@@ -20,6 +35,10 @@ use crate::{
 pub struct PressureSolve {
     /// Iterations done; 0 for methods that do not iterate.
     pub iterations: u32,
+    /// Iterations of the divergence solve; 0 for methods without one.
+    pub divergence_iterations: u32,
+    /// Whether the pressure terms beside the positions are of this solve, so that they have a force.
+    has_pressure: bool,
     /// Density error that remains.
     pub error: DensityError,
     chunks: ChunkResults<ErrorSum>,
@@ -44,28 +63,48 @@ struct ErrorSum {
     sum: f64,
 }
 
+/// What a method makes of a row.
+struct Corrected {
+    /// The pressure term `p/ρ²`.
+    term: f32,
+    /// What the method keeps of it: the pressure [Pa].
+    kept: f32,
+    /// `(ρ − ρ0)/ρ0` [-], counted if positive.
+    error: f32,
+}
+
+/// `|Σ_j ∇W_ij|² + Σ_j |∇W_ij|²` of a particle in a full lattice.
+fn lattice_response(material: &Material) -> f64 {
+    let gradients = || {
+        let lattice = material
+            .kernel
+            .lattice(material.dimension, material.spacing);
+        lattice.map(|x| material.kernel.gradient(x).as_dvec3())
+    };
+    let sum: glam::DVec3 = gradients().sum();
+    let squares: f64 = gradients().map(|gradient| gradient.length_squared()).sum();
+    sum.length_squared() + squares
+}
+
 impl PressureSolve {
-    /// Sets the pressure [Pa] and the pressure term of every row from its density [kg/m³], and measures the densities
-    /// against the rest density.
+    /// Sets the pressure term beside every position, and what the method keeps of it, and measures the errors.
     fn update(
         &mut self,
-        densities: &[f32],
-        pressures: &mut Pressures,
-        positions: &mut Positions,
-        rest_density: f32,
+        positions: &mut [Vec4],
+        kept: &mut [f32],
         execution: &Execution,
-        // From row, density and old pressure to pressure and pressure term.
-        new_pressure: impl Fn(usize, f32, f32) -> (f32, f32) + Sync,
+        // From row, old term and what was kept of it.
+        correct: impl Fn(usize, f32, f32) -> Corrected + Sync,
     ) {
-        let rows = densities.len();
-        let columns = (&mut positions.0[..rows], &mut pressures.0[..rows]);
+        let rows = kept.len();
+        let columns = (&mut positions[..rows], kept);
         let chunks = self.chunks.reset(rows);
-        execution.map_chunks(columns, chunks, |first, positions, pressures| {
+        execution.map_chunks(columns, chunks, |first, positions, kept| {
             let mut result = ErrorSum::default();
-            let columns = positions.iter_mut().zip(pressures).zip(&densities[first..]);
-            for (row, ((position, pressure), &rho)) in (first..).zip(columns) {
-                (*pressure, position.w) = new_pressure(row, rho, *pressure);
-                let error = (rho / rest_density - 1.0).max(0.0);
+            for (row, (position, kept)) in (first..).zip(positions.iter_mut().zip(kept)) {
+                let corrected = correct(row, position.w, *kept);
+                (position.w, *kept) = (corrected.term, corrected.kept);
+                let error = corrected.error.max(0.0);
                 if error > result.largest {
                     (result.largest, result.row) = (error, row);
                 }

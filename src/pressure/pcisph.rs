@@ -1,7 +1,7 @@
 //! PCISPH (paper 5.2, Algorithm 2; Solenthaler & Pajarola 2009): pressures are corrected until the predicted density is
 //! near the rest density.
 //!
-//! Each iteration is one run of [`PressureIteration`]: pressure force at the positions of the step; predict velocity and
+//! Each iteration is one run of [`PressureIteration`](super::solve::PressureIteration): pressure force at the positions of the step; predict velocity and
 //! position with it; density at the predicted positions, over the step's neighbour lists with updated distances;
 //! `p += δ (ρ* − ρ0)`, not below zero. It ends when the density error is below η and three iterations are done.
 //! `δ = 1/(β (|Σ_j ∇W_ij|² + Σ_j |∇W_ij|²))`, `β = 2 (m dt/ρ0)²`, for a particle of a full lattice.
@@ -14,11 +14,10 @@
 //! to was never predicted. In still water that was mostly harmless and now and then 20 to 30 % over the rest density.
 //! Here the step goes to the prediction that met η: the limit holds, and the neighbours are processed once less.
 
-use bevy_ecs::{prelude::*, schedule::ScheduleLabel};
+use bevy_ecs::{prelude::*, schedule::ScheduleConfigs, system::ScheduleSystem};
 use glam::{Vec3, Vec4};
-use rayon::prelude::*;
 
-use super::{DensityError, PressureSolve};
+use super::{Corrected, PressureSolve, lattice_response, solve::has_pressure};
 use crate::{
     column::{
         Accelerations, Positions, PredictedPositions, PressureAccelerations, Pressures, Velocities,
@@ -28,22 +27,13 @@ use crate::{
     kernel::CubicSpline,
     material::Material,
     pairs::{PairSum, Pairs, accumulate, broadcast, separation},
-    scene::{Criterion, NotConverged, Pcisph},
     simd::Simd,
-    step::{Clock, Failure, FailureCause},
-    time_step::TimeStepControl,
+    step::Clock,
 };
 
-/// One iteration of the pressure loop. A chain of systems without anything to overlap: it runs on one thread, whose
-/// overhead is 0.3 µs a run, and the loops inside are parallel.
-#[derive(ScheduleLabel, Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct PressureIteration;
-
-/// The scene's parameters, and `δ dt²` of its lattice.
+/// `δ dt²` of the scene's lattice.
 #[derive(Resource, Debug, Clone, Copy)]
 pub struct PressureCorrection {
-    /// Parameters.
-    pub parameters: Pcisph,
     /// `δ dt²` [Pa s²·m³/kg]: only dt changes δ.
     delta_dt_squared: f32,
     /// `|Σ_j ∇W_ij|² + Σ_j |∇W_ij|²` of the lattice.
@@ -51,30 +41,14 @@ pub struct PressureCorrection {
 }
 
 impl PressureCorrection {
-    /// The error that the scene limits.
-    fn judged(&self, error: &DensityError) -> f32 {
-        match self.parameters.criterion {
-            Criterion::Largest => error.largest,
-            Criterion::Mean => error.mean,
-        }
-    }
-
     /// The correction for a lattice of this material.
-    pub fn new(parameters: Pcisph, material: &Material) -> Self {
-        let gradients = || {
-            let lattice = material
-                .kernel
-                .lattice(material.dimension, material.spacing);
-            lattice.map(|x| material.kernel.gradient(x).as_dvec3())
-        };
-        let sum: glam::DVec3 = gradients().sum();
-        let squares: f64 = gradients().map(|gradient| gradient.length_squared()).sum();
+    pub fn new(material: &Material) -> Self {
+        let response = lattice_response(material);
         let beta =
             2.0 * (f64::from(material.particle_mass) / f64::from(material.rest_density)).powi(2);
         Self {
-            parameters,
-            delta_dt_squared: (1.0 / (beta * (sum.length_squared() + squares))) as f32,
-            lattice_response: (sum.length_squared() + squares) as f32,
+            delta_dt_squared: (1.0 / (beta * response)) as f32,
+            lattice_response: response as f32,
         }
     }
 }
@@ -87,10 +61,8 @@ pub struct WallResponse(Vec<f32>);
 #[derive(Resource, Debug, Default)]
 pub struct PredictedDensities(Vec<f32>);
 
-/// The systems of [`PressureIteration`], in their order.
-pub fn iteration() -> bevy_ecs::schedule::ScheduleConfigs<bevy_ecs::system::ScheduleSystem> {
-    // Before the first prediction there is no pressure.
-    let has_pressure = |solve: Res<PressureSolve>| solve.iterations > 0;
+/// The systems of [`PressureIteration`](super::solve::PressureIteration), in their order.
+pub fn iteration() -> ScheduleConfigs<ScheduleSystem> {
     (
         super::pressure_force.run_if(has_pressure),
         predict_positions,
@@ -101,105 +73,10 @@ pub fn iteration() -> bevy_ecs::schedule::ScheduleConfigs<bevy_ecs::system::Sche
 }
 
 /// Inserts what the method needs.
-pub fn install(world: &mut World, parameters: Pcisph, material: &Material) {
-    world.insert_resource(PressureCorrection::new(parameters, material));
+pub fn install(world: &mut World, material: &Material) {
+    world.insert_resource(PressureCorrection::new(material));
     world.init_resource::<PredictedDensities>();
     world.init_resource::<WallResponse>();
-}
-
-/// Iterates until the density error is small enough (phase `Pressure`).
-///
-/// With an adaptive time step, one that turns out too long is halved and solved again before anything has moved: when
-/// the iterations take too many or a particle would move more than the paper's h/2.
-pub fn solve_pressure(world: &mut World) {
-    let Pcisph {
-        max_iterations,
-        not_converged,
-        max_density_error,
-        ..
-    } = world.resource::<PressureCorrection>().parameters;
-    loop {
-        let shorter = world
-            .get_resource::<TimeStepControl>()
-            .and_then(|control| control.shorter(world.resource::<Clock>().dt));
-        let patience = if shorter.is_some() {
-            PATIENCE.min(max_iterations)
-        } else {
-            max_iterations
-        };
-        let converged = iterate(world, patience);
-        if let Some(dt) = shorter
-            && (!converged || moves_too_far(world))
-        {
-            world.resource_mut::<Clock>().dt = dt;
-            continue;
-        }
-        if !converged && not_converged == NotConverged::Stop {
-            let solve = world.resource::<PressureSolve>();
-            let (iterations, row) = (solve.iterations, solve.error.row);
-            let error = world.resource::<PressureCorrection>().judged(&solve.error);
-            let cause = FailureCause::NotConverged {
-                iterations,
-                error,
-                limit: max_density_error,
-            };
-            world.resource_mut::<Failure>().record(cause, Some(row));
-        }
-        return;
-    }
-}
-
-/// Iterations after which a time step that may be halved is; the median step takes 3 to 10.
-const PATIENCE: u32 = 50;
-
-/// Iterates from zero pressure, at most `max_iterations` times, and says whether the error came under its limit.
-fn iterate(world: &mut World, max_iterations: u32) -> bool {
-    start(world);
-    world.schedule_scope(PressureIteration, |world, iteration| {
-        loop {
-            iteration.run(world);
-            let correction = *world.resource::<PressureCorrection>();
-            let Pcisph {
-                max_density_error,
-                min_iterations,
-                ..
-            } = correction.parameters;
-            let mut solve = world.resource_mut::<PressureSolve>();
-            solve.iterations += 1;
-            if correction.judged(&solve.error) <= max_density_error
-                && solve.iterations >= min_iterations
-            {
-                return true;
-            }
-            if solve.iterations >= max_iterations {
-                return false;
-            }
-        }
-    })
-}
-
-/// Whether a particle would move more than half the support radius.
-fn moves_too_far(world: &World) -> bool {
-    let dt = world.resource::<Clock>().dt;
-    let velocities = world.resource::<Velocities>();
-    let forces = world.resource::<Accelerations>().0.par_iter();
-    let forces = forces.zip(&world.resource::<PressureAccelerations>().0);
-    let limit = (0.5 * world.resource::<Material>().kernel.support_radius / dt).powi(2);
-    world.resource::<Execution>().install(|| {
-        forces
-            .zip(&velocities.0)
-            .any(|((a, a_p), v)| (v.truncate() + dt * (*a + *a_p)).length_squared() > limit)
-    })
-}
-
-/// Pressures and their forces start at zero.
-fn start(world: &mut World) {
-    world.resource_mut::<PressureSolve>().iterations = 0;
-    world.resource_mut::<Pressures>().0.fill(0.0);
-    let rows = world.resource::<Positions>().rows();
-    let mut forces = world.resource_mut::<PressureAccelerations>();
-    forces.0.clear();
-    forces.0.resize(rows, Vec3::ZERO);
 }
 
 fn predict_positions(
@@ -252,17 +129,16 @@ fn update_pressure(
     let rest_density = material.rest_density;
     let delta = correction.delta_dt_squared / (clock.dt * clock.dt);
     let inverse = 1.0 / (rest_density * rest_density);
-    solve.update(
-        &predicted.0,
-        &mut pressures,
-        &mut positions,
-        rest_density,
-        &execution,
-        |row, rho, pressure| {
-            let pressure = (pressure + delta / walls.0[row] * (rho - rest_density)).max(0.0);
-            (pressure, pressure * inverse)
-        },
-    );
+    let (positions, pressures) = (&mut positions.0, &mut pressures.0);
+    solve.update(positions, pressures, &execution, |row, _, pressure| {
+        let error = predicted.0[row] - rest_density;
+        let pressure = (pressure + delta / walls.0[row] * error).max(0.0);
+        Corrected {
+            term: pressure * inverse,
+            kept: pressure,
+            error: error / rest_density,
+        }
+    });
 }
 
 /// Calculates the answers of the walls (phase `Pressure`, once a step).

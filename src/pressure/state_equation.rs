@@ -5,7 +5,7 @@
 
 use bevy_ecs::prelude::*;
 
-use super::PressureSolve;
+use super::{Corrected, PressureSolve};
 use crate::{
     column::{Densities, Positions, Pressures},
     execution::Execution,
@@ -52,17 +52,15 @@ pub fn compute_pressure(
     execution: Res<Execution>,
 ) {
     let rest_density = material.rest_density;
-    solve.update(
-        &densities.0,
-        &mut pressures,
-        &mut positions,
-        rest_density,
-        &execution,
-        |_, rho, _| {
-            let pressure = equation.pressure(rho, rest_density);
-            (pressure, pressure / (rho * rho))
-        },
-    );
+    solve.update(&mut positions.0, &mut pressures.0, &execution, |row, _, _| {
+        let rho = densities.0[row];
+        let pressure = equation.pressure(rho, rest_density);
+        Corrected {
+            term: pressure / (rho * rho),
+            kept: pressure,
+            error: rho / rest_density - 1.0,
+        }
+    });
 }
 
 #[cfg(test)]

@@ -13,6 +13,7 @@ mod load;
 mod output;
 mod overrides;
 mod physics;
+mod pressure;
 pub mod shapes;
 mod spans;
 
@@ -21,6 +22,7 @@ pub use geometry::*;
 pub use output::*;
 pub use overrides::Override;
 pub use physics::*;
+pub use pressure::*;
 
 use glam::Vec3;
 use serde::{Deserialize, Serialize};

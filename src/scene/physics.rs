@@ -1,4 +1,4 @@
-//! What the fluid is and how it is computed: material, pressure, time step, neighbours, limits.
+//! What the fluid is and how it is computed: material, time step, neighbours, limits.
 
 use serde::{Deserialize, Serialize};
 
@@ -46,76 +46,6 @@ pub enum SurfaceTension {
         /// Strength κ in `a_i = −κ Σ_j (m_j / m_i) W(x_ij) x_ij` [m³/s²; m²/s² in 2-D].
         kappa: f32,
     },
-}
-
-/// Pressure method with its own parameters.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub enum PressureMethod {
-    /// Equation of state (paper 5.1, SESPH).
-    Sesph(Sesph),
-    /// Predictive-corrective incompressible SPH (paper 5.2; Solenthaler & Pajarola 2009).
-    Pcisph(Pcisph),
-}
-
-/// Parameters of SESPH.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Sesph {
-    /// The equation of state.
-    pub equation: StateEquation,
-}
-
-/// Equation of state.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub enum StateEquation {
-    /// `p = k ((ρ/ρ0)^7 − 1)` (paper eq. 4).
-    Tait {
-        /// Stiffness k [Pa]; `k = ρ0 c²/7` with c ten times the largest speed allows about 1 % of compression.
-        stiffness: f32,
-    },
-    /// `p = k (ρ − ρ0)` (paper eq. 5).
-    Gas {
-        /// Stiffness k [Pa·m³/kg = m²/s²].
-        stiffness: f32,
-    },
-}
-
-/// Parameters of PCISPH.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Pcisph {
-    /// Limit η on the density error `(ρ − ρ0)/ρ0` [-].
-    pub max_density_error: f32,
-    /// Whether η limits the largest or the mean error.
-    pub criterion: Criterion,
-    /// At least so many iterations (paper 5.2: 3).
-    pub min_iterations: u32,
-    /// The step fails, or goes on, after so many.
-    pub max_iterations: u32,
-    /// What happens when `max_iterations` do not reach η.
-    pub not_converged: NotConverged,
-}
-
-/// What a limit on the density error is compared with.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub enum Criterion {
-    /// The largest error of all particles (the paper's).
-    #[default]
-    Largest,
-    /// The mean over all particles of the error, compression only.
-    Mean,
-}
-
-/// What happens when an iterative method does not reach its limit.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub enum NotConverged {
-    /// The run stops with an error.
-    #[default]
-    Stop,
-    /// The step is taken as it is; the report shows the error that remains.
-    Accept,
 }
 
 /// Control of the time step.
@@ -192,24 +122,6 @@ impl Default for Viscosity {
     fn default() -> Self {
         Self::Laminar {
             kinematic_viscosity: 1e-6,
-        }
-    }
-}
-
-impl Default for PressureMethod {
-    fn default() -> Self {
-        Self::Pcisph(Pcisph::default())
-    }
-}
-
-impl Default for Pcisph {
-    fn default() -> Self {
-        Self {
-            max_density_error: 0.01,
-            criterion: Criterion::Largest,
-            min_iterations: 3,
-            max_iterations: 200,
-            not_converged: NotConverged::Stop,
         }
     }
 }

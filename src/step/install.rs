@@ -24,7 +24,9 @@ use crate::{
     material::Material,
     neighbours::{BoundaryNeighbours, FluidNeighbours},
     particle::{self, Boundary, BoundaryNormal, BoundaryVolume, Density, Position, Velocity},
-    pressure::{PressureSolve, pcisph, state_equation::EquationOfState},
+    pressure::{
+        PressureSolve, dfsph, iisph, pcisph, solve::Convergence, state_equation::EquationOfState,
+    },
     reorder::ReorderState,
     scene::{Neighbours, PressureMethod, Scene, SceneError, SurfaceTension, Viscosity, shapes},
     time_step::TimeStepControl,
@@ -103,7 +105,12 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
     insert_forces(world, scene);
     match scene.pressure {
         PressureMethod::Sesph(sesph) => world.insert_resource(EquationOfState(sesph.equation)),
-        PressureMethod::Pcisph(parameters) => pcisph::install(world, parameters, &material),
+        PressureMethod::Pcisph(_) => pcisph::install(world, &material),
+        PressureMethod::Iisph(parameters) => iisph::install(world, parameters),
+        PressureMethod::Dfsph(parameters) => dfsph::install(world, parameters),
+    }
+    if let Some(convergence) = Convergence::of(&scene.pressure) {
+        world.insert_resource(convergence);
     }
     add_schedules(world, scene, &order, particles)
 }

@@ -99,6 +99,7 @@ impl fmt::Display for Datum {
             Self::Index => "the spatial index",
             Self::Neighbours => "neighbours",
             Self::Density => "densities",
+            Self::Divergence => "velocities without divergence",
             Self::Forces => "accelerations without pressure",
             Self::Pressure => "pressure forces",
         })

@@ -77,8 +77,18 @@ fn bytes_per_particle(scene: &Scene, neighbours: f32) -> Vec<(String, f64)> {
             f64::from(neighbours) * 4.0 * 17.0 / 16.0 + 16.0,
         ));
     }
-    if let PressureMethod::Pcisph(_) = scene.pressure {
-        bytes.push(("predicted positions and densities".to_owned(), 20.0));
+    match scene.pressure {
+        PressureMethod::Sesph(_) => {}
+        PressureMethod::Pcisph(_) => {
+            bytes.push(("predicted positions and densities".to_owned(), 20.0));
+        }
+        PressureMethod::Iisph(_) => {
+            bytes.push(("predicted velocities, rates, responses".to_owned(), 32.0));
+        }
+        PressureMethod::Dfsph(_) => bytes.push((
+            "predicted velocities, rates, responses, impulses".to_owned(),
+            44.0,
+        )),
     }
     bytes
 }

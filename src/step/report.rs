@@ -26,6 +26,8 @@ pub struct StepReport {
     pub dt: f32,
     /// Pressure iterations; 0 for methods that do not iterate.
     pub iterations: u32,
+    /// Iterations of the divergence solve; 0 for methods without one.
+    pub divergence_iterations: u32,
     /// Largest `max(0, (ρ − ρ0)/ρ0)` [-] that remains at the end of the pressure phase.
     pub max_density_error: f32,
     /// Mean over all particles of the same [-].
@@ -151,6 +153,7 @@ pub(super) fn finish(
         time: clock.time,
         dt: clock.dt,
         iterations: solve.iterations,
+        divergence_iterations: solve.divergence_iterations,
         max_density_error: solve.error.largest,
         mean_density_error: solve.error.mean,
         kinetic_energy: motion.kinetic_energy,

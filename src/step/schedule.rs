@@ -19,7 +19,11 @@ use super::{
     timer::{start_timer, stop_watch},
 };
 use crate::{
-    pressure::pcisph::{self, PressureIteration},
+    pressure::{
+        dfsph::{self, DivergenceIteration},
+        iisph, pcisph,
+        solve::PressureIteration,
+    },
     scene::{Executor, PressureMethod, Scene},
 };
 
@@ -74,17 +78,33 @@ pub(super) fn add_schedules(
         .map_err(|error| InstallError::Schedule(error.to_string(step.graph(), world)))?;
     world.add_schedule(step);
 
-    if let PressureMethod::Pcisph(_) = scene.pressure {
-        let mut iteration = Schedule::new(PressureIteration);
-        iteration
-            .set_executor(SingleThreadedExecutor::new())
-            .set_build_settings(strict())
-            .add_systems(pcisph::iteration());
-        iteration
-            .initialize(world)
-            .map_err(|error| InstallError::Schedule(error.to_string(iteration.graph(), world)))?;
-        world.add_schedule(iteration);
+    match scene.pressure {
+        PressureMethod::Sesph(_) => {}
+        PressureMethod::Pcisph(_) => add_iteration(world, PressureIteration, pcisph::iteration())?,
+        PressureMethod::Iisph(_) => add_iteration(world, PressureIteration, iisph::iteration())?,
+        PressureMethod::Dfsph(_) => {
+            add_iteration(world, DivergenceIteration, dfsph::divergence_iteration())?;
+            add_iteration(world, PressureIteration, dfsph::iteration())?;
+        }
     }
+    Ok(())
+}
+
+/// Adds the schedule of one iteration of a pressure method.
+fn add_iteration(
+    world: &mut World,
+    label: impl ScheduleLabel,
+    systems: ScheduleConfigs<ScheduleSystem>,
+) -> Result<(), InstallError> {
+    let mut iteration = Schedule::new(label);
+    iteration
+        .set_executor(SingleThreadedExecutor::new())
+        .set_build_settings(strict())
+        .add_systems(systems);
+    iteration
+        .initialize(world)
+        .map_err(|error| InstallError::Schedule(error.to_string(iteration.graph(), world)))?;
+    world.add_schedule(iteration);
     Ok(())
 }
 

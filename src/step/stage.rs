@@ -19,6 +19,8 @@ pub enum Datum {
     Neighbours,
     /// Densities.
     Density,
+    /// Velocities without compression.
+    Divergence,
     /// Accelerations by all forces but pressure.
     Forces,
     /// Accelerations by pressure.
@@ -43,7 +45,7 @@ pub struct Stage {
     pub systems: fn(&Scene) -> ScheduleConfigs<ScheduleSystem>,
 }
 
-use Datum::{Density, Forces, Index, Neighbours as Lists, Pressure};
+use Datum::{Density, Divergence, Forces, Index, Neighbours as Lists, Pressure};
 
 impl Stage {
     /// Every stage.
@@ -83,7 +85,22 @@ impl Stage {
             makes: &[Density],
             spoils_all: false,
             wanted: |_| true,
-            systems: |_| density::compute_density.into_configs(),
+            systems: |scene| match scene.pressure {
+                PressureMethod::Sesph(_) | PressureMethod::Pcisph(_) => {
+                    density::compute_density.into_configs()
+                }
+                PressureMethod::Iisph(_) => pressure::iisph::compute_density.into_configs(),
+                PressureMethod::Dfsph(_) => pressure::dfsph::compute_density.into_configs(),
+            },
+        },
+        Self {
+            name: "divergence",
+            phase: Phase::Forces,
+            needs: &[Index, Lists, Density],
+            makes: &[Divergence],
+            spoils_all: false,
+            wanted: |scene| matches!(scene.pressure, PressureMethod::Dfsph(_)),
+            systems: |_| pressure::dfsph::solve_divergence.into_configs(),
         },
         Self {
             name: "gravity",
@@ -97,7 +114,7 @@ impl Stage {
         Self {
             name: "viscosity",
             phase: Phase::Forces,
-            needs: &[Index, Lists, Density, Forces],
+            needs: &[Index, Lists, Density, Divergence, Forces],
             makes: &[],
             spoils_all: false,
             wanted: |scene| scene.fluid.viscosity != Viscosity::None,
@@ -120,7 +137,7 @@ impl Stage {
         Self {
             name: "pressure",
             phase: Phase::Pressure,
-            needs: &[Index, Lists, Density, Forces],
+            needs: &[Index, Lists, Density, Divergence, Forces],
             makes: &[Pressure],
             spoils_all: false,
             wanted: |_| true,
@@ -132,9 +149,12 @@ impl Stage {
                     .chain(),
                 PressureMethod::Pcisph(_) => (
                     pressure::pcisph::wall_response,
-                    pressure::pcisph::solve_pressure,
+                    pressure::solve::solve_pressure,
                 )
                     .chain(),
+                PressureMethod::Iisph(_) | PressureMethod::Dfsph(_) => {
+                    pressure::solve::solve_pressure.into_configs()
+                }
             },
         },
         Self {

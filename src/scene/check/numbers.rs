@@ -3,8 +3,9 @@
 use super::{Checked, Problem, ensure, is_flat};
 use crate::scene::load::options;
 use crate::scene::spans::scan;
+use crate::pressure::solve::Convergence;
 use crate::scene::{
-    Cfl, PressureMethod, Scene, StateEquation, SurfaceTension, TimeStep, Viscosity,
+    Cfl, Dfsph, Iisph, PressureMethod, Scene, StateEquation, SurfaceTension, TimeStep, Viscosity,
 };
 
 /// Every number of the scene is finite: asked of the written scene, so a field added later is asked, too.
@@ -51,36 +52,7 @@ pub(super) fn numbers(scene: &Scene) -> Checked {
     })?;
     is_flat("gravity", scene.gravity, scene.dimension)?;
     fluid(scene)?;
-    match &scene.pressure {
-        PressureMethod::Sesph(sesph) => {
-            let (StateEquation::Tait { stiffness } | StateEquation::Gas { stiffness }) =
-                sesph.equation;
-            let unit = match sesph.equation {
-                StateEquation::Tait { .. } => "Pa",
-                StateEquation::Gas { .. } => "m²/s²",
-            };
-            positive("pressure.equation.stiffness", stiffness, unit)?;
-        }
-        PressureMethod::Pcisph(pcisph) => {
-            let limit = pcisph.max_density_error;
-            ensure(
-                limit > 0.0 && limit < 1.0,
-                "pressure.max_density_error",
-                || {
-                    format!(
-                        "the largest density error is {limit}, as a part of the rest density; it must be above 0 and \
-                         below 1 (0.01 is 1 %)"
-                    )
-                },
-            )?;
-            let (min, max) = (pcisph.min_iterations, pcisph.max_iterations);
-            ensure(max >= 1 && min <= max, "pressure.max_iterations", || {
-                format!(
-                    "at most {max} iterations, at least {min}; the first must be 1 or more and not below the second"
-                )
-            })?;
-        }
-    }
+    pressure(&scene.pressure)?;
     match scene.time_step {
         TimeStep::Fixed(dt) => positive("time_step.0", dt, "s")?,
         TimeStep::Cfl(cfl) => adaptive(cfl)?,
@@ -94,6 +66,73 @@ pub(super) fn numbers(scene: &Scene) -> Checked {
     positive("limits.compression", scene.limits.compression, "")?;
     positive("duration", scene.duration, "s")?;
     output(scene)
+}
+
+fn pressure(method: &PressureMethod) -> Checked {
+    if let PressureMethod::Sesph(sesph) = method {
+        let (stiffness, unit) = match sesph.equation {
+            StateEquation::Tait { stiffness } => (stiffness, "Pa"),
+            StateEquation::Gas { stiffness } => (stiffness, "m²/s²"),
+        };
+        positive("pressure.equation.stiffness", stiffness, unit)?;
+    }
+    if let Some(convergence) = Convergence::of(method) {
+        error_limit(
+            "pressure.max_density_error",
+            "largest density error",
+            convergence.max_density_error,
+        )?;
+        iterations(
+            "pressure.max_iterations",
+            convergence.min_iterations,
+            convergence.max_iterations,
+        )?;
+        let share = convergence.warm_start;
+        ensure((0.0..=1.0).contains(&share), "pressure.warm_start", || {
+            format!(
+                "the iterations start from {share} of the last step's pressures; it must be from 0 (none) to 1 (all)"
+            )
+        })?;
+    }
+    if let PressureMethod::Iisph(Iisph { relaxation, .. })
+    | PressureMethod::Dfsph(Dfsph { relaxation, .. }) = *method
+    {
+        let proper = relaxation > 0.0 && relaxation <= 1.0;
+        ensure(proper, "pressure.relaxation", || {
+            format!(
+                "the relaxation is {relaxation}; it must be above 0 and at most 1 (0.5 is usual)"
+            )
+        })?;
+    }
+    if let PressureMethod::Dfsph(dfsph) = method {
+        error_limit(
+            "pressure.max_divergence_error",
+            "compression that is left in the velocities of a step",
+            dfsph.max_divergence_error,
+        )?;
+        iterations(
+            "pressure.max_divergence_iterations",
+            dfsph.min_divergence_iterations,
+            dfsph.max_divergence_iterations,
+        )?;
+    }
+    Ok(())
+}
+
+fn error_limit(path: &str, what: &str, limit: f32) -> Checked {
+    ensure(limit > 0.0 && limit < 1.0, path, || {
+        format!(
+            "the {what} is {limit}, as a part of the rest density; it must be above 0 and below 1 (0.01 is 1 %)"
+        )
+    })
+}
+
+fn iterations(path: &str, min: u32, max: u32) -> Checked {
+    ensure(max >= 1 && min <= max, path, || {
+        format!(
+            "at most {max} iterations, at least {min}; the first must be 1 or more and not below the second"
+        )
+    })
 }
 
 fn fluid(scene: &Scene) -> Checked {

@@ -1,0 +1,62 @@
+//! IISPH (Ihmsen, Cornelis, Solenthaler, Horvath & Teschner 2014, *Implicit Incompressible SPH*, Algorithm 1): the
+//! pressures whose force brings the density, predicted from the velocities, to the rest density.
+//!
+//! Density and the diagonal of the linear system come from one pass over the neighbours; each iteration, one run of
+//! [`PressureIteration`](super::solve::PressureIteration), takes two. See [`implicit`](super::implicit) for the system. The pressures start at half of the last
+//! step's (their section 3.2), at least two iterations are done, and the mean error ends them.
+//!
+//! Deviations. The mean is of compressions only: where particles at the surface have too few neighbours, the signed mean
+//! falls below zero and every limit is met. Pressures are kept from becoming negative in every iteration, as in the
+//! paper, and bounded below by zero where a particle answers no pressure. Walls act by the particle's own pressure, once
+//! (see [`force`](super::force)), and count in the diagonal as they do in the force.
+
+use bevy_ecs::{prelude::*, schedule::ScheduleConfigs, system::ScheduleSystem};
+
+use super::{
+    implicit::{self, Responses, Response, predict_rates, predict_velocities, update_pressure},
+    solve::has_pressure,
+};
+use crate::{
+    column::Densities, density::DensitySum, material::Material, pairs::Pairs, scene::Iisph,
+};
+
+/// Density and `1/D` of every particle, as their pass gives them.
+#[derive(Resource, Debug, Default)]
+pub struct DensityPass(Vec<(f32, f32)>);
+
+/// The systems of [`PressureIteration`](super::solve::PressureIteration), in their order.
+pub fn iteration() -> ScheduleConfigs<ScheduleSystem> {
+    (
+        super::pressure_force.run_if(has_pressure),
+        predict_velocities,
+        predict_rates,
+        update_pressure,
+    )
+        .chain()
+}
+
+/// Inserts what the method needs.
+pub fn install(world: &mut World, parameters: Iisph) {
+    implicit::install(world, parameters.relaxation);
+    world.init_resource::<DensityPass>();
+}
+
+/// Densities, and what the particles answer to their pressure (phase `Density`).
+pub fn compute_density(
+    mut pass: ResMut<DensityPass>,
+    mut densities: ResMut<Densities>,
+    mut responses: ResMut<Responses>,
+    pairs: Pairs,
+    material: Res<Material>,
+) {
+    let rows = pairs.positions().rows();
+    pass.0.resize(rows, Default::default());
+    densities.0.resize(rows, 0.0);
+    responses.0.resize(rows, 0.0);
+    let density = DensitySum::new(&material, &pairs.positions().0, pairs.boundary_samples());
+    pairs.sum(&(density, Response::new(&material, &pairs)), &mut pass.0);
+    let columns = densities.0.iter_mut().zip(&mut responses.0);
+    for ((density, response), sums) in columns.zip(&pass.0) {
+        (*density, *response) = *sums;
+    }
+}

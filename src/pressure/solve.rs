@@ -1,0 +1,199 @@
+//! The iterations of every method that has some: run one after the other until the density error is under its limit, in
+//! a time step that is halved, if it may be, where they do not get there.
+
+use bevy_ecs::{prelude::*, schedule::ScheduleLabel};
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::{DensityError, PressureSolve};
+use crate::{
+    column::{
+        Accelerations, Densities, Positions, PressureAccelerations, Pressures, Velocities,
+    },
+    execution::Execution,
+    material::Material,
+    scene::{Criterion, Dfsph, Iisph, NotConverged, Pcisph, PressureMethod},
+    step::{Clock, Failure, FailureCause},
+    time_step::TimeStepControl,
+};
+
+/// One iteration of the pressure loop. A chain of systems without anything to overlap: it runs on one thread, whose
+/// overhead is 0.3 µs a run, and the loops inside are parallel.
+///
+/// It measures the error of the pressures that there are, and corrects them.
+#[derive(ScheduleLabel, Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct PressureIteration;
+
+/// When a method's iterations end, and what they start from.
+#[derive(Resource, Debug, Clone, Copy, PartialEq)]
+pub struct Convergence {
+    /// Limit η on the density error `(ρ − ρ0)/ρ0` [-].
+    pub max_density_error: f32,
+    /// Whether η limits the largest or the mean error.
+    pub criterion: Criterion,
+    /// At least so many iterations.
+    pub min_iterations: u32,
+    /// At most so many.
+    pub max_iterations: u32,
+    /// What happens when `max_iterations` do not reach η.
+    pub not_converged: NotConverged,
+    /// Share of the last step's pressures that the first iteration starts from [-].
+    pub warm_start: f32,
+}
+
+impl Convergence {
+    /// The convergence of a scene's method; none if it does not iterate.
+    pub fn of(method: &PressureMethod) -> Option<Self> {
+        macro_rules! shared {
+            ($method:ident, $parameters:ident) => {{
+                let $method {
+                    max_density_error,
+                    criterion,
+                    min_iterations,
+                    max_iterations,
+                    not_converged,
+                    warm_start,
+                    ..
+                } = *$parameters;
+                Some(Self {
+                    max_density_error,
+                    criterion,
+                    min_iterations,
+                    max_iterations,
+                    not_converged,
+                    warm_start,
+                })
+            }};
+        }
+        match method {
+            PressureMethod::Sesph(_) => None,
+            PressureMethod::Pcisph(pcisph) => shared!(Pcisph, pcisph),
+            PressureMethod::Iisph(iisph) => shared!(Iisph, iisph),
+            PressureMethod::Dfsph(dfsph) => shared!(Dfsph, dfsph),
+        }
+    }
+
+    /// The error that is limited.
+    fn judged(&self, error: &DensityError) -> f32 {
+        match self.criterion {
+            Criterion::Largest => error.largest,
+            Criterion::Mean => error.mean,
+        }
+    }
+}
+
+/// Whether there is a pressure whose force counts: not before the first correction of a cold start.
+pub(super) fn has_pressure(solve: Res<PressureSolve>) -> bool {
+    solve.has_pressure
+}
+
+/// Iterates until the density error is small enough (phase `Pressure`).
+///
+/// With an adaptive time step, one that turns out too long is halved and solved again before anything has moved: when
+/// the iterations take too many or a particle would move more than the paper's h/2.
+pub fn solve_pressure(world: &mut World) {
+    let convergence = *world.resource::<Convergence>();
+    let mut warm_start = convergence.warm_start;
+    loop {
+        let shorter = world
+            .get_resource::<TimeStepControl>()
+            .and_then(|control| control.shorter(world.resource::<Clock>().dt));
+        let max_iterations = if shorter.is_some() {
+            PATIENCE.min(convergence.max_iterations)
+        } else {
+            convergence.max_iterations
+        };
+        start(world, warm_start);
+        let converged = iterate(
+            world,
+            PressureIteration,
+            &Convergence {
+                max_iterations,
+                ..convergence
+            },
+        );
+        if let Some(dt) = shorter
+            && (!converged || moves_too_far(world))
+        {
+            world.resource_mut::<Clock>().dt = dt;
+            // The last step's pressures are gone, and led nowhere.
+            warm_start = 0.0;
+            continue;
+        }
+        if !converged && convergence.not_converged == NotConverged::Stop {
+            let solve = world.resource::<PressureSolve>();
+            let (iterations, row) = (solve.iterations, solve.error.row);
+            let cause = FailureCause::NotConverged {
+                iterations,
+                error: convergence.judged(&solve.error),
+                limit: convergence.max_density_error,
+            };
+            world.resource_mut::<Failure>().record(cause, Some(row));
+        }
+        return;
+    }
+}
+
+/// Iterations after which a time step that may be halved is; the median step takes 3 to 10.
+const PATIENCE: u32 = 50;
+
+/// Runs `iteration` until the error comes under its limit, which it says, or the iterations are too many.
+pub(super) fn iterate(
+    world: &mut World,
+    iteration: impl ScheduleLabel,
+    convergence: &Convergence,
+) -> bool {
+    world.schedule_scope(iteration, |world, iteration| {
+        loop {
+            iteration.run(world);
+            let mut solve = world.resource_mut::<PressureSolve>();
+            solve.iterations += 1;
+            solve.has_pressure = true;
+            if convergence.judged(&solve.error) <= convergence.max_density_error
+                && solve.iterations >= convergence.min_iterations
+            {
+                return true;
+            }
+            if solve.iterations >= convergence.max_iterations {
+                return false;
+            }
+        }
+    })
+}
+
+/// Whether a particle would move more than half the support radius.
+fn moves_too_far(world: &World) -> bool {
+    let dt = world.resource::<Clock>().dt;
+    let velocities = world.resource::<Velocities>();
+    let forces = world.resource::<Accelerations>().0.par_iter();
+    let forces = forces.zip(&world.resource::<PressureAccelerations>().0);
+    let limit = (0.5 * world.resource::<Material>().kernel.support_radius / dt).powi(2);
+    world.resource::<Execution>().install(|| {
+        forces
+            .zip(&velocities.0)
+            .any(|((a, a_p), v)| (v.truncate() + dt * (*a + *a_p)).length_squared() > limit)
+    })
+}
+
+/// Pressures start at a share of the last step's, their forces at zero until they are known.
+fn start(world: &mut World, share: f32) {
+    world.resource_scope(|world, mut positions: Mut<Positions>| {
+        let rows = positions.rows();
+        let (densities, pressures) = (world.resource::<Densities>(), world.resource::<Pressures>());
+        let execution = world.resource::<Execution>();
+        execution.for_each_chunk(&mut positions.0[..rows], |first, positions| {
+            let columns = pressures.0[first..].iter().zip(&densities.0[first..]);
+            for (position, (pressure, rho)) in positions.iter_mut().zip(columns) {
+                position.w = share * pressure / (rho * rho);
+            }
+        });
+    });
+    let mut pressures = world.resource_mut::<Pressures>();
+    pressures.0.iter_mut().for_each(|pressure| *pressure *= share);
+    let rows = pressures.0.len();
+    let mut forces = world.resource_mut::<PressureAccelerations>();
+    forces.0.clear();
+    forces.0.resize(rows, Vec3::ZERO);
+    let mut solve = world.resource_mut::<PressureSolve>();
+    (solve.iterations, solve.has_pressure) = (0, share > 0.0);
+}

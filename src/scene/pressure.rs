@@ -1,0 +1,176 @@
+//! Pressure methods and their parameters.
+
+use serde::{Deserialize, Serialize};
+
+/// Pressure method with its own parameters.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub enum PressureMethod {
+    /// Equation of state (paper 5.1, SESPH).
+    Sesph(Sesph),
+    /// Predictive-corrective incompressible SPH (paper 5.2; Solenthaler & Pajarola 2009).
+    Pcisph(Pcisph),
+    /// Implicit incompressible SPH (Ihmsen et al. 2014).
+    Iisph(Iisph),
+    /// Divergence-free SPH (Bender & Koschier 2015).
+    Dfsph(Dfsph),
+}
+
+/// Parameters of SESPH.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Sesph {
+    /// The equation of state.
+    pub equation: StateEquation,
+}
+
+/// Equation of state.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub enum StateEquation {
+    /// `p = k ((ρ/ρ0)^7 − 1)` (paper eq. 4).
+    Tait {
+        /// Stiffness k [Pa]; `k = ρ0 c²/7` with c ten times the largest speed allows about 1 % of compression.
+        stiffness: f32,
+    },
+    /// `p = k (ρ − ρ0)` (paper eq. 5).
+    Gas {
+        /// Stiffness k [Pa·m³/kg = m²/s²].
+        stiffness: f32,
+    },
+}
+
+/// Parameters of PCISPH.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Pcisph {
+    /// Limit η on the density error `(ρ − ρ0)/ρ0` [-].
+    pub max_density_error: f32,
+    /// Whether η limits the largest or the mean error.
+    pub criterion: Criterion,
+    /// At least so many iterations (paper 5.2: 3).
+    pub min_iterations: u32,
+    /// The step fails, or goes on, after so many.
+    pub max_iterations: u32,
+    /// What happens when `max_iterations` do not reach η.
+    pub not_converged: NotConverged,
+    /// Share of the last step's pressures that the iterations start from [-].
+    pub warm_start: f32,
+}
+
+/// Parameters of IISPH. Those that it shares with [`Pcisph`] mean the same.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Iisph {
+    /// Limit η on the density error `(ρ − ρ0)/ρ0` [-].
+    pub max_density_error: f32,
+    /// Whether η limits the largest or the mean error.
+    pub criterion: Criterion,
+    /// At least so many iterations (the paper's 2).
+    pub min_iterations: u32,
+    /// The step fails, or goes on, after so many.
+    pub max_iterations: u32,
+    /// What happens when `max_iterations` do not reach η.
+    pub not_converged: NotConverged,
+    /// Share of the last step's pressures that the iterations start from [-].
+    pub warm_start: f32,
+    /// Relaxation ω of the Jacobi iteration [-].
+    pub relaxation: f32,
+}
+
+/// Parameters of DFSPH. Those that it shares with [`Pcisph`] and [`Iisph`] mean the same, for the solve that keeps the
+/// density.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Dfsph {
+    /// Limit η on the density error `(ρ − ρ0)/ρ0` [-].
+    pub max_density_error: f32,
+    /// Whether η, and the limit on the divergence, are on the largest or the mean error.
+    pub criterion: Criterion,
+    /// At least so many iterations.
+    pub min_iterations: u32,
+    /// The step fails, or goes on, after so many.
+    pub max_iterations: u32,
+    /// What happens when `max_iterations` do not reach η.
+    pub not_converged: NotConverged,
+    /// Share of the last step's pressures that the iterations start from [-].
+    pub warm_start: f32,
+    /// Relaxation ω of the Jacobi iterations of both solves [-].
+    pub relaxation: f32,
+    /// Limit on the compression that the velocities would cause in a step, `dt max(0, Dρ/Dt)/ρ0` [-].
+    pub max_divergence_error: f32,
+    /// At least so many iterations of the solve that removes the divergence.
+    pub min_divergence_iterations: u32,
+    /// After so many the divergence that is left is left: the density solve has the last word.
+    pub max_divergence_iterations: u32,
+}
+
+/// What a limit on the density error is compared with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum Criterion {
+    /// The largest error of all particles (the paper's).
+    #[default]
+    Largest,
+    /// The mean over all particles of the error, compression only.
+    Mean,
+}
+
+/// What happens when an iterative method does not reach its limit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum NotConverged {
+    /// The run stops with an error.
+    #[default]
+    Stop,
+    /// The step is taken as it is; the report shows the error that remains.
+    Accept,
+}
+
+impl Default for PressureMethod {
+    fn default() -> Self {
+        Self::Pcisph(Pcisph::default())
+    }
+}
+
+impl Default for Pcisph {
+    fn default() -> Self {
+        Self {
+            max_density_error: 0.01,
+            criterion: Criterion::Largest,
+            min_iterations: 3,
+            max_iterations: 200,
+            not_converged: NotConverged::Stop,
+            warm_start: 0.0,
+        }
+    }
+}
+
+impl Default for Iisph {
+    fn default() -> Self {
+        Self {
+            max_density_error: 1e-3,
+            criterion: Criterion::Mean,
+            min_iterations: 2,
+            max_iterations: 200,
+            not_converged: NotConverged::Stop,
+            warm_start: 0.5,
+            relaxation: 0.5,
+        }
+    }
+}
+
+impl Default for Dfsph {
+    fn default() -> Self {
+        Self {
+            max_density_error: 1e-4,
+            criterion: Criterion::Mean,
+            min_iterations: 1,
+            max_iterations: 200,
+            not_converged: NotConverged::Stop,
+            warm_start: 0.5,
+            relaxation: 0.5,
+            max_divergence_error: 1e-3,
+            min_divergence_iterations: 1,
+            max_divergence_iterations: 100,
+        }
+    }
+}
