@@ -87,7 +87,8 @@ def answer(command, environment=None):
 def bench_program():
     """Builds the bench and gives its path."""
     say("building the bench")
-    command = ["cargo", "bench", "--no-run", "--bench", "peers", "--message-format=json"]
+    package = ["--manifest-path", HERE / "Cargo.toml", "--target-dir", ROOT / "target/peers"]
+    command = ["cargo", "bench", "--no-run", *package, "--message-format=json"]
     build = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True)
     messages = (json.loads(line) for line in build.stdout.splitlines() if line.startswith("{"))
     return next(m["executable"] for m in messages if m.get("executable") and m["target"]["name"] == "peers")

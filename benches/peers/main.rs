@@ -3,11 +3,11 @@
 //! `python3 benches/peers/compare.py` starts this and SPlisHSPlasH in turn and prints the ratios. By hand:
 //!
 //! ```text
-//! cargo bench --bench peers -- overfall STEPS WARM_UP THREADS [PATH=VALUE]…
-//! cargo bench --bench peers -- salva    STEPS WARM_UP THREADS TOLERANCE
+//! cargo bench --manifest-path benches/peers/Cargo.toml -- overfall STEPS WARM_UP THREADS [PATH=VALUE]…
+//! cargo bench --manifest-path benches/peers/Cargo.toml -- salva    STEPS WARM_UP THREADS TOLERANCE
 //! ```
 //!
-//! Without arguments it does nothing, so that a bench run of everything ends.
+//! Without arguments it does nothing.
 #![allow(clippy::print_stdout, reason = "a benchmark talks to its reader")]
 
 use std::{path::Path, time::Instant};
@@ -67,7 +67,7 @@ impl Measured {
 fn corner_dam_break(overrides: &[String]) -> Result<Scene, Failure> {
     let overrides: Result<Vec<_>, _> = overrides.iter().map(|set| Override::parse(set)).collect();
     let file =
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes/corner_dam_break_130k.ron");
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/scenes/corner_dam_break_130k.ron");
     Ok(Scene::load(&file, &overrides?)?)
 }
 
