@@ -166,7 +166,7 @@ impl Default for Dfsph {
             min_iterations: 1,
             max_iterations: 200,
             not_converged: NotConverged::Stop,
-            warm_start: 0.5,
+            warm_start: 1.0,
             relaxation: 0.5,
             max_divergence_error: 1e-3,
             min_divergence_iterations: 1,
