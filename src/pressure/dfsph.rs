@@ -12,7 +12,8 @@
 //! lattice of the default support `D⁻¹ A` has eigenvalues up to 2.45, and the ω = 1 of the paper lets the shortest waves
 //! grow. The divergence solve starts from zero: what a step has to remove has little to do with what the last one removed.
 //! The last step's pressures, those of the second solve, are kept on the particles, and it starts from a share of them.
-//! With what the first had spent among them it started too high and lost its grip on the energy.
+//! With what the first had spent among them a dam break gained 3 % of energy in 50 steps (both limits 0.01 %, all of the
+//! last pressures, only compression judged).
 
 use bevy_ecs::{
     prelude::*,

@@ -9,8 +9,8 @@
 //! count in the particle's own motion and not in that of its neighbours, as they do not move. A relaxed Jacobi iteration
 //! is `t_i ← max(0, t_i + ω (ρ*_i − ρ0)/(dt² D_i))`: two passes over the neighbours, force and rate.
 //!
-//! This is IISPH's iteration (Ihmsen et al. 2014, eqs. 11 to 13) with p/ρ² for p, `a_ii = −dt² ρ_i² D_i`, and the sums of its eq. 13 taken
-//! over accelerations, `Σ_j d_ij p_j = dt² a_i`: no coefficient but D is stored. And it is DFSPH's (Bender & Koschier
+//! This is IISPH's iteration (Ihmsen et al. 2014) with p/ρ² for p, `a_ii = −dt² D_i/ρ_i²`, and its sums over d_ij taken as
+//! accelerations, `d_ii p_i + Σ_j d_ij p_j = dt² a_i`: no coefficient but D is stored. And it is DFSPH's (Bender & Koschier
 //! 2015), whose α_i is `ρ_i/D_i`, with the sum of the corrections κ kept and bounded instead of every one.
 
 use bevy_ecs::prelude::*;
