@@ -40,8 +40,8 @@
 //! | `RebuildIndex` | [`column`]: tables into columns; [`index`]: who is in which cell | 4.1–4.5 |
 //! | `FindNeighbours` | [`neighbours`]: lists, or neighbours found on the spot | 5.3.1 |
 //! | `Density` | [`density`] | eq. 1 |
-//! | `Forces` | [`force`]: gravity, viscosity, surface tension | 5 |
-//! | `Pressure` | [`pressure`]: [`state_equation`](pressure::state_equation) (eqs. 4, 5), [`pcisph`](pressure::pcisph) (Algorithm 2) | 5.1, 5.2 |
+//! | `Forces` | [`force`]: gravity, viscosity, surface tension; before them DFSPH's [divergence solve](pressure::dfsph) | 5 |
+//! | `Pressure` | [`pressure`]: [`state_equation`](pressure::state_equation) (eqs. 4, 5), [`pcisph`](pressure::pcisph) (Algorithm 2), [`iisph`](pressure::iisph), [`dfsph`](pressure::dfsph) | 5.1, 5.2 |
 //! | `Integrate` | [`integrate`](mod@integrate): motion and the failure guard; [`boundary::contact`]; [`time_step`] | 5 |
 //! | `Reorder` | [`reorder`](mod@reorder): rows along the Z-curve | 4.5.4 |
 //! | `Observe` | [`step::StepReport`]: what the step did | 6 |

@@ -3,14 +3,14 @@
 mod common;
 
 use bevy_ecs::prelude::*;
-use common::{bits, dam, pcisph, run, sesph, simulation};
+use common::{bits, dam, methods, run, sesph, simulation};
 use glam::Vec3;
 use overfall::{
     Simulation, StepError,
     particle::{Position, Velocity},
     scene::{
-        Bounds, Criterion, IndexStructure, NotConverged, Pcisph, PressureMethod, Scene, Shape,
-        TimeStep,
+        Bounds, Criterion, Dfsph, Iisph, IndexStructure, NotConverged, Pcisph, PressureMethod, Scene,
+        Shape, TimeStep,
     },
     step::{Clock, FailureCause},
 };
@@ -46,7 +46,7 @@ fn some_particle(simulation: &mut Simulation) -> Entity {
 
 #[test]
 fn a_position_that_is_no_number_is_refused_by_name_and_can_be_repaired() {
-    for pressure in [sesph(), pcisph()] {
+    for pressure in methods() {
         for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
             let mut simulation = simulation(&Scene { pressure, ..dam() });
             run(&mut simulation, 2);
@@ -69,7 +69,7 @@ fn a_position_that_is_no_number_is_refused_by_name_and_can_be_repaired() {
 
 #[test]
 fn a_velocity_that_is_no_number_is_refused() {
-    for pressure in [sesph(), pcisph()] {
+    for pressure in methods() {
         let mut simulation = simulation(&Scene { pressure, ..dam() });
         let entity = some_particle(&mut simulation);
         let mut particle = simulation.world_mut().entity_mut(entity);
@@ -145,47 +145,66 @@ fn compression_beyond_the_limit_is_refused() {
 }
 
 /// Three iterations for an error that they cannot reach.
-fn hopeless(criterion: Criterion, not_converged: NotConverged) -> Scene {
-    Scene {
-        pressure: PressureMethod::Pcisph(Pcisph {
+fn hopeless(criterion: Criterion, not_converged: NotConverged) -> [Scene; 3] {
+    [
+        PressureMethod::Pcisph(Pcisph {
             max_density_error: 1e-6,
             criterion,
             min_iterations: 1,
             max_iterations: 3,
             not_converged,
+            ..Pcisph::default()
         }),
-        ..dam()
-    }
+        PressureMethod::Iisph(Iisph {
+            max_density_error: 1e-6,
+            criterion,
+            min_iterations: 1,
+            max_iterations: 3,
+            not_converged,
+            ..Iisph::default()
+        }),
+        PressureMethod::Dfsph(Dfsph {
+            max_density_error: 1e-6,
+            criterion,
+            min_iterations: 1,
+            max_iterations: 3,
+            not_converged,
+            ..Dfsph::default()
+        }),
+    ]
+    .map(|pressure| Scene { pressure, ..dam() })
 }
 
 #[test]
 fn pressure_that_does_not_converge_is_refused() {
     for criterion in [Criterion::Largest, Criterion::Mean] {
-        let scene = hopeless(criterion, NotConverged::Stop);
-        let error = assert_refused(&mut simulation(&scene));
-        match error.cause {
-            FailureCause::NotConverged {
-                iterations,
-                error,
-                limit,
-            } => {
-                assert_eq!((iterations, limit), (3, 1e-6));
-                assert!(error > limit);
+        for scene in hopeless(criterion, NotConverged::Stop) {
+            let error = assert_refused(&mut simulation(&scene));
+            match error.cause {
+                FailureCause::NotConverged {
+                    iterations,
+                    error,
+                    limit,
+                } => {
+                    assert_eq!((iterations, limit), (3, 1e-6));
+                    assert!(error > limit);
+                }
+                other => panic!("{other}"),
             }
-            other => panic!("{other}"),
         }
     }
 }
 
 #[test]
 fn pressure_that_does_not_converge_may_be_accepted() {
-    let scene = hopeless(Criterion::Largest, NotConverged::Accept);
-    let mut simulation = simulation(&scene);
-    for step in 1..=10 {
-        let report = simulation.step().expect("accepted");
-        assert_eq!((report.step, report.iterations), (step, 3));
-        assert!(report.max_density_error > 1e-6);
-        assert!(report.mean_density_error <= report.max_density_error);
+    for scene in hopeless(Criterion::Largest, NotConverged::Accept) {
+        let mut simulation = simulation(&scene);
+        for step in 1..=10 {
+            let report = simulation.step().expect("accepted");
+            assert_eq!((report.step, report.iterations), (step, 3));
+            assert!(report.max_density_error > 1e-6);
+            assert!(report.mean_density_error <= report.max_density_error);
+        }
     }
 }
 

@@ -22,6 +22,8 @@ const ARTIFICIAL: &str = "Artificial(alpha: 0.2, sound_speed: 10)";
 const TAIT: &str = "Sesph((equation: Tait(stiffness: 10000)))";
 const GAS: &str = "Sesph((equation: Gas(stiffness: 50)))";
 const PCISPH: &str = "Pcisph((max_density_error: 0.005))";
+const IISPH: &str = "Iisph((max_density_error: 0.0005))";
+const DFSPH: &str = "Dfsph((max_density_error: 0.0005))";
 
 /// A ball (a disc in 2-D) with a jittered lattice, thrown and spun, with viscosity and surface tension.
 ///
@@ -118,4 +120,16 @@ fn sesph_with_gas_and_laminar_viscosity_keeps_momenta() {
 fn pcisph_with_laminar_viscosity_keeps_momenta() {
     momenta_are_kept(2, PCISPH, LAMINAR);
     momenta_are_kept(3, PCISPH, LAMINAR);
+}
+
+#[test]
+fn iisph_keeps_momenta() {
+    momenta_are_kept(2, IISPH, LAMINAR);
+    momenta_are_kept(3, IISPH, ARTIFICIAL);
+}
+
+#[test]
+fn dfsph_keeps_momenta() {
+    momenta_are_kept(2, DFSPH, LAMINAR);
+    momenta_are_kept(3, DFSPH, ARTIFICIAL);
 }

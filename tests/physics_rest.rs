@@ -167,6 +167,8 @@ fn watch(water: &StillWater) -> Rest {
 }
 
 const PCISPH: &str = "pressure: Pcisph((max_density_error: 0.005))";
+const IISPH: &str = "pressure: Iisph(())";
+const DFSPH: &str = "pressure: Dfsph(())";
 /// k = ρ0 c²/7 with c = 10 sqrt(g H) for H = 0.2 m.
 const TAIT: &str = "pressure: Sesph((equation: Tait(stiffness: 28000)))";
 
@@ -212,6 +214,16 @@ fn tank_3d(method: &str) -> StillWater {
 #[test]
 fn still_water_stays_still_and_carries_its_weight_pcisph() {
     check(&watch(&tank_2d(PCISPH)), 0.08, 0.01);
+}
+
+#[test]
+fn still_water_stays_still_and_carries_its_weight_iisph() {
+    check(&watch(&tank_2d(IISPH)), 0.08, 0.01);
+}
+
+#[test]
+fn still_water_stays_still_and_carries_its_weight_dfsph() {
+    check(&watch(&tank_2d(DFSPH)), 0.08, 0.01);
 }
 
 #[test]

@@ -60,6 +60,8 @@ fn violent_dam_break_leaks_nowhere() {
     for method in [
         "pressure: Pcisph((max_density_error: 0.02))",
         "pressure: Sesph((equation: Tait(stiffness: 50000)))",
+        "pressure: Iisph(())",
+        "pressure: Dfsph(())",
     ] {
         let mut dam = simulation(&format!(
             "(name: \"violent\", spacing: 0.025, {method},
@@ -372,7 +374,12 @@ fn fast_lone_particles_do_not_pass_a_slanted_plane() {
 #[test]
 fn lone_particle_falls_onto_the_wall_and_rests_there() {
     for dimension in [2, 3] {
-        for method in ["Pcisph(())", "Sesph((equation: Tait(stiffness: 10000)))"] {
+        for method in [
+            "Pcisph(())",
+            "Iisph(())",
+            "Dfsph(())",
+            "Sesph((equation: Tait(stiffness: 10000)))",
+        ] {
             let deep = if dimension == 2 { "0" } else { "1" };
             let z = if dimension == 2 { 0.0 } else { 0.5 };
             let text = format!(

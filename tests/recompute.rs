@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{bits, dam, pcisph, run, sesph, simulation};
+use common::{bits, dam, methods, run, simulation};
 use overfall::{
     neighbours::{BoundaryNeighbours, FluidNeighbours},
     scene::{Dimension, IndexStructure, Neighbours, Scene, Viscosity},
@@ -28,7 +28,7 @@ fn assert_same_bits(scene: &Scene, steps: usize) {
 
 #[test]
 fn recomputed_neighbours_give_the_bits_of_stored_ones() {
-    for pressure in [sesph(), pcisph()] {
+    for pressure in methods() {
         // Over a reordering.
         let scene = Scene {
             pressure,

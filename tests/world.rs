@@ -3,7 +3,7 @@
 mod common;
 
 use bevy_ecs::{entity_disabling::Disabled, prelude::*, schedule::ScheduleLabel};
-use common::{DAM_PARTICLES, bits, dam, pcisph, run, sesph, simulation, state};
+use common::{DAM_PARTICLES, bits, dam, methods, pcisph, run, sesph, simulation, state};
 use glam::{IVec3, Vec3};
 use overfall::{
     Phase, Simulation, Step, StepOutcome,
@@ -265,7 +265,7 @@ fn disabled_particles_rest_and_come_back() {
 
 #[test]
 fn particles_come_and_go_between_steps() {
-    for pressure in [sesph(), pcisph()] {
+    for pressure in methods() {
         let scene = Scene {
             pressure,
             reorder_interval: 4,
@@ -401,7 +401,7 @@ fn every_table_is_sorted_by_itself() {
 
 #[test]
 fn a_world_without_fluid_steps_on_and_fills_again() {
-    for pressure in [sesph(), pcisph()] {
+    for pressure in methods() {
         for neighbours in [Neighbours::Stored, Neighbours::Recomputed] {
             let scene = Scene {
                 pressure,
@@ -589,7 +589,7 @@ fn every_variant_of_a_scene_has_a_schedule_without_ambiguities() {
         SurfaceTension::None,
         SurfaceTension::BeckerTeschner { kappa: 0.01 },
     ];
-    let pressures: [PressureMethod; 2] = [sesph(), pcisph()];
+    let pressures: [PressureMethod; 4] = methods();
     let scenes = vec![small(false), small(true)];
     let scenes = with(scenes, &viscosities, |scene, v| scene.fluid.viscosity = v);
     let scenes = with(scenes, &tensions, |scene, t| {
@@ -611,7 +611,7 @@ fn every_variant_of_a_scene_has_a_schedule_without_ambiguities() {
         scene.executor = [Executor::SingleThreaded, Executor::Parallel][k / 5 % 2];
         scene.index.structure = IndexStructure::ALL[k / 7 % IndexStructure::ALL.len()];
     }
-    assert_eq!(scenes.len(), 192);
+    assert_eq!(scenes.len(), 384);
     for scene in scenes {
         let mut simulation = match Simulation::with_threads(&scene, 1) {
             Ok(simulation) => simulation,

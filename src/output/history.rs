@@ -16,11 +16,12 @@ const BUFFER_BYTES: usize = 1 << 16;
 const BUFFER_TIME: Duration = Duration::from_secs(1);
 
 /// Columns before the phases; their names end in their SI unit where they have one.
-const COLUMNS: [&str; 11] = [
+const COLUMNS: [&str; 12] = [
     "step",
     "t_s",
     "dt_s",
     "iterations",
+    "divergence_iterations",
     "max_density_error",
     "mean_density_error",
     "kinetic_energy_J",
@@ -132,11 +133,12 @@ fn push_row(text: &mut String, r: &StepReport) {
     // Writing to a String cannot fail.
     let _ = write!(
         text,
-        "{},{},{:e},{},{:e},{:e},{:e},{:e},{},{},{}",
+        "{},{},{:e},{},{},{:e},{:e},{:e},{:e},{},{},{}",
         r.step,
         r.time,
         r.dt,
         r.iterations,
+        r.divergence_iterations,
         r.max_density_error,
         r.mean_density_error,
         r.kinetic_energy,

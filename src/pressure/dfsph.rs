@@ -11,7 +11,9 @@
 //! not pull: with every correction bounded by itself, an overshoot stays. So the iteration is relaxed, ω = ½: on a
 //! lattice of the default support `D⁻¹ A` has eigenvalues up to 2.45, and the ω = 1 of the paper lets the shortest waves
 //! grow. The divergence solve starts from zero: what a step has to remove has little to do with what the last one removed.
-//! The last step's pressures are kept on the particles, and the second solve starts from a share of them.
+//! The last step's pressures, those of the second solve, are kept on the particles, and it starts from a share of them.
+//! With what the first had spent among them a dam break gained 3 % of energy in 50 steps (both limits 0.01 %, all of the
+//! last pressures, only compression judged).
 
 use bevy_ecs::{
     prelude::*,
@@ -22,8 +24,8 @@ use bevy_ecs::{
 use super::{
     Corrected, PressureSolve,
     implicit::{
-        self, DensityRate, DensityRates, DivergenceTerms, Jacobi, NeighbourCount,
-        PredictedVelocities, Response, Responses, predict_rates,
+        self, DensityRate, DensityRates, Jacobi, NeighbourCount, PredictedVelocities, Response,
+        Responses, corrected, predict_rates,
     },
     solve::{Convergence, has_pressure, iterate},
 };
@@ -50,6 +52,10 @@ pub struct DivergenceConvergence(Convergence);
 
 /// What one particle sums up in the density pass: density, `1/D`, Dρ/Dt, number of neighbours.
 type Sums = ((f32, f32), (f32, f32));
+
+/// Impulses that the divergence solve applies, as pressure terms times dt [Pa s·m⁶/kg²].
+#[derive(Resource, Debug, Default)]
+pub struct DivergenceTerms(Vec<f32>);
 
 /// These sums of every particle.
 #[derive(Resource, Debug, Default)]
@@ -87,8 +93,9 @@ pub fn install(world: &mut World, parameters: Dfsph) {
     world.insert_resource(DivergenceConvergence(Convergence {
         max_density_error: parameters.max_divergence_error,
         criterion: parameters.criterion,
-        min_iterations: parameters.min_divergence_iterations,
-        max_iterations: parameters.max_divergence_iterations,
+        // The first measures the velocities as they are, without a force.
+        min_iterations: parameters.min_divergence_iterations.saturating_add(1),
+        max_iterations: parameters.max_divergence_iterations.saturating_add(1),
         not_converged: parameters.not_converged,
         warm_start: 0.0,
     }));
@@ -114,7 +121,11 @@ pub fn compute_density(
     let rate = DensityRate::new(&material, &pairs, &velocities.0);
     let count = NeighbourCount::new(&material, &pairs);
     pairs.sum(&((density, response), (rate, count)), &mut pass.0);
-    let columns = densities.0.iter_mut().zip(&mut responses.0).zip(&mut rates.0);
+    let columns = densities
+        .0
+        .iter_mut()
+        .zip(&mut responses.0)
+        .zip(&mut rates.0);
     for (((density, response), rate), sums) in columns.zip(&pass.0) {
         ((*density, *response), (*rate, _)) = *sums;
     }
@@ -131,9 +142,8 @@ pub fn solve_divergence(world: &mut World) {
     let convergence = world.resource::<DivergenceConvergence>().0;
     iterate(world, DivergenceIteration, &convergence);
     let mut solve = world.resource_mut::<PressureSolve>();
-    solve.divergence_iterations = solve.iterations;
-    // Of one iteration nothing but the measure counts: there was no force yet.
-    if solve.iterations > 1 {
+    solve.divergence_iterations = solve.iterations - 1;
+    if solve.divergence_iterations > 0 {
         world.resource_scope(|world, mut velocities: Mut<Velocities>| {
             let mut predicted = world.resource_mut::<PredictedVelocities>();
             std::mem::swap(&mut velocities.0, &mut predicted.0);
@@ -167,8 +177,12 @@ fn update_impulses(
     let (positions, terms) = (&mut positions.0, &mut terms.0);
     solve.update(positions, terms, &execution, |row, _, term| {
         let (_, (_, neighbours)) = pass.0[row];
-        let rate = if neighbours < least { 0.0 } else { rates.0[row] };
-        let term = (term + jacobi.relaxation * responses.0[row] * rate).max(0.0);
+        let rate = if neighbours < least {
+            0.0
+        } else {
+            rates.0[row]
+        };
+        let term = corrected(term, jacobi.relaxation * rate, responses.0[row]);
         Corrected {
             term,
             kept: term,

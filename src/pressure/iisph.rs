@@ -2,18 +2,19 @@
 //! pressures whose force brings the density, predicted from the velocities, to the rest density.
 //!
 //! Density and the diagonal of the linear system come from one pass over the neighbours; each iteration, one run of
-//! [`PressureIteration`](super::solve::PressureIteration), takes two. See [`implicit`](super::implicit) for the system. The pressures start at half of the last
-//! step's (their section 3.2), at least two iterations are done, and the mean error ends them.
+//! [`PressureIteration`](super::solve::PressureIteration), takes two. See [`implicit`](super::implicit) for the system. The
+//! pressures start at half of the last step's, as in the paper; at least two iterations are done, and the mean error ends
+//! them.
 //!
 //! Deviations. The mean is of compressions only: where particles at the surface have too few neighbours, the signed mean
-//! falls below zero and every limit is met. Pressures are kept from becoming negative in every iteration, as in the
-//! paper, and bounded below by zero where a particle answers no pressure. Walls act by the particle's own pressure, once
+//! falls below zero and every limit is met. It counts too little density, too, in particles that have a pressure (see
+//! [`solve`](super::solve)). Walls act by the particle's own pressure, once
 //! (see [`force`](super::force)), and count in the diagonal as they do in the force.
 
 use bevy_ecs::{prelude::*, schedule::ScheduleConfigs, system::ScheduleSystem};
 
 use super::{
-    implicit::{self, Responses, Response, predict_rates, predict_velocities, update_pressure},
+    implicit::{self, Response, Responses, predict_rates, predict_velocities, update_pressure},
     solve::has_pressure,
 };
 use crate::{

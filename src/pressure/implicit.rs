@@ -9,8 +9,8 @@
 //! count in the particle's own motion and not in that of its neighbours, as they do not move. A relaxed Jacobi iteration
 //! is `t_i ← max(0, t_i + ω (ρ*_i − ρ0)/(dt² D_i))`: two passes over the neighbours, force and rate.
 //!
-//! This is IISPH's iteration (Ihmsen et al. 2014, eqs. 11 to 13) with p/ρ² for p, `a_ii = −dt² ρ_i² D_i`, and the sums of its eq. 13 taken
-//! over accelerations, `Σ_j d_ij p_j = dt² a_i`: no coefficient but D is stored. And it is DFSPH's (Bender & Koschier
+//! This is IISPH's iteration (Ihmsen et al. 2014) with p/ρ² for p, `a_ii = −dt² D_i/ρ_i²`, and its sums over d_ij taken as
+//! accelerations, `d_ii p_i + Σ_j d_ij p_j = dt² a_i`: no coefficient but D is stored. And it is DFSPH's (Bender & Koschier
 //! 2015), whose α_i is `ρ_i/D_i`, with the sum of the corrections κ kept and bounded instead of every one.
 
 use bevy_ecs::prelude::*;
@@ -18,9 +18,7 @@ use glam::{Vec3, Vec4};
 
 use super::{Corrected, PressureSolve, lattice_response};
 use crate::{
-    column::{
-        Accelerations, Densities, Positions, PressureAccelerations, Pressures, Velocities,
-    },
+    column::{Accelerations, Densities, Positions, PressureAccelerations, Pressures, Velocities},
     execution::Execution,
     kernel::CubicSpline,
     material::Material,
@@ -29,7 +27,7 @@ use crate::{
     step::Clock,
 };
 
-/// Parameters and constants of the iteration.
+/// Parameters of the iteration.
 #[derive(Resource, Debug, Clone, Copy)]
 pub struct Jacobi {
     /// Relaxation ω [-].
@@ -47,10 +45,6 @@ pub struct PredictedVelocities(pub Vec<Vec4>);
 /// Dρ/Dt of the predicted velocities [kg/(m³ s)].
 #[derive(Resource, Debug, Default)]
 pub struct DensityRates(pub Vec<f32>);
-
-/// Impulses [Pa s·m⁶/kg²] that the step has spent on the divergence, as pressure terms times dt (DFSPH).
-#[derive(Resource, Debug, Default)]
-pub struct DivergenceTerms(pub Vec<f32>);
 
 /// Inserts what the iteration needs.
 pub fn install(world: &mut World, relaxation: f32) {
@@ -71,9 +65,12 @@ pub fn predict_velocities(
 ) {
     let dt = clock.dt;
     let accelerations = &accelerations.0;
-    predicted.write(&velocities, &pressure_accelerations, &execution, |row, a_p| {
-        dt * (accelerations[row] + a_p)
-    });
+    predicted.write(
+        &velocities,
+        &pressure_accelerations,
+        &execution,
+        |row, a_p| dt * (accelerations[row] + a_p),
+    );
 }
 
 impl PredictedVelocities {
@@ -89,7 +86,9 @@ impl PredictedVelocities {
         self.0.resize(rows + 1, Vec4::ZERO);
         self.0[rows] = Vec4::ZERO;
         execution.for_each_chunk(&mut self.0[..rows], |first, predicted| {
-            let columns = velocities.0[first..].iter().zip(&pressure_accelerations.0[first..]);
+            let columns = velocities.0[first..]
+                .iter()
+                .zip(&pressure_accelerations.0[first..]);
             for (row, (predicted, (v, a_p))) in (first..).zip(predicted.iter_mut().zip(columns)) {
                 *predicted = (v.truncate() + change(row, *a_p)).extend(0.0);
             }
@@ -109,14 +108,22 @@ pub fn predict_rates(
     pairs.sum(&pass, &mut rates.0);
 }
 
-/// Corrects the pressures by the predicted densities. What a divergence solve has spent is part of the pressure [Pa] that
-/// a particle keeps.
+/// The term after a correction, not below zero; none where nothing answers it.
+#[inline]
+pub(super) fn corrected(term: f32, correction: f32, response: f32) -> f32 {
+    if response > 0.0 {
+        (term + response * correction).max(0.0)
+    } else {
+        0.0
+    }
+}
+
+/// Corrects the pressures by the predicted densities.
 pub fn update_pressure(
     mut pressures: ResMut<Pressures>,
     mut positions: ResMut<Positions>,
     mut solve: ResMut<PressureSolve>,
     columns: (Res<Densities>, Res<DensityRates>, Res<Responses>),
-    spent: Option<Res<DivergenceTerms>>,
     jacobi: Res<Jacobi>,
     material: Res<Material>,
     clock: Res<Clock>,
@@ -129,11 +136,10 @@ pub fn update_pressure(
     solve.update(positions, pressures, &execution, |row, term, _| {
         let rho = densities.0[row];
         let error = rho + dt * rates.0[row] - rest_density;
-        let term = (term + factor * responses.0[row] * error).max(0.0);
-        let spent = spent.as_ref().map_or(0.0, |spent| spent.0[row] / dt);
+        let term = corrected(term, factor * error, responses.0[row]);
         Corrected {
             term,
-            kept: (term + spent) * rho * rho,
+            kept: term * rho * rho,
             error: error / rest_density,
         }
     });
@@ -213,7 +219,11 @@ impl PairSum for Response<'_> {
         let [x, y, z] = sums.sum;
         let sum = Vec3::new(simd.sum(x), simd.sum(y), simd.sum(z));
         let response = self.factor * (sum.length_squared() + simd.sum(sums.squares));
-        if response > self.least { 1.0 / response } else { 0.0 }
+        if response > self.least {
+            1.0 / response
+        } else {
+            0.0
+        }
     }
 }
 
@@ -305,11 +315,20 @@ impl<'a> NeighbourCount<'a> {
     }
 
     #[inline(always)]
-    fn count<S: Simd>(&self, simd: S, points: &[Vec4], rows: S::Rows, sums: &mut ([S::F; 3], S::F)) {
+    fn count<S: Simd>(
+        &self,
+        simd: S,
+        points: &[Vec4],
+        rows: S::Rows,
+        sums: &mut ([S::F; 3], S::F),
+    ) {
         let (_, distance, _) = separation(simd, sums.0, points, rows);
         let h = simd.splat(self.support_radius * self.support_radius);
         // 1 within the support, 0 beyond: there is no comparison to mask with.
-        let within = simd.mul(simd.max(simd.sub(h, distance), simd.splat(0.0)), simd.splat(1e30));
+        let within = simd.mul(
+            simd.max(simd.sub(h, distance), simd.splat(0.0)),
+            simd.splat(1e30),
+        );
         sums.1 = simd.add(sums.1, simd.min(within, simd.splat(1.0)));
     }
 }

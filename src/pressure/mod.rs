@@ -41,7 +41,10 @@ pub struct PressureSolve {
     has_pressure: bool,
     /// Density error that remains.
     pub error: DensityError,
-    chunks: ChunkResults<ErrorSum>,
+    /// The same, with too little density counted as much as too much in the particles that have a pressure: what a
+    /// solve that starts with pressures has to get right.
+    residual: DensityError,
+    chunks: ChunkResults<(ErrorSum, ErrorSum)>,
 }
 
 /// Compression `max(0, (ρ − ρ0)/ρ0)` [-] over all particles.
@@ -100,36 +103,55 @@ impl PressureSolve {
         let columns = (&mut positions[..rows], kept);
         let chunks = self.chunks.reset(rows);
         execution.map_chunks(columns, chunks, |first, positions, kept| {
-            let mut result = ErrorSum::default();
+            let mut result = <(ErrorSum, ErrorSum)>::default();
             for (row, (position, kept)) in (first..).zip(positions.iter_mut().zip(kept)) {
+                let had_pressure = position.w > 0.0;
                 let corrected = correct(row, position.w, *kept);
                 (position.w, *kept) = (corrected.term, corrected.kept);
-                let error = corrected.error.max(0.0);
-                if error > result.largest {
-                    (result.largest, result.row) = (error, row);
-                }
-                result.sum += f64::from(error);
+                let compression = corrected.error.max(0.0);
+                result.0.add(compression, row);
+                let missed = if had_pressure {
+                    corrected.error.abs()
+                } else {
+                    compression
+                };
+                result.1.add(missed, row);
             }
             result
         });
-        let total = self
-            .chunks
-            .iter()
-            .fold(ErrorSum::default(), |total, chunk| {
-                let larger = if chunk.largest > total.largest {
-                    chunk
-                } else {
-                    &total
-                };
-                ErrorSum {
-                    sum: total.sum + chunk.sum,
-                    ..*larger
-                }
-            });
-        self.error = DensityError {
+        let chunks = || self.chunks.iter();
+        self.error = DensityError::fold(chunks().map(|chunk| chunk.0), rows);
+        self.residual = DensityError::fold(chunks().map(|chunk| chunk.1), rows);
+    }
+}
+
+impl ErrorSum {
+    #[inline]
+    fn add(&mut self, error: f32, row: usize) {
+        if error > self.largest {
+            (self.largest, self.row) = (error, row);
+        }
+        self.sum += f64::from(error);
+    }
+}
+
+impl DensityError {
+    fn fold(chunks: impl Iterator<Item = ErrorSum>, rows: usize) -> Self {
+        let total = chunks.fold(ErrorSum::default(), |total, chunk| {
+            let larger = if chunk.largest > total.largest {
+                chunk
+            } else {
+                total
+            };
+            ErrorSum {
+                sum: total.sum + chunk.sum,
+                ..larger
+            }
+        });
+        Self {
             largest: total.largest,
             row: total.row,
             mean: (total.sum / rows.max(1) as f64) as f32,
-        };
+        }
     }
 }

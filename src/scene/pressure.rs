@@ -87,7 +87,7 @@ pub struct Dfsph {
     pub max_density_error: f32,
     /// Whether η, and the limit on the divergence, are on the largest or the mean error.
     pub criterion: Criterion,
-    /// At least so many iterations.
+    /// At least so many iterations (the paper's 2): of one, nothing but the last step's pressures has a force.
     pub min_iterations: u32,
     /// The step fails, or goes on, after so many.
     pub max_iterations: u32,
@@ -163,10 +163,10 @@ impl Default for Dfsph {
         Self {
             max_density_error: 1e-4,
             criterion: Criterion::Mean,
-            min_iterations: 1,
+            min_iterations: 2,
             max_iterations: 200,
             not_converged: NotConverged::Stop,
-            warm_start: 0.5,
+            warm_start: 1.0,
             relaxation: 0.5,
             max_divergence_error: 1e-3,
             min_divergence_iterations: 1,

@@ -7,7 +7,7 @@ use glam::Vec3;
 use overfall::{
     Simulation,
     particle::{Fluid, Position, Velocity},
-    scene::{Pcisph, PressureMethod, Scene, Sesph, StateEquation},
+    scene::{Dfsph, Iisph, Pcisph, PressureMethod, Scene, Sesph, StateEquation},
 };
 
 /// A column of 10 × 12 × 10 particles that collapses in a tank; everything that a scene can have is switched on.
@@ -50,6 +50,16 @@ pub(crate) fn sesph() -> PressureMethod {
 /// The iterative method at its defaults.
 pub(crate) fn pcisph() -> PressureMethod {
     PressureMethod::Pcisph(Pcisph::default())
+}
+
+/// Every pressure method: SESPH, PCISPH, IISPH, DFSPH.
+pub(crate) fn methods() -> [PressureMethod; 4] {
+    [
+        sesph(),
+        pcisph(),
+        PressureMethod::Iisph(Iisph::default()),
+        PressureMethod::Dfsph(Dfsph::default()),
+    ]
 }
 
 /// The simulation of a scene on two threads.
