@@ -269,8 +269,14 @@ fn methods(grid: &Grid) -> Vec<(&'static str, Box<dyn Method>)> {
     };
     let grid = || grid.clone();
     vec![
-        (REFERENCE, structure(Box::new(CompactHashing::new(grid(), 8.0)))),
-        ("uniform grid", structure(Box::new(UniformGrid::new(grid())))),
+        (
+            REFERENCE,
+            structure(Box::new(CompactHashing::new(grid(), 8.0))),
+        ),
+        (
+            "uniform grid",
+            structure(Box::new(UniformGrid::new(grid()))),
+        ),
         ("index sort", structure(Box::new(IndexSort::new(grid())))),
         ("Z-index sort", structure(Box::new(ZIndexSort::new(grid())))),
         (
@@ -299,7 +305,10 @@ fn check(name: &str, method: &dyn Method, points: &[Vec4]) {
             .filter(|(other, k)| *k as usize != row && near(other))
             .map(|(_, k)| k)
             .collect();
-        assert_eq!(found, expected, "{name} disagrees with brute force at row {row}");
+        assert_eq!(
+            found, expected,
+            "{name} disagrees with brute force at row {row}"
+        );
     }
 }
 
@@ -364,15 +373,21 @@ fn measure(size: IVec3, threads: usize, peers: bool) {
     );
     let mut reference = 0.0;
     for ((name, method), (construction, query)) in methods.iter().zip(&mut times) {
-        let mut total: Vec<f64> = construction.iter().zip(&*query).map(|(a, b)| a + b).collect();
+        let mut total: Vec<f64> = construction
+            .iter()
+            .zip(&*query)
+            .map(|(a, b)| a + b)
+            .collect();
         let total = median(&mut total);
         if *name == REFERENCE {
             reference = total;
         }
         let ns = |seconds: f64| 1e9 * seconds / particles;
-        let bytes = method.bytes().map_or(["-".to_owned(), "-".to_owned()], |(index, lists)| {
-            [index, lists].map(|bytes| format!("{:.1}", bytes as f64 / particles))
-        });
+        let bytes = method
+            .bytes()
+            .map_or(["-".to_owned(), "-".to_owned()], |(index, lists)| {
+                [index, lists].map(|bytes| format!("{:.1}", bytes as f64 / particles))
+            });
         println!(
             "{name:<16} {:>12.1} {:>8.1} {:>8.1} {:>7.2} {:>10} {:>10}",
             ns(median(construction)),
