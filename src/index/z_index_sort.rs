@@ -92,11 +92,11 @@ impl ZIndexSort {
             let bits = places.iter().enumerate();
             bits.fold(0, |key, (bit, place)| key | (x >> bit & 1) << place)
         };
-        for axis in 0..3 {
-            let coordinates = 0..self.domain.size[axis];
-            self.dilated[axis].clear();
-            self.dilated[axis].extend(coordinates.map(|x| spread(x, &places[axis])));
-            self.masks[axis] = spread(u32::MAX, &places[axis]);
+        let axes = self.dilated.iter_mut().zip(&mut self.masks);
+        for (((dilated, mask), places), &size) in axes.zip(&places).zip(&self.domain.size) {
+            dilated.clear();
+            dilated.extend((0..size).map(|x| spread(x, places)));
+            *mask = spread(u32::MAX, places);
         }
     }
 
