@@ -43,6 +43,9 @@ struct Region {
     needed: usize,
 }
 
+/// Neighbours of a particle within the fluid at the default support, roughly.
+const FULL_NEIGHBOURHOOD: f64 = 30.0;
+
 /// Bits of a list's length in its span; the others hold the start.
 const LENGTH_BITS: u32 = 24;
 
@@ -73,7 +76,12 @@ impl NeighbourLists {
     /// Gives every block a region, by what it needed last or, for blocks of a new order, by the mean.
     fn lay_out(&mut self, index: &dyn SpatialIndex, points: usize, same_cells: bool) {
         self.spans.resize_with(points, AtomicU64::default);
-        let mean = self.pairs() as f64 / points.max(1) as f64;
+        // Before the first search: as many as in a full neighbourhood.
+        let mean = if self.pairs() == 0 {
+            FULL_NEIGHBOURHOOD
+        } else {
+            self.pairs() as f64 / points.max(1) as f64
+        };
         let blocks = index.places().div_ceil(BLOCK);
         self.regions.resize(blocks, Region::default());
         let mut start = 0;
@@ -93,7 +101,12 @@ impl NeighbourLists {
             start += len;
         }
         if self.rows.len() < start {
+            self.rows.reserve_exact(start - self.rows.len());
             self.rows.resize(start, 0);
+        } else if self.rows.capacity() > start + start / 4 {
+            // Regions that ran out of room left holes behind, or the fluid has spread.
+            self.rows.truncate(start);
+            self.rows.shrink_to_fit();
         }
     }
 }

@@ -25,7 +25,10 @@ use super::{
     hash::{CellHash, MIN_TABLE},
     z_curve,
 };
-use crate::execution::{CHUNK, Execution};
+use crate::{
+    execution::{CHUNK, Execution},
+    simd::{Simd, Vectorised},
+};
 
 const EMPTY: u32 = u32::MAX;
 /// Cells whose handles are looked up at a time: all 27 of a neighbourhood in 3-D with d = h.
@@ -38,7 +41,7 @@ pub struct CompactHashing {
     grid: Grid,
     handles_a_point: f32,
     hash: CellHash,
-    /// For every hash the used cell, or `EMPTY`.
+    /// For every hash its used cell, or `EMPTY`.
     table: Vec<u32>,
     cells: Vec<UsedCell>,
     pool: Pool,
@@ -77,6 +80,73 @@ struct Mover {
     entry: u32,
     row: u32,
     from: IVec3,
+}
+
+/// Entries that are compared at a time.
+const LANES: usize = 16;
+
+/// The comparison of one chunk of entries.
+struct Compare<'a> {
+    grid: &'a Grid,
+    points: &'a [Vec4],
+    first: u32,
+    rows: &'a [u32],
+    positions: [&'a mut [f32]; 3],
+    movers: &'a mut Vec<Mover>,
+}
+
+impl Vectorised for Compare<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) {
+        let [x, y, z] = self.positions;
+        let columns = x.chunks_mut(LANES).zip(y.chunks_mut(LANES));
+        let columns = columns.zip(z.chunks_mut(LANES));
+        let Some(last) = self.points.len().checked_sub(1) else {
+            return;
+        };
+        for ((entries, rows), ((x, y), z)) in (self.first..)
+            .step_by(LANES)
+            .zip(self.rows.chunks(LANES))
+            .zip(columns)
+        {
+            let mut new = [[0.0; LANES]; 3];
+            for (k, &row) in rows.iter().enumerate() {
+                let point = self.points[(row as usize).min(last)];
+                (new[0][k], new[1][k], new[2][k]) = (point.x, point.y, point.z);
+            }
+            let mut old = [[0.0; LANES]; 3];
+            for (old, column) in old.iter_mut().zip([&*x, &*y, &*z]) {
+                old[..column.len()].copy_from_slice(column);
+            }
+            let mut unsure = 0u32;
+            for k in 0..LANES {
+                let same = (0..3).fold(true, |same, axis| {
+                    same & self.grid.surely_alike(old[axis][k], new[axis][k])
+                });
+                unsure |= u32::from(!same) << k;
+            }
+            for (column, new) in [x, y, z].into_iter().zip(&new) {
+                let len = column.len();
+                column.copy_from_slice(&new[..len]);
+            }
+            for (k, &row) in rows.iter().enumerate() {
+                let gone = row as usize > last;
+                if row == NOBODY || !(gone || unsure >> k & 1 == 1) {
+                    continue;
+                }
+                let cell = |x: &[[f32; LANES]; 3]| {
+                    self.grid.cell_of(Vec4::new(x[0][k], x[1][k], x[2][k], 0.0))
+                };
+                let from = cell(&old);
+                if gone || cell(&new) != from {
+                    let entry = entries + k as u32;
+                    self.movers.push(Mover { entry, row, from });
+                }
+            }
+        }
+    }
 }
 
 /// Memory of the used cells' entries: blocks of k, 2 k, 4 k, … entries.
@@ -280,19 +350,14 @@ impl CompactHashing {
                 .enumerate()
                 .for_each(|(chunk, ((((movers, rows), x), y), z))| {
                     movers.clear();
-                    let entries = (chunk * CHUNK) as u32..;
-                    for ((((entry, &row), x), y), z) in entries.zip(rows).zip(x).zip(y).zip(z) {
-                        let point = match points.get(row as usize) {
-                            Some(&point) => point,
-                            None if row == NOBODY => continue,
-                            None => Vec4::NAN,
-                        };
-                        let from = grid.cell_of(Vec4::new(*x, *y, *z, 0.0));
-                        (*x, *y, *z) = (point.x, point.y, point.z);
-                        if grid.cell_of(point) != from || row as usize >= points.len() {
-                            movers.push(Mover { entry, row, from });
-                        }
-                    }
+                    execution.instruction_set.dispatch(Compare {
+                        grid,
+                        points,
+                        first: (chunk * CHUNK) as u32,
+                        rows,
+                        positions: [x, y, z],
+                        movers,
+                    });
                 });
         });
         self.movers.iter().map(Vec::len).sum()
@@ -302,7 +367,7 @@ impl CompactHashing {
 impl SpatialIndex for CompactHashing {
     fn update(&mut self, points: &[Vec4], execution: &Execution) -> Result<(), DomainTooLarge> {
         let hash = self.hash.resized(points.len(), self.handles_a_point);
-        if self.len == 0 || hash.size != self.hash.size {
+        if self.len == 0 || points.is_empty() || hash.size != self.hash.size {
             return self.rebuild(points, execution);
         }
         if self.copy_and_compare(points, execution) > points.len() / 4 {

@@ -276,7 +276,7 @@ fn any_grid() -> impl Strategy<Value = (Grid, Dimension)> {
 }
 
 proptest! {
-    #![proptest_config(cases(160))]
+    #![proptest_config(cases(96))]
 
     #[test]
     fn every_structure_finds_the_neighbours_that_brute_force_finds(
