@@ -88,11 +88,14 @@ impl Turns<'_, '_> {
             ControlFlow::Continue(state) => state,
             ControlFlow::Break(()) => return Ok(ControlFlow::Break(())),
         };
+        let stage = self.label("measuring");
         let mut runners = Vec::new();
+        if self.begin(&stage).is_break() {
+            return Ok(ControlFlow::Break(()));
+        }
         for variant in &self.case.variants {
             runners.push(self.runner(variant, state.as_ref())?);
         }
-        let stage = self.label("measuring");
         let turns = self.plan.study.blocks + 1;
         for turn in 0..turns {
             for (k, runner) in runners.iter_mut().enumerate() {
@@ -139,6 +142,15 @@ impl Turns<'_, '_> {
         Ok(ControlFlow::Continue(()))
     }
 
+    /// Tells that a stage begins, before worlds are set up for it.
+    fn begin(&mut self, stage: &str) -> ControlFlow<()> {
+        (self.tell)(Event::Step {
+            stage,
+            of: "setting up",
+            fraction: 0.0,
+        })
+    }
+
     fn label(&self, what: &str) -> String {
         match self.case.name.as_str() {
             "" => what.to_owned(),
@@ -152,6 +164,9 @@ impl Turns<'_, '_> {
             return Ok(ControlFlow::Continue(None));
         };
         let stage = self.label("start");
+        if self.begin(&stage).is_break() {
+            return Ok(ControlFlow::Break(()));
+        }
         let mut world = self.world(scene, &stage)?;
         match advance(&mut world, Span::Time(*time), |fraction| {
             (self.tell)(Event::Step {

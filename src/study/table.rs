@@ -172,8 +172,9 @@ impl Table {
         let rank = |smaller: &dyn Fn(&(Figure, f64)) -> bool| {
             1 + others.iter().filter(|other| smaller(other)).count()
         };
+        // Equal to three digits is equal.
         Some((
-            rank(&|other| other.0.value < own),
+            rank(&|other| other.0.value < 0.9995 * own),
             rank(&|other| other.1 < own_reference),
         ))
     }

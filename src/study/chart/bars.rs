@@ -91,8 +91,12 @@ fn draw_panel(root: &super::Area, table: &Table, panel: &Panel, top: i32) -> Dra
         .unwrap_or(0);
     let left = (widest + 24).min(WIDTH as i32 / 2);
     let right = WIDTH as i32 - FIGURES;
+    let reach = |row: usize| {
+        let (ratio, figure) = (table.ratio(row, column)?, table.figure(row, column)?);
+        Some(figure.high * ratio / figure.value)
+    };
     let greatest = (panel.rows.iter())
-        .flat_map(|&row| [table.ratio(row, column), table.reference_ratio(row, column)])
+        .flat_map(|&row| [reach(row), table.reference_ratio(row, column)])
         .flatten()
         .fold(1.0, f64::max);
     let at = |ratio: f64| left + (ratio / greatest * f64::from(right - left)).round() as i32;
@@ -119,31 +123,31 @@ fn draw_panel(root: &super::Area, table: &Table, panel: &Panel, top: i32) -> Dra
         let y = first + k as i32 * ROW + 4;
         text(root, label, (left - 8, y + BAR), 14.0, At::Right)?;
         let unit = table.columns[column].measure.unit();
-        let bar = |y: i32, ratio: f64, value: f64, colour: RGBColor| -> Drawn {
+        // The figures stand behind the bar and whatever `end` reaches beyond it.
+        let bar = |y: i32, ratio: f64, end: i32, value: f64, colour: RGBColor| -> Drawn {
             rectangle(root, (left, y), (at(ratio), y + BAR), colour)?;
-            let words = format!("{ratio:.2}  ({} {unit})", short(value));
-            text(
-                root,
-                words.replace(" )", ")").as_str(),
-                (at(ratio) + 10, y + BAR / 2),
-                12.0,
-                At::Left,
-            )
+            let words = match unit {
+                "" => format!("{ratio:.2} ({})", short(value)),
+                unit => format!("{ratio:.2} ({} {unit})", short(value)),
+            };
+            let place = (end.max(at(ratio)) + 8, y + BAR / 2);
+            text(root, &words, place, 12.0, At::Left)
         };
-        if let (Some(ratio), Some(figure)) = (table.ratio(row, column), table.figure(row, column)) {
-            bar(y, ratio, figure.value, HERE)?;
+        if let Some((ratio, figure)) = table.ratio(row, column).zip(table.figure(row, column)) {
             let scale = ratio / figure.value;
-            let (low, high) = (
-                at(figure.low * scale),
-                at(figure.high * scale).min(WIDTH as i32),
-            );
-            line(root, (low, y + BAR / 2), (high, y + BAR / 2), BLACK)?;
+            let (low, high) = (at(figure.low * scale), at(figure.high * scale));
+            bar(y, ratio, high, figure.value, HERE)?;
+            let middle = y + BAR / 2;
+            line(root, (low, middle), (high, middle), BLACK)?;
+            for end in [low, high] {
+                line(root, (end, middle - 3), (end, middle + 3), BLACK)?;
+            }
         }
-        if let (Some(ratio), Some(value)) = (
-            table.reference_ratio(row, column),
-            table.reference(row, column),
-        ) {
-            bar(y + BAR, ratio, value, REFERENCE)?;
+        let reference = table
+            .reference_ratio(row, column)
+            .zip(table.reference(row, column));
+        if let Some((ratio, value)) = reference {
+            bar(y + BAR, ratio, 0, value, REFERENCE)?;
         }
     }
     line(root, (left, first), (left, last), BLACK)
