@@ -16,7 +16,7 @@ use crate::{
     boundary::BoundarySamples,
     column::Positions,
     execution::Execution,
-    index::{FluidIndex, SpatialIndex},
+    index::{FluidIndex, Run, SpatialIndex},
     simd::{CANDIDATE_ALIGNMENT, Candidates, Probe, Simd, Vectorised},
 };
 
@@ -74,15 +74,15 @@ impl NeighbourLists {
     fn lay_out(&mut self, index: &dyn SpatialIndex, points: usize, same_cells: bool) {
         self.spans.resize_with(points, AtomicU64::default);
         let mean = self.pairs() as f64 / points.max(1) as f64;
-        let blocks = index.cells().div_ceil(BLOCK);
+        let blocks = index.places().div_ceil(BLOCK);
         self.regions.resize(blocks, Region::default());
         let mut start = 0;
         for (block, region) in self.regions.iter_mut().enumerate() {
             let expected = if same_cells {
                 region.needed
             } else {
-                let cells = block * BLOCK..index.cells().min((block + 1) * BLOCK);
-                (cells.map(|cell| index.cell_len(cell)).sum::<usize>() as f64 * mean) as usize
+                let places = block * BLOCK..index.places().min((block + 1) * BLOCK);
+                (places.map(|place| index.place_len(place)).sum::<usize>() as f64 * mean) as usize
             };
             let len = expected + expected / 16 + CANDIDATE_ALIGNMENT;
             *region = Region {
@@ -128,6 +128,7 @@ impl Search<'_> {
 /// Buffers of one thread, warm after the first step.
 #[derive(Default)]
 struct Scratch {
+    runs: Vec<Run>,
     candidates: Candidates,
     hits: Vec<u32>,
 }
@@ -139,11 +140,25 @@ thread_local! {
 
 impl Scratch {
     /// Takes the candidates around `cell`, and room for as many hits.
+    #[inline(always)]
     fn fetch(&mut self, search: &Search, cell: IVec3) {
         self.candidates.clear();
-        search
-            .among
-            .candidates(cell, search.among_points, &mut self.candidates);
+        self.runs.clear();
+        search.among.runs(cell, &mut self.runs);
+        let (rows, positions) = search.among.entries().columns();
+        for &Run { start, len } in &self.runs {
+            let (start, len) = (start as usize, len as usize);
+            match positions {
+                Some([x, y, z]) => {
+                    let columns = [&x[start..], &y[start..], &z[start..]];
+                    self.candidates.extend_columns(columns, &rows[start..], len);
+                }
+                None => {
+                    let rows = &rows[start..start + len];
+                    self.candidates.extend(rows, search.among_points);
+                }
+            }
+        }
         self.candidates.pad();
         if self.hits.len() < self.room() {
             self.hits.resize(self.room(), 0);
@@ -169,7 +184,7 @@ pub fn search(
         rows,
         regions,
     } = lists;
-    let cells = search.of.cells();
+    let cells = search.of.places();
     let run = |rows: &mut [u32], base: usize, first_block: usize, regions: &mut [Region]| {
         let task = Task {
             search,
@@ -208,9 +223,9 @@ pub fn search(
 pub fn tested_pairs(search: &Search) -> usize {
     let mut scratch = Scratch::default();
     let mut tested = 0;
-    for cell in 0..search.of.cells() {
+    for place in 0..search.of.places() {
         let mut done = 0;
-        while let Some((coordinates, members)) = search.of.group(cell, done) {
+        while let Some((coordinates, members)) = search.of.group(place, done) {
             done += members.len();
             scratch.fetch(search, coordinates);
             tested += members.len() * scratch.candidates.len();

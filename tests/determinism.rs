@@ -7,7 +7,7 @@ use common::{bits, bits_after, dam, pcisph, run, sesph};
 use overfall::{
     Simulation,
     execution::Execution,
-    scene::{Executor, Neighbours, Scene, TimeStep},
+    scene::{Executor, IndexStructure, Neighbours, Scene, TimeStep},
     simd::InstructionSet,
 };
 
@@ -43,6 +43,20 @@ fn the_number_of_threads_changes_no_bit_of_recomputed_neighbours() {
         };
         let expected = bits_after(&scene, 1, 8);
         assert!(bits_after(&scene, 3, 8) == expected, "{:?}", scene.pressure);
+    }
+}
+
+#[test]
+fn the_number_of_threads_changes_no_bit_of_any_structure() {
+    for structure in IndexStructure::ALL {
+        let mut scene = Scene {
+            pressure: sesph(),
+            reorder_interval: 7,
+            ..dam()
+        };
+        scene.index.structure = structure;
+        let expected = bits_after(&scene, 1, 20);
+        assert!(bits_after(&scene, 3, 20) == expected, "{structure:?}");
     }
 }
 

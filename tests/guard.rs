@@ -8,7 +8,10 @@ use glam::Vec3;
 use overfall::{
     Simulation, StepError,
     particle::{Position, Velocity},
-    scene::{Bounds, Criterion, NotConverged, Pcisph, PressureMethod, Scene, TimeStep},
+    scene::{
+        Bounds, Criterion, IndexStructure, NotConverged, Pcisph, PressureMethod, Scene, Shape,
+        TimeStep,
+    },
     step::{Clock, FailureCause},
 };
 
@@ -184,4 +187,57 @@ fn pressure_that_does_not_converge_may_be_accepted() {
         assert!(report.max_density_error > 1e-6);
         assert!(report.mean_density_error <= report.max_density_error);
     }
+}
+
+#[test]
+fn a_particle_too_far_away_for_a_dense_grid_is_named() {
+    let dense = [
+        IndexStructure::UniformGrid,
+        IndexStructure::IndexSort,
+        IndexStructure::ZIndexSort,
+    ];
+    for structure in dense {
+        let mut scene = Scene {
+            pressure: sesph(),
+            ..dam()
+        };
+        scene.index.structure = structure;
+        let mut simulation = simulation(&scene);
+        run(&mut simulation, 2);
+        let entity = some_particle(&mut simulation);
+        let mut particle = simulation.world_mut().entity_mut(entity);
+        let mut place = particle.get_mut::<Position>().expect("a particle");
+        let old = std::mem::replace(&mut place.0, Vec3::new(1e6, -2e6, 3e6));
+        let error = assert_refused(&mut simulation);
+        assert!(
+            matches!(error.cause, FailureCause::DomainTooLarge(_)),
+            "{error}"
+        );
+        assert_eq!(error.particle.map(|particle| particle.0), Some(entity));
+        simulation
+            .world_mut()
+            .entity_mut(entity)
+            .insert(Position(old));
+        run(&mut simulation, 3);
+    }
+}
+
+#[test]
+fn a_scene_too_large_for_a_dense_grid_is_refused_before_it_runs() {
+    let mut scene = dam();
+    scene.bodies.push(scene.bodies[0].clone());
+    scene.bodies[1].shape = Shape::Sphere {
+        center: Vec3::splat(900.0),
+        radius: 0.05,
+    };
+    scene.boundaries.clear();
+    simulation(&scene);
+    overfall::plan(&scene).expect("compact hashing needs no box");
+    scene.index.structure = IndexStructure::ZIndexSort;
+    let error = overfall::plan(&scene).expect_err("a box of 10^13 cells");
+    assert!(error.to_string().contains("CompactHashing"), "{error}");
+    let run = Simulation::with_threads(&scene, 1)
+        .err()
+        .expect("as planned");
+    assert_eq!(run.to_string(), error.to_string());
 }

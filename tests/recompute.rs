@@ -50,8 +50,11 @@ fn recomputed_neighbours_give_the_bits_of_stored_ones_in_every_variant() {
         scene.index.cell_size = cell_size;
         assert_same_bits(&scene, 3);
     }
-    scene.index.structure = IndexStructure::BruteForce;
-    assert_same_bits(&scene, 2);
+    scene.index.cell_size = 1.0;
+    for structure in IndexStructure::ALL {
+        scene.index.structure = structure;
+        assert_same_bits(&scene, 4);
+    }
     let mut scene = dam();
     scene.boundaries.clear();
     assert_same_bits(&scene, 5);

@@ -16,7 +16,7 @@ pub use volume::volumes;
 use crate::{
     column::SENTINEL,
     execution::Execution,
-    index::{self, SpatialIndex},
+    index::{self, DomainTooLarge, SpatialIndex},
     particle::{Boundary, BoundaryNormal, BoundaryVolume, Position},
     scene::Scene,
 };
@@ -40,31 +40,36 @@ impl BoundarySamples {
         &self.packed[..self.packed.len() - 1]
     }
 
-    /// Packs particles and calculates their volumes.
-    pub fn new(scene: &Scene, samples: &[BoundarySample], execution: &Execution) -> Self {
+    /// Packs particles and calculates their volumes. Fails if the scene's spatial index cannot cover them.
+    pub fn new(
+        scene: &Scene,
+        samples: &[BoundarySample],
+        execution: &Execution,
+    ) -> Result<Self, DomainTooLarge> {
         let mut packed: Vec<Vec4> = samples
             .iter()
             .map(|sample| sample.position.extend(0.0))
             .collect();
         let mut index = index::build(scene);
-        index.rebuild(&packed, execution);
+        index.rebuild(&packed, execution)?;
         packed.push(SENTINEL);
         let volumes = volumes(scene, &*index, &packed, execution);
         for (particle, volume) in packed.iter_mut().zip(volumes) {
             particle.w = volume;
         }
         let normals = samples.iter().map(|sample| sample.normal).collect();
-        Self {
+        Ok(Self {
             packed,
             normals,
             layer_depth: layer_depth(scene),
             index,
-        }
+        })
     }
 }
 
-/// Takes the boundary particles of a world over again, after a host has spawned, moved or despawned some.
-pub fn refresh_boundary(world: &mut World, scene: &Scene) {
+/// Takes the boundary particles of a world over again, after a host has spawned, moved or despawned some. If the
+/// scene's spatial index cannot cover them, the walls stay as they were for the fluid.
+pub fn refresh_boundary(world: &mut World, scene: &Scene) -> Result<(), DomainTooLarge> {
     let execution = world.resource::<Execution>().clone();
     let mut query =
         world.query_filtered::<(&Position, &BoundaryNormal, &mut BoundaryVolume), With<Boundary>>();
@@ -75,9 +80,10 @@ pub fn refresh_boundary(world: &mut World, scene: &Scene) {
             normal: normal.0,
         })
         .collect();
-    let samples = BoundarySamples::new(scene, &samples, &execution);
+    let samples = BoundarySamples::new(scene, &samples, &execution)?;
     for ((_, _, mut volume), sample) in query.iter_mut(world).zip(samples.points()) {
         volume.0 = sample.w;
     }
     world.insert_resource(samples);
+    Ok(())
 }

@@ -2,8 +2,11 @@
 
 use glam::{IVec3, Vec4};
 
-use super::{Grid, SpatialIndex};
-use crate::{execution::Execution, simd::Candidates};
+use super::{
+    DomainTooLarge, Grid, SpatialIndex,
+    entries::{Entries, Run},
+};
+use crate::execution::Execution;
 
 /// Points that one task queries.
 const BLOCK: usize = 64;
@@ -12,7 +15,8 @@ const BLOCK: usize = 64;
 #[derive(Debug, Clone)]
 pub struct BruteForce {
     grid: Grid,
-    rows: Vec<u32>,
+    entries: Entries,
+    len: usize,
 }
 
 impl BruteForce {
@@ -20,47 +24,60 @@ impl BruteForce {
     pub fn new(grid: Grid) -> Self {
         Self {
             grid,
-            rows: Vec::new(),
+            entries: Entries::default(),
+            len: 0,
         }
     }
 
-    fn block(&self, cell: usize) -> &[u32] {
-        &self.rows[cell * BLOCK..self.rows.len().min((cell + 1) * BLOCK)]
+    fn block(&self, place: usize) -> &[u32] {
+        &self.entries.rows[place * BLOCK..self.len.min((place + 1) * BLOCK)]
     }
 }
 
 impl SpatialIndex for BruteForce {
-    fn update(&mut self, points: &[Vec4], _: &Execution) {
-        self.rows.clear();
-        self.rows.extend(0..points.len() as u32);
+    fn update(&mut self, points: &[Vec4], execution: &Execution) -> Result<(), DomainTooLarge> {
+        self.len = points.len();
+        self.entries.resize(self.len);
+        for (k, row) in self.entries.rows[..points.len()].iter_mut().enumerate() {
+            *row = k as u32;
+        }
+        self.entries.copy_positions(points, execution);
+        Ok(())
     }
 
-    fn rebuild(&mut self, points: &[Vec4], execution: &Execution) {
-        self.update(points, execution);
+    fn rebuild(&mut self, points: &[Vec4], execution: &Execution) -> Result<(), DomainTooLarge> {
+        self.update(points, execution)
     }
 
     fn grid(&self) -> &Grid {
         &self.grid
     }
 
-    fn cells(&self) -> usize {
-        self.rows.len().div_ceil(BLOCK)
+    fn places(&self) -> usize {
+        self.len.div_ceil(BLOCK)
     }
 
-    fn cell_len(&self, cell: usize) -> usize {
-        self.block(cell).len()
+    fn place_len(&self, place: usize) -> usize {
+        self.block(place).len()
     }
 
-    fn group(&self, cell: usize, from: usize) -> Option<(IVec3, &[u32])> {
-        let rows = &self.block(cell)[from..];
+    fn group(&self, place: usize, from: usize) -> Option<(IVec3, &[u32])> {
+        let rows = &self.block(place)[from..];
         (!rows.is_empty()).then_some((IVec3::ZERO, rows))
     }
 
-    fn candidates(&self, _: IVec3, points: &[Vec4], out: &mut Candidates) {
-        out.extend(&self.rows, points);
+    fn entries(&self) -> &Entries {
+        &self.entries
+    }
+
+    fn runs(&self, _: IVec3, out: &mut Vec<Run>) {
+        out.push(Run {
+            start: 0,
+            len: self.len as u32,
+        });
     }
 
     fn bytes(&self) -> usize {
-        self.rows.capacity() * size_of::<u32>()
+        self.entries.bytes()
     }
 }

@@ -4,49 +4,48 @@
 //!   cell. N here is the number of points at the last rebuild; the table follows when it grows or falls by half.
 //! - A used cell reserves k entries in one pool and moves to twice as many when they are full.
 //! - [`update`](SpatialIndex::update) compares every point's cell with the last step's, in parallel, and moves only
-//!   those that changed, serially and in the order of the rows (4.5.1). An empty cell leaves the list at once.
+//!   those that changed, serially and in a fixed order (4.5.1). An empty cell leaves the list at once.
 //! - A flag says that a used cell holds points of more than one spatial cell (4.5.3); without it the hash indices
 //!   around are computed once for all its points.
 //! - [`rebuild`](SpatialIndex::rebuild) inserts Z-sorted points, so that used cells that follow each other are near each
 //!   other (4.5.4).
 //!
-//! Deviations. The remainder by the table's size is computed by multiplication (Lemire, Kaser & Kurz 2019), the value
-//! is that of equation 3. A used cell keeps its spatial coordinates: candidates are taken from it only where they are
-//! the ones that were asked for, so two neighbouring cells that share a hash cell are not seen twice. When more than a
-//! quarter of the points changed their cell (a host spawned in the middle of the rows), all are inserted anew.
+//! Deviations. Entries hold a copy of their positions (see `entries.rs`); the copy is of the last step until a point is
+//! compared, so the old cell need not be stored, and one loop over the entries both compares and copies. A used cell
+//! keeps its spatial coordinates: candidates are taken from it only where they are the ones that were asked for, so
+//! two neighbouring cells that share a hash cell are not seen twice. When more than a quarter of the points changed
+//! their cell (a host spawned in the middle of the rows), all are inserted anew.
 
 use glam::{IVec3, Vec4};
 use rayon::prelude::*;
 
-use super::{Grid, SpatialIndex, z_curve};
-use crate::{
-    execution::{CHUNK, Execution},
-    simd::Candidates,
+use super::{
+    DomainTooLarge, Grid, SpatialIndex,
+    entries::{Entries, NOBODY, PADDING, Run},
+    hash::{CellHash, MIN_TABLE},
+    z_curve,
 };
+use crate::execution::{CHUNK, Execution};
 
 const EMPTY: u32 = u32::MAX;
 /// Cells whose handles are looked up at a time: all 27 of a neighbourhood in 3-D with d = h.
 const BATCH: usize = 27;
-/// The primes of equation 3.
-const PRIMES: [u32; 3] = [73_856_093, 19_349_663, 83_492_791];
 /// Handles a point (4.4: "a hash table size of two times the number of particles is appropriate").
 const HANDLES_A_POINT: f32 = 2.0;
-/// Smallest table, so that a scene of one particle has one too.
-const MIN_TABLE: usize = 16;
 
 /// The structure of the paper's Figure 3.
 pub struct CompactHashing {
     grid: Grid,
-    /// Entries reserved in a new used cell: the paper's k.
-    reserved: usize,
     handles_a_point: f32,
-    table: Table,
+    hash: CellHash,
+    /// For every hash the used cell, or `EMPTY`.
+    table: Vec<u32>,
     cells: Vec<UsedCell>,
-    entries: Pool,
-    /// The spatial cell of every point as of the last update.
-    cell_of_row: Vec<IVec3>,
-    /// Points that changed their cell, by chunk of rows.
-    movers: Vec<Vec<(u32, IVec3)>>,
+    pool: Pool,
+    /// Number of points.
+    len: usize,
+    /// Points that changed their cell, by chunk of entries.
+    movers: Vec<Vec<Mover>>,
     handles: Vec<z_curve::Handle>,
 }
 
@@ -71,90 +70,96 @@ impl UsedCell {
     }
 }
 
-/// Handles by hash (equation 3).
-#[derive(Debug, Default)]
-struct Table {
-    handles: Vec<u32>,
-    /// ⌈2⁶⁴ / size⌉: remainders by multiplication.
-    reciprocal: u64,
+/// A point that changed its cell, or is gone.
+#[derive(Debug, Clone, Copy)]
+struct Mover {
+    /// Its entry.
+    entry: u32,
+    row: u32,
+    from: IVec3,
 }
 
-impl Table {
-    fn reset(&mut self, size: usize) {
-        self.handles.clear();
-        self.handles.resize(size, EMPTY);
-        self.reciprocal = u64::MAX / size as u64 + 1;
-    }
-
-    #[inline(always)]
-    fn handle(&self, cell: IVec3) -> u32 {
-        self.handles[self.hash(cell) as usize]
-    }
-
-    #[inline(always)]
-    fn hash(&self, cell: IVec3) -> u32 {
-        let [x, y, z] = cell.to_array().map(|c| c as u32);
-        let mixed =
-            x.wrapping_mul(PRIMES[0]) ^ y.wrapping_mul(PRIMES[1]) ^ z.wrapping_mul(PRIMES[2]);
-        let fraction = self.reciprocal.wrapping_mul(u64::from(mixed));
-        ((u128::from(fraction) * self.handles.len() as u128) >> 64) as u32
-    }
-}
-
-/// Memory of the used cells' entries: blocks of k, 2 k, 4 k, … rows.
+/// Memory of the used cells' entries: blocks of k, 2 k, 4 k, … entries.
 #[derive(Debug, Default)]
 struct Pool {
-    rows: Vec<u32>,
+    entries: Entries,
+    /// Entries of a new used cell: the paper's k.
+    reserved: usize,
     /// Blocks given back, by the logarithm of their size in k.
     free: Vec<Vec<u32>>,
 }
 
 impl Pool {
     fn clear(&mut self) {
-        self.rows.clear();
+        self.entries.rows.clear();
+        self.entries.resize(0);
         self.free.iter_mut().for_each(Vec::clear);
     }
 
-    fn class(capacity: u32, reserved: usize) -> usize {
-        (capacity as usize / reserved).ilog2() as usize
+    fn class(&self, capacity: u32) -> usize {
+        (capacity as usize / self.reserved).ilog2() as usize
     }
 
-    fn allocate(&mut self, capacity: u32, reserved: usize) -> u32 {
-        if let Some(start) = self
-            .free
-            .get_mut(Self::class(capacity, reserved))
-            .and_then(Vec::pop)
-        {
+    fn allocate(&mut self, capacity: u32) -> u32 {
+        let class = self.class(capacity);
+        if let Some(start) = self.free.get_mut(class).and_then(Vec::pop) {
             return start;
         }
-        let start = self.rows.len() as u32;
-        self.rows.resize(self.rows.len() + capacity as usize, EMPTY);
-        start
+        let start = self.entries.rows.len() - PADDING;
+        self.entries.resize(start + capacity as usize);
+        start as u32
     }
 
-    fn release(&mut self, start: u32, capacity: u32, reserved: usize) {
-        let class = Self::class(capacity, reserved);
+    fn release(&mut self, start: u32, capacity: u32) {
+        let class = self.class(capacity);
         if self.free.len() <= class {
             self.free.resize_with(class + 1, Vec::new);
         }
         self.free[class].push(start);
+    }
+
+    /// Moves entries to `place`.
+    fn shift(&mut self, entries: std::ops::Range<usize>, place: usize) {
+        self.entries.rows.copy_within(entries.clone(), place);
+        for column in &mut self.entries.positions {
+            column.copy_within(entries.clone(), place);
+        }
+    }
+
+    fn set(&mut self, entry: usize, row: u32, point: Vec4) {
+        self.entries.rows[entry] = row;
+        for (column, x) in self.entries.positions.iter_mut().zip(point.to_array()) {
+            column[entry] = x;
+        }
+    }
+
+    /// The cell of the position that an entry holds.
+    fn cell(&self, grid: &Grid, entry: usize) -> IVec3 {
+        let [x, y, z] = self
+            .entries
+            .positions
+            .each_ref()
+            .map(|column| column[entry]);
+        grid.cell_of(Vec4::new(x, y, z, 0.0))
     }
 }
 
 impl CompactHashing {
     /// An empty index that expects `particles_a_cell` where there is fluid.
     pub fn new(grid: Grid, particles_a_cell: f32) -> Self {
-        let mut table = Table::default();
-        table.reset(MIN_TABLE);
+        let pool = Pool {
+            // Half as many again: a compressed or unlucky cell need not move.
+            reserved: (1.5 * particles_a_cell).ceil().clamp(2.0, 1024.0) as usize,
+            ..Pool::default()
+        };
         Self {
             grid,
-            // Half as many again: a compressed or unlucky cell need not move.
             handles_a_point: HANDLES_A_POINT,
-            reserved: (1.5 * particles_a_cell).ceil().clamp(2.0, 1024.0) as usize,
-            table,
+            hash: CellHash::new(MIN_TABLE),
+            table: Vec::new(),
             cells: Vec::new(),
-            entries: Pool::default(),
-            cell_of_row: Vec::new(),
+            pool,
+            len: 0,
             movers: Vec::new(),
             handles: Vec::new(),
         }
@@ -168,28 +173,24 @@ impl CompactHashing {
         index
     }
 
-    fn table_size(&self, points: usize) -> usize {
-        ((points as f64 * f64::from(self.handles_a_point)) as usize).max(MIN_TABLE)
-    }
-
     /// Share of the used cells that hold points of several spatial cells [-].
     pub fn collision_share(&self) -> f32 {
         self.cells.iter().filter(|cell| cell.collision).count() as f32
             / self.cells.len().max(1) as f32
     }
 
-    /// Adds entries of spatial cell `cell` to the used cell of its hash, which it creates if there is none.
-    fn insert(&mut self, cell: IVec3, rows: impl ExactSizeIterator<Item = u32>) {
-        let hash = self.table.hash(cell);
-        let used = match self.table.handles[hash as usize] {
+    /// Adds points of spatial cell `cell` to the used cell of its hash, which it creates if there is none.
+    fn insert(&mut self, cell: IVec3, rows: impl ExactSizeIterator<Item = u32>, points: &[Vec4]) {
+        let hash = self.hash.of(cell);
+        let used = match self.table[hash as usize] {
             EMPTY => {
-                let blocks = rows.len().div_ceil(self.reserved).next_power_of_two();
-                let capacity = (blocks * self.reserved) as u32;
-                self.table.handles[hash as usize] = self.cells.len() as u32;
+                let blocks = rows.len().div_ceil(self.pool.reserved).next_power_of_two();
+                let capacity = (blocks * self.pool.reserved) as u32;
+                self.table[hash as usize] = self.cells.len() as u32;
                 self.cells.push(UsedCell {
                     cell,
                     hash,
-                    start: self.entries.allocate(capacity, self.reserved),
+                    start: self.pool.allocate(capacity),
                     len: 0,
                     capacity,
                     collision: false,
@@ -206,19 +207,17 @@ impl CompactHashing {
         used.collision |= used.cell != cell;
         let old = used.range();
         used.len = needed;
-        let entries = &mut self.entries.rows[old.start..old.start + needed as usize];
+        let mut place = old.end;
         // Points of one spatial cell stay side by side, so that they can be handed out as a slice.
-        let place = if used.collision {
-            let kin = entries[..old.len()]
-                .iter()
-                .rposition(|&row| self.cell_of_row[row as usize] == cell);
-            kin.map_or(old.len(), |kin| kin + 1)
-        } else {
-            old.len()
-        };
-        entries.copy_within(place..old.len(), place + rows.len());
-        for (entry, row) in entries[place..].iter_mut().zip(rows) {
-            *entry = row;
+        if used.collision {
+            let mut entries = old.clone();
+            if let Some(kin) = entries.rfind(|&entry| self.pool.cell(&self.grid, entry) == cell) {
+                place = kin + 1;
+                self.pool.shift(place..old.end, place + rows.len());
+            }
+        }
+        for (entry, row) in (place..).zip(rows) {
+            self.pool.set(entry, row, points[row as usize]);
         }
     }
 
@@ -231,82 +230,69 @@ impl CompactHashing {
         while larger < needed {
             larger *= 2;
         }
-        let new_start = self.entries.allocate(larger, self.reserved);
-        self.entries
-            .rows
-            .copy_within(self.cells[used].range(), new_start as usize);
-        self.entries.release(start, capacity, self.reserved);
+        let old = self.cells[used].range();
+        let new_start = self.pool.allocate(larger);
+        self.pool.shift(old.clone(), new_start as usize);
+        self.pool.entries.rows[old].fill(NOBODY);
+        self.pool.release(start, capacity);
         self.cells[used].start = new_start;
         self.cells[used].capacity = larger;
     }
 
-    /// Takes a point out of its cell, and the cell out of the list if nothing is left in it.
-    fn remove(&mut self, cell: IVec3, row: u32) {
-        let hash = self.table.hash(cell);
-        let handle = self.table.handles[hash as usize] as usize;
+    /// Takes an entry out of its cell, and the cell out of the list if nothing is left in it.
+    fn remove(&mut self, mover: &Mover) {
+        let hash = self.hash.of(mover.from);
+        let handle = self.table[hash as usize] as usize;
         let used = &mut self.cells[handle];
-        let entries = &mut self.entries.rows[used.range()];
-        if let Some(place) = entries.iter().position(|&entry| entry == row) {
-            entries.copy_within(place + 1.., place);
-            used.len -= 1;
-        }
+        let (entry, end) = (mover.entry as usize, used.range().end);
+        self.pool.shift(entry + 1..end, entry);
+        self.pool.entries.rows[end - 1] = NOBODY;
+        used.len -= 1;
         if used.len == 0 {
-            let UsedCell {
-                start, capacity, ..
-            } = *used;
-            self.entries.release(start, capacity, self.reserved);
-            self.table.handles[hash as usize] = EMPTY;
+            self.pool.release(used.start, used.capacity);
+            self.table[hash as usize] = EMPTY;
             self.cells.swap_remove(handle);
             if let Some(moved) = self.cells.get(handle) {
-                self.table.handles[moved.hash as usize] = handle as u32;
+                self.table[moved.hash as usize] = handle as u32;
             }
         } else if used.collision {
-            let cells = &self.cell_of_row;
-            let entries = &self.entries.rows[used.range()];
-            used.cell = cells[entries[0] as usize];
-            used.collision = entries
-                .iter()
-                .any(|&entry| cells[entry as usize] != used.cell);
+            let mut cells = used.range().map(|entry| self.pool.cell(&self.grid, entry));
+            used.cell = cells.next().unwrap_or(used.cell);
+            used.collision = cells.any(|cell| cell != used.cell);
         }
     }
 
-    /// Appends the points of a used cell that lie in spatial cell `cell`.
-    #[inline]
-    fn append(&self, used: &UsedCell, cell: IVec3, points: &[Vec4], out: &mut Candidates) {
-        let rows = &self.entries.rows[used.range()];
-        if !used.collision {
-            if used.cell == cell {
-                out.extend(rows, points);
-            }
-            return;
-        }
-        for row in rows {
-            if self.cell_of_row[*row as usize] == cell {
-                out.extend(std::slice::from_ref(row), points);
-            }
-        }
-    }
-
-    /// Finds the points that changed their cell, in parallel (paper 4.5.1, first loop), and says how many.
-    fn find_movers(&mut self, points: &[Vec4], execution: &Execution) -> usize {
+    /// Copies the positions of all points and finds those that changed their cell or are gone, in parallel (paper
+    /// 4.5.1, first loop); says how many.
+    fn copy_and_compare(&mut self, points: &[Vec4], execution: &Execution) -> usize {
         let grid = &self.grid;
+        let Entries { rows, positions } = &mut self.pool.entries;
+        let [x, y, z] = positions;
         self.movers
-            .resize_with(points.len().div_ceil(CHUNK), Vec::new);
+            .resize_with(rows.len().div_ceil(CHUNK), Vec::new);
         execution.install(|| {
             self.movers
                 .par_iter_mut()
-                .zip(points.par_chunks(CHUNK))
-                .zip(self.cell_of_row.par_chunks(CHUNK))
+                .zip(rows.par_chunks(CHUNK))
+                .zip(x.par_chunks_mut(CHUNK))
+                .zip(y.par_chunks_mut(CHUNK))
+                .zip(z.par_chunks_mut(CHUNK))
                 .enumerate()
-                .for_each(|(chunk, ((movers, points), cells))| {
+                .for_each(|(chunk, ((((movers, rows), x), y), z))| {
                     movers.clear();
-                    let rows = (chunk * CHUNK) as u32..;
-                    movers.extend(rows.zip(points).zip(cells).filter_map(
-                        |((row, &point), &old)| {
-                            let cell = grid.cell_of(point);
-                            (cell != old).then_some((row, cell))
-                        },
-                    ));
+                    let entries = (chunk * CHUNK) as u32..;
+                    for ((((entry, &row), x), y), z) in entries.zip(rows).zip(x).zip(y).zip(z) {
+                        let point = match points.get(row as usize) {
+                            Some(&point) => point,
+                            None if row == NOBODY => continue,
+                            None => Vec4::NAN,
+                        };
+                        let from = grid.cell_of(Vec4::new(*x, *y, *z, 0.0));
+                        (*x, *y, *z) = (point.x, point.y, point.z);
+                        if grid.cell_of(point) != from || row as usize >= points.len() {
+                            movers.push(Mover { entry, row, from });
+                        }
+                    }
                 });
         });
         self.movers.iter().map(Vec::len).sum()
@@ -314,114 +300,119 @@ impl CompactHashing {
 }
 
 impl SpatialIndex for CompactHashing {
-    fn update(&mut self, points: &[Vec4], execution: &Execution) {
-        let known = self.cell_of_row.len();
-        let (size, wanted) = (self.table.handles.len(), self.table_size(points.len()));
-        if known == 0 || wanted > 2 * size || 4 * wanted < size {
+    fn update(&mut self, points: &[Vec4], execution: &Execution) -> Result<(), DomainTooLarge> {
+        let hash = self.hash.resized(points.len(), self.handles_a_point);
+        if self.len == 0 || hash.size != self.hash.size {
             return self.rebuild(points, execution);
         }
-        for row in points.len()..known {
-            self.remove(self.cell_of_row[row], row as u32);
-        }
-        self.cell_of_row.truncate(points.len());
-        for (row, &point) in points.iter().enumerate().skip(known) {
-            let cell = self.grid.cell_of(point);
-            self.cell_of_row.push(cell);
-            self.insert(cell, std::iter::once(row as u32));
-        }
-        if self.find_movers(points, execution) > points.len() / 4 {
+        if self.copy_and_compare(points, execution) > points.len() / 4 {
             return self.rebuild(points, execution);
         }
         let movers = std::mem::take(&mut self.movers);
-        for &(row, cell) in movers.iter().flatten() {
-            let old = std::mem::replace(&mut self.cell_of_row[row as usize], cell);
-            self.remove(old, row);
-            self.insert(cell, std::iter::once(row));
+        // The last first: what follows a removed entry moves up.
+        for mover in movers.iter().rev().flat_map(|chunk| chunk.iter().rev()) {
+            self.remove(mover);
+        }
+        let moved = movers.iter().flatten().map(|mover| mover.row);
+        let moved = moved.filter(|&row| (row as usize) < points.len());
+        let spawned = self.len as u32..points.len() as u32;
+        for row in moved.chain(spawned) {
+            let cell = self.grid.cell_of(points[row as usize]);
+            self.insert(cell, std::iter::once(row), points);
         }
         self.movers = movers;
+        self.len = points.len();
+        Ok(())
     }
 
-    fn rebuild(&mut self, points: &[Vec4], execution: &Execution) {
-        self.table.reset(self.table_size(points.len()));
+    fn rebuild(&mut self, points: &[Vec4], execution: &Execution) -> Result<(), DomainTooLarge> {
+        self.hash = self.hash.resized(points.len(), self.handles_a_point);
+        self.table.clear();
+        self.table.resize(self.hash.size, EMPTY);
         self.cells.clear();
-        self.entries.clear();
-        let grid = &self.grid;
-        execution.install(|| {
-            points
-                .par_iter()
-                .map(|&point| grid.cell_of(point))
-                .collect_into_vec(&mut self.cell_of_row);
-        });
+        self.pool.clear();
         let mut handles = std::mem::take(&mut self.handles);
         z_curve::sort_handles(points, &self.grid, execution, &mut handles);
         // Runs of one key are one spatial cell, but for cells so far apart that they share a key.
-        let mut rest = handles.as_slice();
-        while let Some(&(_, first)) = rest.first() {
-            let cell = self.cell_of_row[first as usize];
-            let len = rest
-                .iter()
-                .take_while(|handle| self.cell_of_row[handle.1 as usize] == cell)
-                .count();
-            let (run, after) = rest.split_at(len);
-            self.insert(cell, run.iter().map(|handle| handle.1));
-            rest = after;
+        let grid = self.grid.clone();
+        let cell = |handle: &z_curve::Handle| grid.cell_of(points[handle.1 as usize]);
+        for run in handles.chunk_by(|a, b| a.0 == b.0 && cell(a) == cell(b)) {
+            self.insert(cell(&run[0]), run.iter().map(|handle| handle.1), points);
         }
         self.handles = handles;
+        self.len = points.len();
+        Ok(())
     }
 
     fn grid(&self) -> &Grid {
         &self.grid
     }
 
-    fn cells(&self) -> usize {
+    fn places(&self) -> usize {
         self.cells.len()
     }
 
-    fn cell_len(&self, cell: usize) -> usize {
-        self.cells[cell].len as usize
+    fn place_len(&self, place: usize) -> usize {
+        self.cells[place].len as usize
     }
 
-    fn group(&self, cell: usize, from: usize) -> Option<(IVec3, &[u32])> {
-        let used = &self.cells[cell];
-        let rows = &self.entries.rows[used.range()][from..];
-        let first = *rows.first()?;
+    fn group(&self, place: usize, from: usize) -> Option<(IVec3, &[u32])> {
+        let used = &self.cells[place];
+        let range = used.start as usize + from..used.range().end;
+        if range.is_empty() {
+            return None;
+        }
+        let rows = &self.pool.entries.rows[range.clone()];
         if !used.collision {
             return Some((used.cell, rows));
         }
-        let cell = self.cell_of_row[first as usize];
-        let len = rows
-            .iter()
-            .take_while(|&&row| self.cell_of_row[row as usize] == cell)
-            .count();
+        let mut cells = range.map(|entry| self.pool.cell(&self.grid, entry));
+        let cell = cells.next()?;
+        let len = 1 + cells.take_while(|&other| other == cell).count();
         Some((cell, &rows[..len]))
     }
 
-    fn candidates(&self, center: IVec3, points: &[Vec4], out: &mut Candidates) {
+    fn entries(&self) -> &Entries {
+        &self.pool.entries
+    }
+
+    fn runs(&self, center: IVec3, out: &mut Vec<Run>) {
+        if self.cells.is_empty() {
+            return;
+        }
         // Two loops, so that the first's loads, which miss the cache and do not depend on each other, overlap.
         for offsets in self.grid.neighbourhood.chunks(BATCH) {
             let mut handles = [EMPTY; BATCH];
             for (handle, &offset) in handles.iter_mut().zip(offsets) {
-                *handle = self.table.handle(center.wrapping_add(offset));
+                *handle = self.table[self.hash.of(center.wrapping_add(offset)) as usize];
             }
             for (&handle, &offset) in handles.iter().zip(offsets) {
                 if let Some(used) = self.cells.get(handle as usize) {
-                    self.append(used, center.wrapping_add(offset), points, out);
+                    let (start, len, cell) = (used.start, used.len, center.wrapping_add(offset));
+                    if !used.collision {
+                        if used.cell == cell {
+                            out.push(Run { start, len });
+                        }
+                        continue;
+                    }
+                    for entry in used.range() {
+                        if self.pool.cell(&self.grid, entry) == cell {
+                            let start = entry as u32;
+                            out.push(Run { start, len: 1 });
+                        }
+                    }
                 }
             }
         }
     }
 
     fn bytes(&self) -> usize {
-        let movers: usize = self
-            .movers
-            .iter()
-            .map(|m| m.capacity() * size_of::<(u32, IVec3)>())
-            .sum();
-        self.table.handles.capacity() * size_of::<u32>()
+        let movers: usize = self.movers.iter().map(Vec::capacity).sum();
+        let free: usize = self.pool.free.iter().map(Vec::capacity).sum();
+        (self.table.capacity() + free) * size_of::<u32>()
             + self.cells.capacity() * size_of::<UsedCell>()
-            + self.entries.rows.capacity() * size_of::<u32>()
-            + self.cell_of_row.capacity() * size_of::<IVec3>()
+            + self.pool.entries.bytes()
             + self.handles.capacity() * size_of::<z_curve::Handle>()
-            + movers
+            + movers * size_of::<Mover>()
     }
 }

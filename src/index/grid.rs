@@ -12,6 +12,8 @@ pub struct Grid {
     /// Cell edge d [m].
     pub cell_size: f64,
     inverse_size: f64,
+    /// How many cells the support radius reaches along x, y and z.
+    pub reach: IVec3,
     /// Cells within reach of a cell, its own included, as offsets.
     pub neighbourhood: Vec<IVec3>,
 }
@@ -41,6 +43,7 @@ impl Grid {
             support_radius,
             cell_size: size,
             inverse_size: 1.0 / size,
+            reach: IVec3::new(reach, reach, depth),
             neighbourhood,
         }
     }

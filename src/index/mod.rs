@@ -4,48 +4,69 @@
 //! of a cell and for the candidates around it, tests distances and writes lists.
 
 mod brute_force;
+mod by_row;
 mod compact_hashing;
+mod domain;
+mod entries;
 mod grid;
+mod hash;
+mod index_sort;
+mod radix_sort;
+mod spatial_hashing;
+mod table;
+mod uniform_grid;
 pub mod z_curve;
+mod z_index_sort;
 
 use bevy_ecs::prelude::*;
 use glam::{IVec3, Vec4};
 
 pub use brute_force::BruteForce;
 pub use compact_hashing::CompactHashing;
+pub use domain::{DomainTooLarge, MAX_CELLS};
+pub use entries::{Entries, Run};
 pub use grid::Grid;
+pub use index_sort::IndexSort;
+pub use spatial_hashing::SpatialHashing;
+pub use uniform_grid::UniformGrid;
+pub use z_index_sort::ZIndexSort;
 
 use crate::{
     column::Positions,
     execution::Execution,
     scene::{self, IndexStructure, Scene},
-    simd::Candidates,
+    step::{Failure, FailureCause},
 };
 
 /// A structure that sorts points into cells. Rows are indices into the slice of points given last.
 pub trait SpatialIndex: Send + Sync + 'static {
-    /// Takes over new positions. Rows may have come, gone or changed what they name.
-    fn update(&mut self, points: &[Vec4], execution: &Execution);
+    /// Takes over new positions. Rows may have come, gone or changed what they name. A dense structure fails if the
+    /// points lie too far apart; it holds the points before, then.
+    fn update(&mut self, points: &[Vec4], execution: &Execution) -> Result<(), DomainTooLarge>;
 
     /// Takes over positions whose rows were put into another order: builds everything anew.
-    fn rebuild(&mut self, points: &[Vec4], execution: &Execution);
+    fn rebuild(&mut self, points: &[Vec4], execution: &Execution) -> Result<(), DomainTooLarge>;
 
     /// The cells' geometry.
     fn grid(&self) -> &Grid;
 
-    /// Number of places that hold points.
-    fn cells(&self) -> usize;
+    /// Number of places that a search goes through: cells, or blocks of entries or rows. They hold all points.
+    fn places(&self) -> usize;
 
-    /// Number of points in place `cell`.
-    fn cell_len(&self, cell: usize) -> usize;
+    /// Number of points in `place`.
+    fn place_len(&self, place: usize) -> usize;
 
-    /// The `from`-th point of place `cell` and those after it that lie in the same spatial cell, which comes first;
+    /// The `from`-th point of `place` and those after it that lie in the same spatial cell, which comes first;
     /// `None` behind the last. A pull and no callback: the search that asks is compiled for an instruction set, and a
     /// callback would not be.
-    fn group(&self, cell: usize, from: usize) -> Option<(IVec3, &[u32])>;
+    fn group(&self, place: usize, from: usize) -> Option<(IVec3, &[u32])>;
 
-    /// Appends every point that lies within reach of spatial cell `center`, each once.
-    fn candidates(&self, center: IVec3, points: &[Vec4], out: &mut Candidates);
+    /// All rows in the order of the cells.
+    fn entries(&self) -> &Entries;
+
+    /// Appends runs of entries that hold every point within reach of spatial cell `center`, each once. Points further
+    /// away may be among them.
+    fn runs(&self, center: IVec3, out: &mut Vec<Run>);
 
     /// Memory held [bytes].
     fn bytes(&self) -> usize;
@@ -69,12 +90,13 @@ pub fn build(scene: &Scene) -> Box<dyn SpatialIndex> {
         cell_size,
     } = scene.index;
     let grid = Grid::new(scene.dimension, scene.support_radius(), cell_size);
+    let particles_a_cell = (cell_size * scene.support).powi(u8::from(scene.dimension).into());
     match structure {
-        IndexStructure::CompactHashing => {
-            let particles_a_cell =
-                (cell_size * scene.support).powi(u8::from(scene.dimension).into());
-            Box::new(CompactHashing::new(grid, particles_a_cell))
-        }
+        IndexStructure::UniformGrid => Box::new(UniformGrid::new(grid)),
+        IndexStructure::IndexSort => Box::new(IndexSort::new(grid)),
+        IndexStructure::ZIndexSort => Box::new(ZIndexSort::new(grid)),
+        IndexStructure::SpatialHashing => Box::new(SpatialHashing::new(grid, particles_a_cell)),
+        IndexStructure::CompactHashing => Box::new(CompactHashing::new(grid, particles_a_cell)),
         IndexStructure::BruteForce => Box::new(BruteForce::new(grid)),
     }
 }
@@ -82,14 +104,19 @@ pub fn build(scene: &Scene) -> Box<dyn SpatialIndex> {
 /// Brings the index up to date with the rows (phase `RebuildIndex`).
 pub fn update_index(
     mut index: ResMut<FluidIndex>,
+    mut failure: ResMut<Failure>,
     positions: Res<Positions>,
     execution: Res<Execution>,
 ) {
-    index.rebuilt = std::mem::take(&mut index.reordered);
-    if index.rebuilt {
-        index.structure.rebuild(positions.points(), &execution);
+    index.rebuilt = index.reordered;
+    let update = if index.rebuilt {
+        index.structure.rebuild(positions.points(), &execution)
     } else {
-        index.structure.update(positions.points(), &execution);
+        index.structure.update(positions.points(), &execution)
+    };
+    match update {
+        Ok(()) => index.reordered = false,
+        Err(error) => failure.record(FailureCause::DomainTooLarge(error), Some(error.row)),
     }
 }
 

@@ -1,4 +1,4 @@
-//! Compact hashing against the reference, through the search that the engine uses.
+//! Every structure against the reference, through the search that the engine uses.
 
 use std::sync::LazyLock;
 
@@ -66,7 +66,7 @@ fn flat(mut point: Vec4, dimension: Dimension) -> Vec4 {
 }
 
 /// How the points of a test lie.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 enum Layout {
     /// Like fluid: about thirty neighbours each.
     Even,
@@ -104,7 +104,7 @@ fn points(layout: Layout, grid: &Grid, dimension: Dimension, count: usize, seed:
     let point = |_| match layout {
         Layout::Even => numbers.point(dimension, even_edge),
         Layout::Clusters => {
-            let cluster = [-40.0f32, 3.7, 55.1][numbers.below(3)];
+            let cluster = [-1.0f32, 0.37, 1.51][numbers.below(3)];
             flat(Vec4::new(cluster, -cluster, 0.5 * cluster, 0.0), dimension)
                 + numbers.point(dimension, H)
         }
@@ -158,53 +158,112 @@ fn sorted(mut lists: Vec<Vec<u32>>) -> Vec<Vec<u32>> {
 
 fn reference(grid: &Grid, points: &[Vec4]) -> Vec<Vec<u32>> {
     let mut brute = BruteForce::new(grid.clone());
-    brute.rebuild(points, two_threads());
+    brute.rebuild(points, two_threads()).expect("no box");
     own_lists(&brute, points)
 }
 
-/// Every row is in one place, no place is empty, groups cover a place and agree with the points, and the collision flag
-/// is up exactly where a place holds several spatial cells.
-fn assert_sound(index: &CompactHashing, points: &[Vec4]) {
+/// A structure under test.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Kind {
+    Uniform,
+    IndexSort,
+    ZIndexSort,
+    SpatialHashing,
+    /// With the smallest table: nearly every cell collides.
+    SpatialHashingSmall,
+    CompactHashing,
+    /// With the smallest table: nearly every cell collides.
+    CompactHashingSmall,
+}
+
+const KINDS: [Kind; 7] = [
+    Kind::Uniform,
+    Kind::IndexSort,
+    Kind::ZIndexSort,
+    Kind::SpatialHashing,
+    Kind::SpatialHashingSmall,
+    Kind::CompactHashing,
+    Kind::CompactHashingSmall,
+];
+
+fn structure(grid: &Grid, kind: Kind) -> Box<dyn SpatialIndex> {
+    let grid = grid.clone();
+    match kind {
+        Kind::Uniform => Box::new(UniformGrid::new(grid)),
+        Kind::IndexSort => Box::new(IndexSort::new(grid)),
+        Kind::ZIndexSort => Box::new(ZIndexSort::new(grid)),
+        Kind::SpatialHashing => Box::new(SpatialHashing::new(grid, 8.0)),
+        Kind::SpatialHashingSmall => Box::new(SpatialHashing::with_smallest_table(grid, 8.0)),
+        Kind::CompactHashing => Box::new(CompactHashing::new(grid, 8.0)),
+        Kind::CompactHashingSmall => Box::new(CompactHashing::with_smallest_table(grid, 8.0)),
+    }
+}
+
+fn built(grid: &Grid, kind: Kind, points: &[Vec4]) -> Box<dyn SpatialIndex> {
+    let mut index = structure(grid, kind);
+    index
+        .rebuild(points, two_threads())
+        .expect("a box that fits");
+    index
+}
+
+fn update(index: &mut dyn SpatialIndex, points: &[Vec4]) {
+    index
+        .update(points, two_threads())
+        .expect("a box that fits");
+}
+
+/// Every row is in one place, groups cover a place and agree with the points, and every entry around a point's cell is
+/// handed out once.
+fn assert_sound(index: &dyn SpatialIndex, points: &[Vec4]) {
     let mut seen = vec![0; points.len()];
-    let mut collisions = 0;
-    for cell in 0..index.cells() {
-        assert!(index.cell_len(cell) > 0, "place {cell} is empty");
-        let (mut done, mut groups) = (0, 0);
-        while let Some((coordinates, members)) = index.group(cell, done) {
+    for place in 0..index.places() {
+        let mut done = 0;
+        while let Some((cell, members)) = index.group(place, done) {
             assert!(!members.is_empty());
-            groups += 1;
             for &row in members {
                 seen[row as usize] += 1;
-                assert_eq!(index.grid().cell_of(points[row as usize]), coordinates);
+                let point = points[row as usize];
+                assert!(!point.is_finite() || index.grid().cell_of(point) == cell);
             }
             done += members.len();
+            let mut runs = Vec::new();
+            index.runs(cell, &mut runs);
+            let entry_rows = &index.entries().columns().0;
+            let entries = runs.iter().flat_map(|run| run.start..run.start + run.len);
+            let mut rows: Vec<u32> = entries.map(|entry| entry_rows[entry as usize]).collect();
+            rows.sort_unstable();
+            assert!(rows.windows(2).all(|pair| pair[0] < pair[1]), "{rows:?}");
+            assert!(rows.iter().all(|&row| (row as usize) < points.len()));
         }
-        assert_eq!(done, index.cell_len(cell));
-        collisions += usize::from(groups > 1);
+        assert_eq!(done, index.place_len(place));
     }
-    let share = collisions as f32 / index.cells().max(1) as f32;
-    assert_eq!(index.collision_share(), share);
     assert!(
         seen.iter().all(|&count| count == 1),
         "rows by place: {seen:?}"
     );
-    let total: usize = (0..index.cells()).map(|cell| index.cell_len(cell)).sum();
-    assert_eq!(total, points.len());
 }
 
 /// Soundness, the same sets as the reference, and no row twice in a list.
-fn assert_agrees(index: &CompactHashing, points: &[Vec4]) {
+fn assert_agrees(index: &dyn SpatialIndex, points: &[Vec4]) {
     assert_sound(index, points);
     let found = sorted(own_lists(index, points));
     assert_eq!(found, sorted(reference(index.grid(), points)));
 }
 
-fn structure(grid: &Grid, smallest_table: bool) -> CompactHashing {
-    if smallest_table {
-        CompactHashing::with_smallest_table(grid.clone(), 8.0)
-    } else {
-        CompactHashing::new(grid.clone(), 8.0)
+/// No used cell is empty, and the collision flag is up exactly where one holds several spatial cells.
+fn assert_flags(index: &CompactHashing) {
+    let mut collisions = 0;
+    for place in 0..index.places() {
+        assert!(index.place_len(place) > 0, "used cell {place} is empty");
+        let (mut done, mut groups) = (0, 0);
+        while let Some((_, members)) = index.group(place, done) {
+            (done, groups) = (done + members.len(), groups + 1);
+        }
+        collisions += usize::from(groups > 1);
     }
+    let share = collisions as f32 / index.places().max(1) as f32;
+    assert_eq!(index.collision_share(), share);
 }
 
 /// A grid of any kind.
@@ -220,17 +279,15 @@ proptest! {
     #![proptest_config(cases(160))]
 
     #[test]
-    fn compact_hashing_finds_the_neighbours_that_brute_force_finds(
+    fn every_structure_finds_the_neighbours_that_brute_force_finds(
         (grid, dimension) in any_grid(),
         layout in prop::sample::select(&LAYOUTS[..]),
         count in 0usize..400,
         seed: u64,
-        smallest_table: bool,
+        kind in prop::sample::select(&KINDS[..]),
     ) {
         let points = points(layout, &grid, dimension, count, seed);
-        let mut index = structure(&grid, smallest_table);
-        index.rebuild(&points, two_threads());
-        assert_agrees(&index, &points);
+        assert_agrees(&*built(&grid, kind, &points), &points);
     }
 
     #[test]
@@ -238,40 +295,40 @@ proptest! {
         (grid, dimension) in any_grid(),
         layout in prop::sample::select(&LAYOUTS[..]),
         seed: u64,
-        smallest_table: bool,
+        kind in prop::sample::select(&KINDS[..]),
         steps in 1usize..12,
     ) {
         let mut points = points(layout, &grid, dimension, 250, seed);
-        let mut index = structure(&grid, smallest_table);
+        let mut index = structure(&grid, kind);
         let mut numbers = Numbers(!seed);
-        index.update(&points, two_threads());
+        update(&mut *index, &points);
         for _ in 0..steps {
             // Few enough jumpers that the index is changed, not built anew.
             for point in &mut points {
                 *point += match numbers.below(20) {
-                    0 => numbers.point(dimension, 100.0),
+                    0 => numbers.point(dimension, 3.0),
                     1 => numbers.point(dimension, H),
                     _ => numbers.point(dimension, 0.02 * H),
                 };
             }
-            index.update(&points, two_threads());
-            assert_sound(&index, &points);
+            update(&mut *index, &points);
+            assert_sound(&*index, &points);
         }
-        assert_agrees(&index, &points);
+        assert_agrees(&*index, &points);
     }
 
     #[test]
     fn points_come_and_go(
         (grid, dimension) in any_grid(),
         seed: u64,
-        smallest_table: bool,
+        kind in prop::sample::select(&KINDS[..]),
         counts in prop::collection::vec(0usize..300, 1..10),
     ) {
         let all = points(Layout::Even, &grid, dimension, 300, seed);
-        let mut index = structure(&grid, smallest_table);
+        let mut index = structure(&grid, kind);
         for count in counts {
-            index.update(&all[..count], two_threads());
-            assert_agrees(&index, &all[..count]);
+            update(&mut *index, &all[..count]);
+            assert_agrees(&*index, &all[..count]);
         }
     }
 
@@ -279,18 +336,18 @@ proptest! {
     fn despawning_by_swapping_with_the_last_row_is_followed(
         (grid, dimension) in any_grid(),
         seed: u64,
-        smallest_table: bool,
+        kind in prop::sample::select(&KINDS[..]),
     ) {
         let mut points = points(Layout::Even, &grid, dimension, 200, seed);
-        let mut index = structure(&grid, smallest_table);
+        let mut index = structure(&grid, kind);
         let mut numbers = Numbers(seed);
-        index.update(&points, two_threads());
+        update(&mut *index, &points);
         while !points.is_empty() {
             for _ in 0..30.min(points.len()) {
                 points.swap_remove(numbers.below(points.len()));
             }
-            index.update(&points, two_threads());
-            assert_agrees(&index, &points);
+            update(&mut *index, &points);
+            assert_agrees(&*index, &points);
         }
     }
 
@@ -300,34 +357,36 @@ proptest! {
         (first, second) in (prop::sample::select(&LAYOUTS[..]), prop::sample::select(&LAYOUTS[..])),
         (before, after) in (0usize..300, 0usize..300),
         seed: u64,
+        kind in prop::sample::select(&KINDS[..]),
     ) {
-        let mut index = structure(&grid, false);
-        index.update(&points(first, &grid, dimension, before, seed), two_threads());
+        let mut index = built(&grid, kind, &points(first, &grid, dimension, before, seed));
         let points = points(second, &grid, dimension, after, !seed);
-        index.rebuild(&points, two_threads());
-        assert_agrees(&index, &points);
+        index.rebuild(&points, two_threads()).expect("a box that fits");
+        assert_agrees(&*index, &points);
     }
 
     #[test]
     fn points_that_are_not_finite_have_no_neighbours_and_harm_nobody(
         (grid, dimension) in any_grid(),
         seed: u64,
-        smallest_table: bool,
+        kind in prop::sample::select(&KINDS[..]),
         broken in prop::collection::vec((0usize..150, 0usize..3, 0usize..5), 1..20),
     ) {
         const VALUES: [f32; 5] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, f32::MIN];
+        let far = [Kind::Uniform, Kind::IndexSort, Kind::ZIndexSort].contains(&kind);
         let mut points = points(Layout::Even, &grid, dimension, 150, seed);
-        let mut index = structure(&grid, smallest_table);
-        index.update(&points, two_threads());
+        let mut index = structure(&grid, kind);
+        update(&mut *index, &points);
         for &(row, axis, value) in &broken {
-            points[row][axis] = VALUES[value];
+            // A box around a finite point at the end of the world is refused.
+            points[row][axis] = VALUES[if far { value % 3 } else { value }];
         }
-        index.update(&points, two_threads());
-        assert_sound(&index, &points);
-        let updated = own_lists(&index, &points);
-        index.rebuild(&points, two_threads());
-        assert_sound(&index, &points);
-        let rebuilt = own_lists(&index, &points);
+        update(&mut *index, &points);
+        assert_sound(&*index, &points);
+        let updated = own_lists(&*index, &points);
+        index.rebuild(&points, two_threads()).expect("a box that fits");
+        assert_sound(&*index, &points);
+        let rebuilt = own_lists(&*index, &points);
         for (row, point) in points.iter().enumerate() {
             prop_assert!(point.is_finite() || updated[row].is_empty());
         }
@@ -343,26 +402,28 @@ proptest! {
             (prop::sample::select(&LAYOUTS[..]), prop::sample::select(&LAYOUTS[..])),
         (count, others) in (0usize..200, 0usize..200),
         seed: u64,
-        smallest_table: bool,
+        (kind, among_kind) in
+            (prop::sample::select(&KINDS[..]), prop::sample::select(&KINDS[..])),
     ) {
+        // No box reaches from here to there.
+        let boxed = [Kind::Uniform, Kind::IndexSort, Kind::ZIndexSort].contains(&among_kind);
+        prop_assume!(!boxed || (layout == Layout::FarAway) == (other_layout == Layout::FarAway));
         let points = points(layout, &grid, dimension, count, seed);
         // Some in the same place, under the same row: no reason to leave them out.
         let mut among_points = self::points(other_layout, &grid, dimension, others, !seed);
         for (other, point) in among_points.iter_mut().zip(&points).step_by(3) {
             *other = *point;
         }
-        let mut of = structure(&grid, smallest_table);
-        let mut among = structure(&grid, !smallest_table);
+        let of = built(&grid, kind, &points);
+        let among = built(&grid, among_kind, &among_points);
         let mut brute = (BruteForce::new(grid.clone()), BruteForce::new(grid.clone()));
-        of.rebuild(&points, two_threads());
-        among.rebuild(&among_points, two_threads());
-        brute.0.rebuild(&points, two_threads());
-        brute.1.rebuild(&among_points, two_threads());
+        brute.0.rebuild(&points, two_threads()).expect("no box");
+        brute.1.rebuild(&among_points, two_threads()).expect("no box");
         let search = |of: &dyn SpatialIndex, among: &dyn SpatialIndex| {
             let (points, among_points) = (&points, &among_points);
             sorted(lists(Search { of, points, among, among_points, same: false }, two_threads()))
         };
-        let found = search(&of, &among);
+        let found = search(&*of, &*among);
         for (row, list) in found.iter().enumerate().step_by(3).take_while(|(row, _)| *row < others) {
             prop_assert!(list.contains(&(row as u32)), "row {} of the other points", row);
         }
@@ -385,18 +446,18 @@ fn many_points(seed: u64) -> Vec<Vec4> {
 }
 
 /// Lists after motion through updates, with the regions of the flat array kept from step to step.
-fn lists_after_motion(execution: &Execution, smallest_table: bool) -> Vec<Vec<Vec<u32>>> {
+fn lists_after_motion(execution: &Execution, kind: Kind) -> Vec<Vec<Vec<u32>>> {
     let mut points = many_points(7);
     let mut numbers = Numbers(11);
-    let mut index = structure(&Grid::new(Dimension::Three, H, 1.0), smallest_table);
+    let mut index = structure(&Grid::new(Dimension::Three, H, 1.0), kind);
     let mut lists = NeighbourLists::default();
     let step = |_| {
         for point in &mut points {
             *point += numbers.point(Dimension::Three, 0.2 * H);
         }
-        index.update(&points, execution);
+        index.update(&points, execution).expect("a box that fits");
         search(
-            &among_themselves(&index, &points),
+            &among_themselves(&*index, &points),
             &mut lists,
             true,
             execution,
@@ -410,56 +471,66 @@ fn lists_after_motion(execution: &Execution, smallest_table: bool) -> Vec<Vec<Ve
 
 #[test]
 fn lists_do_not_depend_on_the_number_of_threads() {
-    for smallest_table in [false, true] {
-        let expected = lists_after_motion(&THREADS[0], smallest_table);
+    for kind in KINDS {
+        let expected = lists_after_motion(&THREADS[0], kind);
         for execution in &THREADS[1..] {
-            let found = lists_after_motion(execution, smallest_table);
-            assert!(found == expected, "{} threads", execution.threads());
+            let found = lists_after_motion(execution, kind);
+            assert!(
+                found == expected,
+                "{kind:?}, {} threads",
+                execution.threads()
+            );
         }
     }
 }
 
 #[test]
 fn lists_do_not_depend_on_the_instruction_set() {
-    let with = |instruction_set: InstructionSet| {
-        let mut execution = two_threads().clone();
-        execution.instruction_set = instruction_set;
-        lists_after_motion(&execution, false)
-    };
-    let expected = with(InstructionSet::Portable);
-    for set in InstructionSet::available() {
-        assert!(with(set) == expected, "{set:?}");
+    for kind in [Kind::SpatialHashing, Kind::CompactHashing] {
+        let with = |instruction_set: InstructionSet| {
+            let mut execution = two_threads().clone();
+            execution.instruction_set = instruction_set;
+            lists_after_motion(&execution, kind)
+        };
+        let expected = with(InstructionSet::Portable);
+        for set in InstructionSet::available() {
+            assert!(with(set) == expected, "{kind:?}, {set:?}");
+        }
     }
 }
 
 #[test]
 fn regions_kept_from_the_last_search_do_not_change_the_lists() {
     let grid = Grid::new(Dimension::Three, H, 1.0);
-    let mut lists = NeighbourLists::default();
-    // Sparse, then dense beyond every region, then fewer points, none, and many again.
-    for (layout, count) in [
-        (Layout::Spray, 1000),
-        (Layout::OneCell, 1000),
-        (Layout::Even, 300),
-        (Layout::Even, 0),
-        (Layout::OnePlace, 1),
-        (Layout::Clusters, 1500),
-        (Layout::Even, 1500),
-    ] {
-        let points = points(layout, &grid, Dimension::Three, count, 5);
-        let mut index = structure(&grid, false);
-        index.rebuild(&points, two_threads());
-        let expected = own_lists(&index, &points);
-        for same_cells in [true, false, true] {
-            search(
-                &among_themselves(&index, &points),
-                &mut lists,
-                same_cells,
-                two_threads(),
-            );
-            let found: Vec<_> = (0..count).map(|row| lists.of(row).to_vec()).collect();
-            assert!(found == expected, "{layout:?} of {count}, {same_cells}");
-            assert_eq!(lists.pairs(), expected.iter().map(Vec::len).sum::<usize>());
+    for kind in KINDS {
+        let mut lists = NeighbourLists::default();
+        // Sparse, then dense beyond every region, then fewer points, none, and many again.
+        for (layout, count) in [
+            (Layout::Spray, 1000),
+            (Layout::OneCell, 1000),
+            (Layout::Even, 300),
+            (Layout::Even, 0),
+            (Layout::OnePlace, 1),
+            (Layout::Clusters, 1500),
+            (Layout::Even, 1500),
+        ] {
+            let points = points(layout, &grid, Dimension::Three, count, 5);
+            let index = built(&grid, kind, &points);
+            let expected = own_lists(&*index, &points);
+            for same_cells in [true, false, true] {
+                search(
+                    &among_themselves(&*index, &points),
+                    &mut lists,
+                    same_cells,
+                    two_threads(),
+                );
+                let found: Vec<_> = (0..count).map(|row| lists.of(row).to_vec()).collect();
+                assert!(
+                    found == expected,
+                    "{kind:?}, {layout:?} of {count}, {same_cells}"
+                );
+                assert_eq!(lists.pairs(), expected.iter().map(Vec::len).sum::<usize>());
+            }
         }
     }
 }
@@ -468,13 +539,12 @@ fn regions_kept_from_the_last_search_do_not_change_the_lists() {
 fn the_ball_is_closed_and_a_row_is_not_its_own_neighbour() {
     // 0.25 and its multiples are exact: the pair is at the support radius to the bit.
     let h = 0.25;
-    for cell_size in CELL_SIZES {
+    for (kind, cell_size) in KINDS.into_iter().zip(CELL_SIZES.into_iter().cycle()) {
         let grid = Grid::new(Dimension::Three, h, cell_size);
         for origin in [0.0, -0.25, 3.0, -1024.0] {
             let points = [0.0, h, 2.0 * h, h + 1e-4].map(|x| Vec4::new(origin + x, 0.0, 0.0, 0.0));
-            let mut index = structure(&grid, false);
-            index.rebuild(&points, two_threads());
-            let lists = sorted(own_lists(&index, &points));
+            let index = built(&grid, kind, &points);
+            let lists = sorted(own_lists(&*index, &points));
             assert_eq!(lists, [vec![1], vec![0, 2, 3], vec![1, 3], vec![1, 2]]);
         }
     }
@@ -482,43 +552,52 @@ fn the_ball_is_closed_and_a_row_is_not_its_own_neighbour() {
 
 #[test]
 fn an_index_without_points_is_empty_and_usable() {
-    for smallest_table in [false, true] {
-        let mut index = structure(&Grid::new(Dimension::Three, H, 1.0), smallest_table);
-        for points in [&[][..], &[Vec4::ZERO], &[], &[]] {
-            index.update(points, two_threads());
-            assert_eq!(index.cells(), points.len());
-            assert_agrees(&index, points);
+    for kind in KINDS {
+        let mut index = structure(&Grid::new(Dimension::Three, H, 1.0), kind);
+        assert_agrees(&*index, &[]);
+        for points in [&[][..], &[Vec4::ZERO], &[], &[], &[Vec4::splat(1e4)]] {
+            update(&mut *index, points);
+            assert_eq!(index.places(), points.len());
+            assert_agrees(&*index, points);
         }
     }
 }
 
 #[test]
-fn the_smallest_table_makes_cells_collide() {
+fn the_smallest_table_makes_cells_collide_and_the_flags_follow() {
     let grid = Grid::new(Dimension::Three, H, 1.0);
-    let points = points(Layout::Spray, &grid, Dimension::Three, 500, 1);
-    let share = |smallest_table| {
-        let mut index = structure(&grid, smallest_table);
-        index.rebuild(&points, two_threads());
-        index.collision_share()
-    };
-    assert_eq!(share(true), 1.0);
-    assert!(share(false) < 0.5, "{}", share(false));
+    let mut points = points(Layout::Spray, &grid, Dimension::Three, 500, 1);
+    let mut large = CompactHashing::new(grid.clone(), 8.0);
+    let mut small = CompactHashing::with_smallest_table(grid, 8.0);
+    let mut numbers = Numbers(2);
+    for step in 0..20 {
+        for index in [&mut large, &mut small] {
+            update(index, &points);
+            assert_flags(index);
+        }
+        if step == 0 {
+            assert_eq!(small.collision_share(), 1.0);
+            assert!((0.0..0.5).contains(&large.collision_share()));
+        }
+        for point in &mut points {
+            *point += numbers.point(Dimension::Three, 0.3 * H);
+        }
+    }
 }
 
 #[test]
 fn a_rebuilt_index_lists_its_cells_along_the_z_curve() {
     let grid = Grid::new(Dimension::Three, H, 1.0);
     let points = many_points(3);
-    let mut index = structure(&grid, false);
-    index.rebuild(&points, two_threads());
+    let index = built(&grid, Kind::CompactHashing, &points);
     let origin = points
         .iter()
         .map(|&point| grid.cell_of(point))
         .reduce(IVec3::min)
         .expect("points");
     // Each place's first point opened it.
-    let keys: Vec<u64> = (0..index.cells())
-        .filter_map(|cell| index.group(cell, 0))
+    let keys: Vec<u64> = (0..index.places())
+        .filter_map(|place| index.group(place, 0))
         .map(|(cell, _)| z_curve::key(cell, origin))
         .collect();
     assert!(keys.is_sorted());
@@ -526,19 +605,48 @@ fn a_rebuilt_index_lists_its_cells_along_the_z_curve() {
 
 #[test]
 fn repeated_motion_does_not_leak_memory() {
-    let grid = Grid::new(Dimension::Three, H, 1.0);
-    let mut index = structure(&grid, false);
-    let mut points = points(Layout::Even, &grid, Dimension::Three, 2000, 1);
-    let mut step = |count: usize| {
-        for _ in 0..count {
-            for point in &mut points {
-                point.x += 0.15 * H;
+    for kind in KINDS {
+        let grid = Grid::new(Dimension::Three, H, 1.0);
+        let mut index = structure(&grid, kind);
+        let mut points = points(Layout::Even, &grid, Dimension::Three, 2000, 1);
+        let mut step = |count: usize| {
+            for _ in 0..count {
+                for point in &mut points {
+                    point.x += 0.15 * H;
+                }
+                update(&mut *index, &points);
             }
-            index.update(&points, two_threads());
-        }
-        index.bytes()
-    };
-    let early = step(50);
-    let late = step(400);
-    assert!(late <= 2 * early, "{early} bytes, then {late}");
+            index.bytes()
+        };
+        let early = step(50);
+        let late = step(200);
+        assert!(late <= 2 * early, "{kind:?}: {early} bytes, then {late}");
+    }
+}
+
+#[test]
+fn a_box_that_would_not_fit_in_memory_is_refused_and_a_smaller_one_taken_again() {
+    let grid = Grid::new(Dimension::Three, H, 1.0);
+    let near = points(Layout::Even, &grid, Dimension::Three, 300, 1);
+    let mut far = near.clone();
+    // 600 cells or so along every axis fit, 6 million do not.
+    far[17] = Vec4::new(6e5, -6e5, 6e5, 0.0);
+    for kind in [Kind::Uniform, Kind::IndexSort, Kind::ZIndexSort] {
+        let mut index = built(&grid, kind, &near);
+        let before = index.bytes();
+        let error = index.update(&far, two_threads()).expect_err("too large");
+        assert_eq!(error.row, 17);
+        assert!(
+            error.cells.iter().all(|&cells| cells > 5_000_000),
+            "{error}"
+        );
+        assert!(error.to_string().contains("CompactHashing"), "{error}");
+        assert_eq!(index.bytes(), before);
+        index.update(&near, two_threads()).expect("as before");
+        assert_agrees(&*index, &near);
+        let mut large = near.clone();
+        large[3] = Vec4::new(15.0, 12.0, 18.0, 0.0);
+        index.update(&large, two_threads()).expect("it fits");
+        assert_agrees(&*index, &large);
+    }
 }

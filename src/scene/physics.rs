@@ -150,14 +150,36 @@ pub struct Index {
     pub cell_size: f32,
 }
 
-/// The structures of the paper's section 4 that exist here.
+/// The structures of the paper's section 4. All find the same neighbours. The first three cover a box around all
+/// particles and need memory for every cell in it, at most [`MAX_CELLS`](crate::index::MAX_CELLS) cells; a step that
+/// would need more fails.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum IndexStructure {
-    /// Compact hashing (paper 4.5).
+    /// Basic uniform grid (paper 4.1): filled serially.
+    UniformGrid,
+    /// Index sort (paper 4.2): sorted anew every step by row-major cell index.
+    IndexSort,
+    /// Z-index sort (paper 4.3): kept sorted along the Z-curve.
+    ZIndexSort,
+    /// Spatial hashing (paper 4.4): filled anew every step, with memory reserved in every hash cell.
+    SpatialHashing,
+    /// Compact hashing (paper 4.5): only what changes its cell is moved, only cells in use have memory.
     #[default]
     CompactHashing,
     /// Every particle against every other; the reference for tests.
     BruteForce,
+}
+
+impl IndexStructure {
+    /// Every structure, in the order of the paper.
+    pub const ALL: [Self; 6] = [
+        Self::UniformGrid,
+        Self::IndexSort,
+        Self::ZIndexSort,
+        Self::SpatialHashing,
+        Self::CompactHashing,
+        Self::BruteForce,
+    ];
 }
 
 /// Neighbour lists, or none (paper 5.3.1).

@@ -106,6 +106,26 @@ impl Candidates {
         self.len = end;
     }
 
+    /// Appends `len` candidates from columns that hold them side by side. Whole vectors are copied: the columns must
+    /// have [`CANDIDATE_ALIGNMENT`] entries more, and what was copied too much is overwritten by what comes next.
+    #[inline(always)]
+    pub fn extend_columns(&mut self, columns: [&[f32]; 3], rows: &[u32], len: usize) {
+        let padded = len.next_multiple_of(CANDIDATE_ALIGNMENT);
+        if self.rows.len() < self.len + padded {
+            self.grow(self.len + padded);
+        }
+        let [x, y, z] = columns;
+        for k in (0..padded).step_by(CANDIDATE_ALIGNMENT) {
+            let from = k..k + CANDIDATE_ALIGNMENT;
+            let to = self.len + from.start..self.len + from.end;
+            self.x[to.clone()].copy_from_slice(&x[from.clone()]);
+            self.y[to.clone()].copy_from_slice(&y[from.clone()]);
+            self.z[to.clone()].copy_from_slice(&z[from.clone()]);
+            self.rows[to].copy_from_slice(&rows[from]);
+        }
+        self.len += len;
+    }
+
     /// Pads to whole vectors with points at infinity, which no ball reaches.
     pub fn pad(&mut self) {
         let padded = self.padded_len();

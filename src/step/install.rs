@@ -19,7 +19,7 @@ use crate::{
     },
     execution::Execution,
     force::{ArtificialViscosity, Cohesion, LaminarViscosity},
-    index::{self, FluidIndex, z_curve},
+    index::{self, DomainTooLarge, FluidIndex, z_curve},
     integrate::{Domain, GuardLimits, Motion},
     material::Material,
     neighbours::{BoundaryNeighbours, FluidNeighbours},
@@ -40,6 +40,12 @@ pub enum InstallError {
     /// The scene contradicts itself.
     #[error(transparent)]
     Scene(#[from] SceneError),
+    /// The scene's spatial index cannot cover its fluid.
+    #[error("fluid: {0}")]
+    Fluid(DomainTooLarge),
+    /// The scene's spatial index cannot cover its walls.
+    #[error("boundary: {0}")]
+    Boundary(DomainTooLarge),
     /// The system gave no threads.
     #[error("could not start threads: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),
@@ -102,9 +108,9 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
         world.insert_resource(Execution::new(0)?);
     }
     let material = Material::new(scene);
-    let particles = spawn_fluid(world, scene, &material);
+    let particles = spawn_fluid(world, scene, &material)?;
     insert_step_resources(world, scene, &material);
-    insert_boundary(world, scene);
+    insert_boundary(world, scene)?;
     insert_forces(world, scene);
     match scene.pressure {
         PressureMethod::Sesph(sesph) => world.insert_resource(EquationOfState(sesph.equation)),
@@ -114,12 +120,20 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
 }
 
 /// Spawns the fluid, along the Z-curve if rows are to be kept in its order, and says how many there are.
-fn spawn_fluid(world: &mut World, scene: &Scene, material: &Material) -> usize {
+fn spawn_fluid(
+    world: &mut World,
+    scene: &Scene,
+    material: &Material,
+) -> Result<usize, InstallError> {
     let seeds = shapes::fluid_particles(scene);
     let mut order: Vec<z_curve::Handle> = (0..seeds.len() as u32).map(|row| (0, row)).collect();
+    let points: Vec<_> = seeds.iter().map(|seed| seed.position.extend(0.0)).collect();
+    let execution = world.resource::<Execution>().clone();
+    // What could not be indexed in the first step is refused before it.
+    index::build(scene)
+        .rebuild(&points, &execution)
+        .map_err(InstallError::Fluid)?;
     if scene.reorder_interval > 0 {
-        let points: Vec<_> = seeds.iter().map(|seed| seed.position.extend(0.0)).collect();
-        let execution = world.resource::<Execution>().clone();
         z_curve::sort_handles(&points, index::build(scene).grid(), &execution, &mut order);
     }
     let density = Density(material.rest_density);
@@ -133,7 +147,7 @@ fn spawn_fluid(world: &mut World, scene: &Scene, material: &Material) -> usize {
             particle::Pressure(0.0),
         )
     }));
-    seeds.len()
+    Ok(seeds.len())
 }
 
 fn insert_step_resources(world: &mut World, scene: &Scene, material: &Material) {
@@ -176,13 +190,14 @@ fn insert_step_resources(world: &mut World, scene: &Scene, material: &Material) 
     world.init_resource::<PressureAccelerations>();
 }
 
-fn insert_boundary(world: &mut World, scene: &Scene) {
+fn insert_boundary(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
     if scene.boundaries.is_empty() {
-        return;
+        return Ok(());
     }
     let sampled = boundary::sample(scene);
     let execution = world.resource::<Execution>().clone();
-    let samples = BoundarySamples::new(scene, &sampled, &execution);
+    let samples =
+        BoundarySamples::new(scene, &sampled, &execution).map_err(InstallError::Boundary)?;
     let volumes: Vec<f32> = samples.points().iter().map(|sample| sample.w).collect();
     world.spawn_batch(sampled.into_iter().zip(volumes).map(|(sample, volume)| {
         (
@@ -196,6 +211,7 @@ fn insert_boundary(world: &mut World, scene: &Scene) {
     if scene.neighbours == Neighbours::Stored {
         world.init_resource::<BoundaryNeighbours>();
     }
+    Ok(())
 }
 
 fn insert_forces(world: &mut World, scene: &Scene) {

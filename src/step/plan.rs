@@ -1,5 +1,7 @@
 //! What a scene would run, without running it.
 
+use glam::Vec4;
+
 use super::{
     install::{InstallError, order_of},
     phase::Phase,
@@ -7,6 +9,8 @@ use super::{
 };
 use crate::{
     boundary,
+    execution::Execution,
+    index,
     material::Material,
     scene::{Neighbours, PressureMethod, Scene, TimeStep, shapes},
     time_step,
@@ -38,6 +42,19 @@ pub fn plan(scene: &Scene) -> Result<Plan, InstallError> {
     let order = order_of(scene)?;
     let material = Material::new(scene);
     let seeds = shapes::fluid_particles(scene);
+    let samples = boundary::sample(scene);
+    // What a run would refuse, a plan refuses.
+    let execution = Execution::new(1)?;
+    let index = |positions: Vec<Vec4>| index::build(scene).rebuild(&positions, &execution);
+    index(seeds.iter().map(|seed| seed.position.extend(0.0)).collect())
+        .map_err(InstallError::Fluid)?;
+    index(
+        samples
+            .iter()
+            .map(|sample| sample.position.extend(0.0))
+            .collect(),
+    )
+    .map_err(InstallError::Boundary)?;
     let expected_neighbours = material
         .kernel
         .lattice(scene.dimension, scene.spacing)
@@ -45,7 +62,7 @@ pub fn plan(scene: &Scene) -> Result<Plan, InstallError> {
         - 1.0;
     Ok(Plan {
         particles: seeds.len(),
-        boundary_particles: boundary::sample(scene).len(),
+        boundary_particles: samples.len(),
         support_radius: scene.support_radius(),
         particle_mass: material.particle_mass,
         phases: planned(&order, scene),

@@ -10,6 +10,7 @@ use super::{
 };
 use crate::{
     column::Positions,
+    index::DomainTooLarge,
     integrate::Motion,
     neighbours::{BoundaryNeighbours, FluidNeighbours},
     pressure::PressureSolve,
@@ -91,6 +92,9 @@ pub enum FailureCause {
     /// A particle left the scene's domain.
     #[error("a particle left the domain")]
     LeftDomain,
+    /// The spatial index covers a box around all particles, which would take too much memory.
+    #[error(transparent)]
+    DomainTooLarge(DomainTooLarge),
     /// The pressure iterations did not reach the limit on the density error.
     #[error(
         "pressure did not converge: density error {error:.3e} after {iterations} iterations, the limit is {limit:.3e}"

@@ -1,0 +1,47 @@
+//! The hash function of the paper's equation 3.
+
+use glam::IVec3;
+
+/// The primes of equation 3.
+const PRIMES: [u32; 3] = [73_856_093, 19_349_663, 83_492_791];
+/// Size of the smallest table, so that a scene of one particle has one too.
+pub(super) const MIN_TABLE: usize = 16;
+
+/// Maps cells to the places of a table.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct CellHash {
+    /// Places of the table.
+    pub(super) size: usize,
+    /// ⌈2⁶⁴ / size⌉: the remainder by the size is computed by multiplication (Lemire, Kaser & Kurz 2019).
+    reciprocal: u64,
+}
+
+impl CellHash {
+    pub(super) fn new(size: usize) -> Self {
+        let size = size.clamp(MIN_TABLE, u32::MAX as usize);
+        Self {
+            size,
+            reciprocal: u64::MAX / size as u64 + 1,
+        }
+    }
+
+    /// A table of `places_a_point`; this one if it is at most half as large or four times as large as that.
+    pub(super) fn resized(self, points: usize, places_a_point: f32) -> Self {
+        let wanted = (points as f64 * f64::from(places_a_point)) as usize;
+        let wanted = wanted.max(MIN_TABLE);
+        if wanted > 2 * self.size || 4 * wanted < self.size {
+            Self::new(wanted)
+        } else {
+            self
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn of(&self, cell: IVec3) -> u32 {
+        let [x, y, z] = cell.to_array().map(|c| c as u32);
+        let mixed =
+            x.wrapping_mul(PRIMES[0]) ^ y.wrapping_mul(PRIMES[1]) ^ z.wrapping_mul(PRIMES[2]);
+        let fraction = self.reciprocal.wrapping_mul(u64::from(mixed));
+        ((u128::from(fraction) * self.size as u128) >> 64) as u32
+    }
+}

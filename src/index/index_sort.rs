@@ -1,0 +1,95 @@
+//! Index sort (paper 4.2): handles sorted by row-major cell index, every cell refers to the first of its points.
+//!
+//! Needs a box: 4 bytes for every cell between the outermost points, in use or not, at most
+//! [`MAX_CELLS`](super::MAX_CELLS).
+//!
+//! - Handles are built and sorted anew every step, by a parallel radix sort (6.1.2).
+//! - A parallel reduction inserts the references into the grid (4.2.1).
+//! - The query goes through the sorted handles in parallel (4.2.2); points of a cell share their candidates.
+//!
+//! Deviations. The handles are sorted, not the particles with all their attributes: rows are reordered along the Z-curve
+//! as for the other structures, not by cell index. The table is complete (see `table.rs`), and positions are copied
+//! into the order of the cells (see `entries.rs`).
+
+use glam::{IVec3, Vec4};
+use rayon::prelude::*;
+
+use super::{
+    DomainTooLarge, Grid, SpatialIndex,
+    domain::{self, Domain},
+    entries::{Entries, Run},
+    radix_sort::RadixSort,
+    table::{SortedCells, handle, row_major_runs},
+};
+use crate::execution::Execution;
+
+/// The structure of the paper's Figure 1.
+pub struct IndexSort {
+    grid: Grid,
+    domain: Domain,
+    sort: RadixSort,
+    cells: SortedCells,
+}
+
+impl IndexSort {
+    /// An empty index.
+    pub fn new(grid: Grid) -> Self {
+        Self {
+            grid,
+            domain: Domain::default(),
+            sort: RadixSort::default(),
+            cells: SortedCells::default(),
+        }
+    }
+}
+
+impl SpatialIndex for IndexSort {
+    fn update(&mut self, points: &[Vec4], execution: &Execution) -> Result<(), DomainTooLarge> {
+        self.domain
+            .fit(&self.grid, points, domain::unpadded, execution)?;
+        let (grid, domain) = (&self.grid, &self.domain);
+        let cells = domain::unpadded(domain.size.map(u64::from)) as u32;
+        let handles = points.par_iter().enumerate().map(|(row, &point)| {
+            let key = domain.row_major(domain.place(grid.cell_of(point)));
+            handle(key, row as u32)
+        });
+        self.sort.sort(handles, cells, execution);
+        let sorted = |k| self.sort.get(k);
+        self.cells.take(sorted, cells as usize, points, execution);
+        Ok(())
+    }
+
+    fn rebuild(&mut self, points: &[Vec4], execution: &Execution) -> Result<(), DomainTooLarge> {
+        self.update(points, execution)
+    }
+
+    fn grid(&self) -> &Grid {
+        &self.grid
+    }
+
+    fn places(&self) -> usize {
+        self.cells.places()
+    }
+
+    fn place_len(&self, place: usize) -> usize {
+        self.cells.place(place).len()
+    }
+
+    fn group(&self, place: usize, from: usize) -> Option<(IVec3, &[u32])> {
+        let (key, rows) = self.cells.group(place, from)?;
+        Some((self.domain.cell(key), rows))
+    }
+
+    fn entries(&self) -> &Entries {
+        &self.cells.entries
+    }
+
+    fn runs(&self, center: IVec3, out: &mut Vec<Run>) {
+        let run = |first, last| self.cells.run(first, last);
+        row_major_runs(&self.domain, self.grid.reach, center, run, out);
+    }
+
+    fn bytes(&self) -> usize {
+        self.sort.bytes() + self.cells.bytes()
+    }
+}

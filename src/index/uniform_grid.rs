@@ -1,0 +1,129 @@
+//! Basic uniform grid (paper 4.1): a dense grid over the box around all points, filled serially, queried in parallel
+//! over the particles.
+//!
+//! Needs a box: 4 bytes for every cell between the outermost points, in use or not, at most
+//! [`MAX_CELLS`](super::MAX_CELLS).
+//!
+//! - Points are inserted one after the other, since two threads that insert into one cell would race. Only the cells'
+//!   indices (eq. 2) are calculated in parallel.
+//! - The query goes over the particles, "we do not have to traverse the whole, sparsely filled grid" (6.1.1).
+//!
+//! Deviations. Option 1: every cell holds a growing list, one allocation each; option 2: points are counted first,
+//! and a cell is a stretch of one array. We use 2. Rows of one cell that follow each other share their candidates,
+//! and candidates come from positions copied into the order of the cells, as in the other structures.
+
+use glam::{IVec3, Vec4};
+use rayon::prelude::*;
+
+use super::{
+    DomainTooLarge, Grid, SpatialIndex,
+    by_row::ByRow,
+    domain::{self, Domain},
+    entries::{Entries, Run},
+    table::row_major_runs,
+};
+use crate::execution::Execution;
+
+/// The structure of section 4.1.
+pub struct UniformGrid {
+    grid: Grid,
+    domain: Domain,
+    /// Indices of the cells of all rows.
+    by_row: ByRow<u32>,
+    /// End of every cell's entries: those of cell c begin at `ends[c - 1]`.
+    ends: Vec<u32>,
+    entries: Entries,
+}
+
+impl UniformGrid {
+    /// An empty index.
+    pub fn new(grid: Grid) -> Self {
+        Self {
+            grid,
+            domain: Domain::default(),
+            by_row: ByRow::default(),
+            ends: Vec::new(),
+            entries: Entries::default(),
+        }
+    }
+
+    fn insert(&mut self) {
+        let cells = &self.by_row.cells;
+        let ends = &mut self.ends;
+        ends.clear();
+        ends.resize(
+            domain::unpadded(self.domain.size.map(u64::from)) as usize,
+            0,
+        );
+        for &cell in cells {
+            ends[cell as usize] += 1;
+        }
+        // Places where the cells begin; inserting moves them to where they end.
+        let mut begin = 0;
+        for end in ends.iter_mut() {
+            begin += std::mem::replace(end, begin);
+        }
+        for (row, &cell) in cells.iter().enumerate() {
+            let place = &mut ends[cell as usize];
+            self.entries.rows[*place as usize] = row as u32;
+            *place += 1;
+        }
+    }
+}
+
+impl SpatialIndex for UniformGrid {
+    fn update(&mut self, points: &[Vec4], execution: &Execution) -> Result<(), DomainTooLarge> {
+        self.domain
+            .fit(&self.grid, points, domain::unpadded, execution)?;
+        let (grid, domain) = (&self.grid, &self.domain);
+        execution.install(|| {
+            points
+                .par_iter()
+                .map(|&point| domain.row_major(domain.place(grid.cell_of(point))))
+                .collect_into_vec(&mut self.by_row.cells);
+        });
+        self.by_row.count_rows();
+        self.entries.resize(points.len());
+        self.insert();
+        self.entries.copy_positions(points, execution);
+        Ok(())
+    }
+
+    fn rebuild(&mut self, points: &[Vec4], execution: &Execution) -> Result<(), DomainTooLarge> {
+        self.update(points, execution)
+    }
+
+    fn grid(&self) -> &Grid {
+        &self.grid
+    }
+
+    fn places(&self) -> usize {
+        self.by_row.places()
+    }
+
+    fn place_len(&self, place: usize) -> usize {
+        self.by_row.place(place).len()
+    }
+
+    fn group(&self, place: usize, from: usize) -> Option<(IVec3, &[u32])> {
+        let (cell, rows) = self.by_row.group(place, from)?;
+        Some((self.domain.cell(cell), rows))
+    }
+
+    fn entries(&self) -> &Entries {
+        &self.entries
+    }
+
+    fn runs(&self, center: IVec3, out: &mut Vec<Run>) {
+        let run = |first: u32, last: u32| {
+            let start = first.checked_sub(1).map_or(0, |c| self.ends[c as usize]);
+            let len = self.ends[last as usize] - start;
+            Run { start, len }
+        };
+        row_major_runs(&self.domain, self.grid.reach, center, run, out);
+    }
+
+    fn bytes(&self) -> usize {
+        self.by_row.bytes() + self.ends.capacity() * size_of::<u32>() + self.entries.bytes()
+    }
+}
