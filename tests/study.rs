@@ -223,7 +223,7 @@ fn a_refused_study_has_exit_status_2_and_writes_nothing() {
     let output = overfall(&folder, &["study", "s.ron"]);
     assert_eq!(output.status.code(), Some(2));
     let message = text(&output.stderr);
-    assert!(message.starts_with("error: s.ron:9:34: "), "{message}");
+    assert!(message.starts_with("error: s.ron:9:35: "), "{message}");
     assert!(message.contains("did you mean `cell_size`?"), "{message}");
     assert!(!folder.path().join("out").exists());
     assert_eq!(
@@ -239,7 +239,7 @@ fn every_spoilt_study_is_refused_with_its_place_and_a_remedy() {
     let cases: &[(&str, &str, &str, &[&str])] = &[
         ("warm_up:", "warmup:", "s.ron:11:5", &["unknown field `warmup`", "did you mean `warm_up`?"]),
         ("find_neighbours, pressure", "find_neighbors", "s.ron:18:47", &["did you mean `find_neighbours`?"]),
-        ("LargestDensityError", "MaxDensityError", "s.ron:19:33", &["unknown variant `MaxDensityError`", "LargestDensityError"]),
+        ("LargestDensityError", "MaxDensityError", "s.ron:19:34", &["unknown variant `MaxDensityError`", "LargestDensityError"]),
         ("    block: Steps(4),\n", "", "s.ron:1:1", &["the field `block`", "no default"]),
         ("tiny.ron", "tony.ron", "s.ron:4:12", &["there is no scene file", "tony.ron"]),
         ("\"cells\"", "\"a/b\"", "s.ron:2:11", &["without slashes"]),
@@ -250,16 +250,16 @@ fn every_spoilt_study_is_refused_with_its_place_and_a_remedy() {
         ("executor=SingleThreaded", "executor=Fast", "s.ron:6:11", &["unknown variant `Fast`", "SingleThreaded"]),
         ("executor=SingleThreaded", "executor", "s.ron:6:11", &["expected PATH=VALUE"]),
         ("executor=SingleThreaded", "spacing=-1", "s.ron:6:11", &["above 0"]),
-        ("cell_size=0.5", "cell_size=2", "s.ron:9:34", &["at most 1"]),
-        ("index.cell_size=0.5", "spacing=0.01", "s.ron:9:33", &["changes the particles", "make it a case"]),
+        ("cell_size=0.5", "cell_size=2", "s.ron:9:35", &["at most 1"]),
+        ("index.cell_size=0.5", "spacing=0.01", "s.ron:9:34", &["changes the particles", "make it a case"]),
         ("\"fine, h/2\"", "\"coarse\"", "s.ron:9:16", &["given twice"]),
-        ("reference: \"0.5 h\"", "reference: \"0.5h\"", "s.ron:9:70", &["row of the reference file `0.5h`", "did you mean `0.5 h`?"]),
-        ("reference: \"tested\"", "reference: \"test\"", "s.ron:15:60", &["did you mean `tested`?"]),
+        ("reference: \"0.5 h\"", "reference: \"0.5h\"", "s.ron:9:70", &["reference row `0.5h`", "did you mean `0.5 h`?"]),
+        ("reference: \"tested\"", "reference: \"test\"", "s.ron:15:59", &["did you mean `tested`?"]),
         ("known.csv", "unknown.csv", "s.ron:21:16", &["there is no file"]),
         ("baseline: \"coarse\"", "baseline: \"course\"", "s.ron:22:15", &["did you mean `coarse`?"]),
-        ("[\"tested\", \"step\"]", "[\"tested\", \"stop\"]", "s.ron:23:38", &["did you mean `step`?"]),
+        ("[\"tested\", \"step\"]", "[\"tested\", \"stop\"]", "s.ron:23:39", &["did you mean `step`?"]),
         ("Ratios(columns: [\"tested\", \"step\"])", "Points(x: \"steps\", y: \"ratio\")", "s.ron:23:22", &["did you mean `step`?"]),
-        ("[find_neighbours, pressure]", "[]", "s.ron:18:32", &["name one"]),
+        ("[find_neighbours, pressure]", "[]", "s.ron:18:33", &["name one"]),
     ];
     for (part, instead, place, messages) in cases {
         assert!(STUDY.contains(part), "{part}");

@@ -82,8 +82,10 @@ pub(super) fn study(options: &options::Study) -> Result<Exit, Failure> {
 
     let mut text = table.text();
     text.push_str(&format!(
-        "\n{threads} threads, {}, {:.0} s in all\n",
-        summary.instruction_set, summary.wall_s
+        "\n{threads} {}, {}, {:.0} s in all\n",
+        if threads == 1 { "thread" } else { "threads" },
+        summary.instruction_set,
+        summary.wall_s
     ));
     for file in written {
         text.push_str(&format!("  {}\n", file.display()));

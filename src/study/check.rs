@@ -246,7 +246,7 @@ impl Checker<'_> {
         for (k, column) in self.study.columns.iter().enumerate() {
             if let Some(name) = &column.reference {
                 let path = format!("columns.{k}.reference");
-                self.check_known(&path, "column of the reference file", name, &columns)?;
+                self.check_known(&path, "reference column", name, &columns)?;
             }
         }
         let rows = reference.rows();
@@ -254,7 +254,7 @@ impl Checker<'_> {
             for (k, variant) in case.variants.iter().enumerate() {
                 if let Some(name) = &variant.reference {
                     let path = format!("variants.{k}.reference");
-                    self.check_known(&path, "row of the reference file", name, &rows)?;
+                    self.check_known(&path, "reference row", name, &rows)?;
                 }
             }
         }

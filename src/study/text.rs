@@ -48,8 +48,8 @@ impl Table {
         if !compared.is_empty() {
             let _ = write!(
                 text,
-                "\n×: ratio to `{}`. Ranks go from the smallest figure. ≠: the order is not the reference's, ~: nor is this one,\n\
-                 but the spreads of the blocks overlap.\n",
+                "\n×: ratio to `{}`. Ranks go from the smallest figure. ≠: the order is not the reference's;\n\
+                 ~: nor is it there, but the spreads of the blocks overlap.\n",
                 self.baseline()
             );
         }
