@@ -55,6 +55,7 @@
 //! | [`simd`] | eight lanes, chosen at run time; the only `unsafe` |
 //! | [`execution`] | threads, chunks, results that do not depend on either |
 //! | [`output`] | frames, series, history, summary, pictures |
+//! | [`study`] | variants of a scene measured side by side: the paper's tables, speed against error |
 
 pub mod boundary;
 pub mod column;
@@ -74,6 +75,7 @@ pub mod reorder;
 pub mod scene;
 pub mod simd;
 pub mod step;
+pub mod study;
 pub mod time_step;
 
 pub use step::{Phase, Plan, Simulation, Step, StepError, StepOutcome, StepReport, install, plan};

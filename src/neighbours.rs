@@ -231,6 +231,22 @@ pub fn search(
     }
 }
 
+/// Distances that [`search`] computes: for every row all candidates around its cell, the row itself among them. The
+/// padding of vectors does not count.
+pub fn tested_pairs(search: &Search) -> usize {
+    let mut scratch = Scratch::default();
+    let mut tested = 0;
+    for place in 0..search.of.places() {
+        let mut done = 0;
+        while let Some((coordinates, members)) = search.of.group(place, done) {
+            done += members.len();
+            scratch.fetch(search, coordinates);
+            tested += members.len() * scratch.candidates.len();
+        }
+    }
+    tested
+}
+
 /// Blocks that are searched in parallel, each with its own region.
 #[derive(Clone, Copy)]
 struct Task<'a> {

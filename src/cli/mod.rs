@@ -1,4 +1,4 @@
-//! The command line: `run`, `check`, `picture`.
+//! The command line: `run`, `check`, `study`, `picture`.
 //!
 //! Results go to standard output, progress and errors to standard error. The exit status says how it ended
 //! ([`Exit`]).
@@ -15,6 +15,7 @@ mod report;
 mod run;
 mod scene_copy;
 mod schedule;
+mod study;
 
 use std::process::ExitCode;
 
@@ -80,6 +81,8 @@ enum Command {
     Run(options::Run),
     /// Check a scene and print what a run of it would do; simulates nothing.
     Check(options::Check),
+    /// Measure variants of a scene side by side; write a table and a chart.
+    Study(options::Study),
     /// Draw the pictures of a run again, from the frames it wrote.
     Picture(options::Picture),
 }
@@ -89,6 +92,7 @@ pub(crate) fn main() -> ExitCode {
     let ended = match Arguments::parse().command {
         Command::Run(options) => run::run(&options),
         Command::Check(options) => check::check(&options),
+        Command::Study(options) => study::study(&options),
         Command::Picture(options) => picture::picture(&options),
     };
     match ended {

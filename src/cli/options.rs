@@ -21,6 +21,13 @@ pub(super) struct SceneOptions {
     /// Replace a value of the scene, e.g. --set spacing=0.01; may be given again.
     #[arg(long = "set", value_name = "PATH=VALUE")]
     overrides: Vec<String>,
+    #[command(flatten)]
+    threads: Threads,
+}
+
+/// How many threads.
+#[derive(Args, Debug)]
+pub(super) struct Threads {
     /// Threads to compute with; all cores by default.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_THREADS))]
     threads: Option<u64>,
@@ -82,6 +89,19 @@ pub(super) struct Picture {
     pub(super) folder: PathBuf,
 }
 
+/// Options of `overfall study`.
+#[derive(Args, Debug)]
+pub(super) struct Study {
+    /// The study file (RON), e.g. assets/studies/table_1.ron.
+    #[arg(value_name = "STUDY", value_hint = ValueHint::FilePath)]
+    pub(super) study: PathBuf,
+    /// Where to write; out/<study name> by default. An older table there is replaced.
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(super) out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) threads: Threads,
+}
+
 /// [`FrameFormat`] as the command line spells it.
 #[derive(ValueEnum, Debug, Clone, Copy, PartialEq, Eq)]
 enum Format {
@@ -118,6 +138,13 @@ impl SceneOptions {
 
     /// The number of threads asked for, or the machine's cores.
     pub(super) fn threads(&self) -> usize {
+        self.threads.count()
+    }
+}
+
+impl Threads {
+    /// The number of threads asked for, or the machine's cores.
+    pub(super) fn count(&self) -> usize {
         self.threads
             .and_then(|threads| usize::try_from(threads).ok())
             .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, NonZero::get))

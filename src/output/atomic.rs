@@ -11,7 +11,7 @@ use super::OutputError;
 /// The data is not forced to the disk: that survives a kill of the process, which is common, and not a power
 /// failure, which would cost a disk flush for every frame. The temporary name is fixed, so the next run cleans
 /// up after a killed one by overwriting.
-pub(super) fn write_atomically(
+pub fn write_atomically(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<File>) -> std::io::Result<()>,
 ) -> Result<(), OutputError> {

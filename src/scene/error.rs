@@ -65,7 +65,7 @@ impl fmt::Display for Place {
 }
 
 /// The message for a name that nobody knows: the nearest known one, and all of them.
-pub(super) fn unknown_name(what: &str, found: &str, of: Option<&str>, known: &[&str]) -> String {
+pub(crate) fn unknown_name(what: &str, found: &str, of: Option<&str>, known: &[&str]) -> String {
     let of = of.map_or_else(String::new, |of| format!(" in `{of}`"));
     let list = known.join(", ");
     match nearest(found, known) {

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use ron::error::{Error, SpannedError};
 use ron::extensions::Extensions;
+use serde::de::DeserializeOwned;
 
 use super::check::Problem;
 use super::error::unknown_name;
@@ -18,14 +19,31 @@ pub(super) fn options() -> ron::Options {
         .with_default_extension(Extensions::UNWRAP_VARIANT_NEWTYPES)
 }
 
-/// Reads one scene; with or without the second bracket, as long as the file is consistent.
-pub(super) fn deserialize(text: &str) -> Result<Scene, SpannedError> {
+/// Reads one value; with or without the second bracket, as long as the file is consistent.
+pub(super) fn deserialize<T: DeserializeOwned>(text: &str) -> Result<T, SpannedError> {
     options().from_str(text).or_else(|error| {
         ron::Options::default()
             .with_default_extension(Extensions::IMPLICIT_SOME)
             .from_str(text)
             .map_err(|_| error)
     })
+}
+
+/// Reads what a RON file says; what is wrong with it is told with its line and column.
+pub(crate) fn read<T: DeserializeOwned>(text: &str, file_name: &str) -> Result<T, SceneError> {
+    deserialize(text).map_err(|error| explain_in_file(&error, text, file_name))
+}
+
+/// Where the value at `path` stands in a RON text, or the innermost value around it that the text does write.
+pub(crate) fn place_of(path: &str, text: &str, file_name: &str) -> Place {
+    let steps: Vec<&str> = path.split('.').collect();
+    let byte = scan(text).map_or(0, |tree| tree.follow(&steps).0.span.start);
+    let (line, column) = line_column(text, byte);
+    Place::File {
+        file: file_name.to_owned(),
+        line,
+        column,
+    }
 }
 
 impl Scene {
@@ -50,8 +68,7 @@ impl Scene {
 
     /// As [`load`](Self::load), from a text. `file_name` stands in errors; `order` is taken relative to its folder.
     pub fn parse(text: &str, file_name: &str, overrides: &[Override]) -> Result<Self, SceneError> {
-        let mut scene =
-            deserialize(text).map_err(|error| explain_in_file(&error, text, file_name))?;
+        let mut scene: Self = read(text, file_name)?;
         for change in overrides {
             scene = change.apply(&scene)?;
         }
@@ -86,16 +103,7 @@ fn locate(problem: Problem, text: &str, file_name: &str, overrides: &[Override])
     };
     let place = match overrides.iter().rev().find(touches) {
         Some(change) => change.place(),
-        None => {
-            let steps: Vec<&str> = problem.path.split('.').collect();
-            let byte = scan(text).map_or(0, |tree| tree.follow(&steps).0.span.start);
-            let (line, column) = line_column(text, byte);
-            Place::File {
-                file: file_name.to_owned(),
-                line,
-                column,
-            }
-        }
+        None => place_of(&problem.path, text, file_name),
     };
     SceneError::Invalid {
         place,
@@ -173,10 +181,8 @@ pub(super) fn explain(error: &Error) -> String {
         }
         Error::ExpectedComma => "expected a comma".to_owned(),
         Error::ExpectedMapColon => "expected a colon after the field's name".to_owned(),
-        Error::Eof => "the text ends before the scene does; a bracket is not closed".to_owned(),
-        Error::TrailingCharacters => {
-            "text after the end of the scene; a bracket closes too early".to_owned()
-        }
+        Error::Eof => "the text ends too early; a bracket is not closed".to_owned(),
+        Error::TrailingCharacters => "text after the end; a bracket closes too early".to_owned(),
         other => {
             let message = other.to_string();
             let mut rest = message.chars();

@@ -17,8 +17,10 @@ mod pressure;
 pub mod shapes;
 mod spans;
 
+pub(crate) use error::unknown_name;
 pub use error::{Place, SceneError};
 pub use geometry::*;
+pub(crate) use load::{place_of, read};
 pub use output::*;
 pub use overrides::Override;
 pub use physics::*;

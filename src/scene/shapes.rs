@@ -221,8 +221,8 @@ pub(super) fn volume(shape: &Shape, dimension: Dimension) -> f64 {
     }
 }
 
-/// The random displacements of a body's particles, in their order: SplitMix64 (Steele, Lea & Flood 2014), the upper
-/// 24 bits of a draw for each coordinate, even in `[-amplitude, amplitude) × spacing`.
+/// The random displacements of a body's particles, in their order: the upper 24 bits of a draw of [`split_mix`] for
+/// each coordinate, even in `[-amplitude, amplitude) × spacing`.
 struct Displacement {
     state: u64,
     /// Largest displacement of a coordinate [m]; 0 without jitter.
@@ -253,14 +253,18 @@ impl Displacement {
     }
 
     fn coordinate(&mut self) -> f64 {
-        self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut bits = self.state;
-        bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        bits ^= bits >> 31;
-        let unit = (bits >> 40) as f64 / f64::from(1 << 24);
+        let unit = (split_mix(&mut self.state) >> 40) as f64 / f64::from(1 << 24);
         (2.0 * unit - 1.0) * self.size
     }
+}
+
+/// The next 64 random bits of SplitMix64 (Steele, Lea & Flood 2014).
+pub(crate) fn split_mix(state: &mut u64) -> u64 {
+    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let mut bits = *state;
+    bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    bits ^ (bits >> 31)
 }
 
 #[cfg(test)]

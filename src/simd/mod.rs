@@ -139,6 +139,11 @@ impl Candidates {
         self.rows[place].fill(u32::MAX);
     }
 
+    /// Number of candidates.
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
     /// Length with the padding.
     pub fn padded_len(&self) -> usize {
         self.len.next_multiple_of(CANDIDATE_ALIGNMENT)

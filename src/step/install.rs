@@ -89,6 +89,11 @@ pub(super) fn order_of(scene: &Scene) -> Result<Order, InstallError> {
     checked.map_err(|error| InstallError::Order { path, error })
 }
 
+/// Refuses an order file that cannot be.
+pub(crate) fn check_order(scene: &Scene) -> Result<(), InstallError> {
+    order_of(scene).map(|_| ())
+}
+
 /// Sets `scene` up in a world: spawns its particles, inserts what its step needs, adds the schedule [`Step`].
 ///
 /// The host runs the schedule with `world.run_schedule(Step)` and finds the result in [`StepOutcome`]. An [`Execution`]

@@ -11,6 +11,7 @@ mod stage;
 mod timer;
 
 pub use clock::{Clock, Failure};
+pub(crate) use install::check_order;
 pub use install::{InstallError, Simulation, install};
 pub use order::{Order, OrderError, OrderItem};
 pub use phase::Phase;

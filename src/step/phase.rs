@@ -1,9 +1,13 @@
 //! The phases of a step, in order.
 
 use bevy_ecs::prelude::*;
+use serde::{Deserialize, Serialize};
 
 /// A phase of the step. Hosts order their own systems against these sets.
-#[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(
+    SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize,
+)]
+#[serde(rename_all = "snake_case")]
 pub enum Phase {
     /// Brings columns into rows and the spatial index up to date with the positions (paper 4.1–4.5).
     RebuildIndex,

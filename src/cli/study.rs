@@ -1,0 +1,276 @@
+//! `overfall study`: variants of a scene side by side, as a table, CSV and a chart.
+
+use std::fs;
+use std::io::{IsTerminal, Write as _};
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use overfall::output::OutputError;
+use overfall::simd::InstructionSet;
+use overfall::study::{Event, Plan, StudyError, Table, chart, run};
+use serde::Serialize;
+
+use super::{Exit, Failure, cannot_write, console, interrupt, options, progress};
+
+/// Time between two drawings of the bar.
+const BAR_INTERVAL: Duration = Duration::from_millis(100);
+/// Time between two lines where there is no terminal.
+const LINE_INTERVAL: Duration = Duration::from_secs(5);
+/// Resolution of the bar.
+const BAR_LENGTH: u64 = 1000;
+
+/// Runs a study and writes what comes of it.
+pub(super) fn study(options: &options::Study) -> Result<Exit, Failure> {
+    let started = Instant::now();
+    let plan = Plan::load(&options.study).map_err(|error| Failure::Refused(error.to_string()))?;
+    let name = &plan.study.name;
+    let root = (options.out.clone()).unwrap_or_else(|| Path::new("out").join(name));
+    fs::create_dir_all(&root).map_err(|error| {
+        Failure::Failed(format!(
+            "cannot create the folder {}: {error}",
+            root.display()
+        ))
+    })?;
+    let files = Files::of(&root);
+    files.remove_older()?;
+
+    let mut display = Display::start();
+    interrupt::listen(display.announcer())?;
+    let threads = options.threads.count();
+    let mut wrote = Ok(());
+    let ended = run(&plan, threads, &mut |event| {
+        match event {
+            Event::Step {
+                stage,
+                of,
+                fraction,
+            } => display.step(stage, of, fraction),
+            // After every turn: whatever ends the program, the finished blocks stay.
+            Event::Turn(table) => wrote = table.write_csv(&files.table),
+        }
+        if interrupt::asked() || wrote.is_err() {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
+    });
+    display.finish();
+    wrote.map_err(cannot_write)?;
+    let table = ended.map_err(|error| match error {
+        StudyError::Install { .. } => Failure::Refused(error.to_string()),
+        other => Failure::Failed(other.to_string()),
+    })?;
+
+    table.write_csv(&files.table).map_err(cannot_write)?;
+    let mut written = vec![&files.table, &files.summary];
+    if let Some(wanted) = &plan.study.chart {
+        match chart::draw(&table, wanted) {
+            Ok(svg) => {
+                fs::write(&files.chart, svg).map_err(|error| {
+                    Failure::Failed(format!("cannot write {}: {error}", files.chart.display()))
+                })?;
+                written.push(&files.chart);
+            }
+            // An interrupted study may have nothing to draw; its table is worth having all the same.
+            Err(error) => console::note(&format!("no chart: {error}")),
+        }
+    }
+    let summary = Summary::of(&plan, &table, threads, started.elapsed());
+    summary.write(&files.summary).map_err(cannot_write)?;
+
+    let mut text = table.text();
+    text.push_str(&format!(
+        "\n{threads} {}, {}, {:.0} s in all\n",
+        if threads == 1 { "thread" } else { "threads" },
+        summary.instruction_set,
+        summary.wall_s
+    ));
+    for file in written {
+        text.push_str(&format!("  {}\n", file.display()));
+    }
+    console::print(&text)?;
+    if table.rows.iter().all(|row| row.blocks.is_empty()) && !interrupt::asked() {
+        return Err(Failure::Failed("no variant could be measured".into()));
+    }
+    Ok(if interrupt::asked() {
+        Exit::Interrupted
+    } else {
+        Exit::Done
+    })
+}
+
+/// What a study writes.
+struct Files {
+    table: PathBuf,
+    chart: PathBuf,
+    summary: PathBuf,
+}
+
+impl Files {
+    fn of(root: &Path) -> Self {
+        Self {
+            table: root.join("table.csv"),
+            chart: root.join("chart.svg"),
+            summary: root.join("summary.json"),
+        }
+    }
+
+    /// A table of this study must not stand beside a chart of the last.
+    fn remove_older(&self) -> Result<(), Failure> {
+        for file in [&self.table, &self.chart, &self.summary] {
+            match fs::remove_file(file) {
+                Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+                    return Err(Failure::Failed(format!(
+                        "cannot remove the older {}: {error}",
+                        file.display()
+                    )));
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What `summary.json` holds.
+#[derive(Serialize)]
+struct Summary<'a> {
+    study: &'a str,
+    /// `done` or `interrupted`.
+    status: &'static str,
+    threads: usize,
+    instruction_set: &'static str,
+    /// Wall time, starts and warm-ups included [s].
+    wall_s: f64,
+    rows: Vec<SummaryRow<'a>>,
+}
+
+#[derive(Serialize)]
+struct SummaryRow<'a> {
+    case: &'a str,
+    variant: &'a str,
+    blocks: usize,
+    steps: u64,
+    failure: Option<&'a str>,
+}
+
+impl<'a> Summary<'a> {
+    fn of(plan: &'a Plan, table: &'a Table, threads: usize, wall: Duration) -> Self {
+        Self {
+            study: &plan.study.name,
+            status: if interrupt::asked() {
+                "interrupted"
+            } else {
+                "done"
+            },
+            threads,
+            instruction_set: InstructionSet::detect().name(),
+            wall_s: wall.as_secs_f64(),
+            rows: (table.rows.iter())
+                .map(|row| SummaryRow {
+                    case: &row.case,
+                    variant: &row.variant,
+                    blocks: row.blocks.len(),
+                    steps: row.steps(),
+                    failure: row.failure.as_deref(),
+                })
+                .collect(),
+        }
+    }
+
+    fn write(&self, path: &Path) -> Result<(), OutputError> {
+        overfall::output::write_atomically(path, |out| {
+            serde_json::to_writer_pretty(&mut *out, self)?;
+            out.write_all(b"\n")
+        })
+    }
+}
+
+/// How far the study is: a bar on a terminal, plain lines elsewhere.
+struct Display {
+    bar: Option<ProgressBar>,
+    stage: String,
+    since: Instant,
+    shown: Option<Instant>,
+}
+
+impl Display {
+    fn start() -> Self {
+        let bar = std::io::stderr().is_terminal().then(|| {
+            let target = ProgressDrawTarget::stderr();
+            let bar = ProgressBar::with_draw_target(Some(BAR_LENGTH), target);
+            if let Ok(style) = ProgressStyle::with_template("{prefix} {wide_bar}\n{wide_msg}") {
+                bar.set_style(style.progress_chars("=> "));
+            }
+            bar
+        });
+        Self {
+            bar,
+            stage: String::new(),
+            since: Instant::now(),
+            shown: None,
+        }
+    }
+
+    fn step(&mut self, stage: &str, of: &str, fraction: f64) {
+        if self.stage != stage {
+            (self.stage, self.since, self.shown) = (stage.to_owned(), Instant::now(), None);
+        }
+        let interval = if self.bar.is_some() {
+            BAR_INTERVAL
+        } else {
+            LINE_INTERVAL
+        };
+        if self.shown.is_some_and(|shown| shown.elapsed() < interval) {
+            return;
+        }
+        self.shown = Some(Instant::now());
+        let way = way(fraction, self.since.elapsed().as_secs_f64());
+        match &self.bar {
+            Some(bar) => {
+                bar.set_position((fraction * BAR_LENGTH as f64) as u64);
+                bar.set_prefix(format!("{stage}: {way}"));
+                bar.set_message(of.to_owned());
+            }
+            None if of.is_empty() => console::note(&format!("{stage}: {way}")),
+            None => console::note(&format!("{stage}: {way}, {of}")),
+        }
+    }
+
+    fn announcer(&self) -> impl Fn(&str) + Send + use<> {
+        let bar = self.bar.clone();
+        move |text| match &bar {
+            Some(bar) => bar.println(text),
+            None => console::note(text),
+        }
+    }
+
+    fn finish(&self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+/// How much of a stage is done and how long the rest takes.
+fn way(fraction: f64, elapsed: f64) -> String {
+    let left = if fraction > 0.01 {
+        progress::clock(elapsed * (1.0 - fraction) / fraction)
+    } else {
+        "?".to_owned()
+    };
+    format!("{:.0} %, {left} left", (100.0 * fraction).floor())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::way;
+
+    #[test]
+    fn the_time_left_is_told_from_the_part_done() {
+        assert_eq!(way(0.0, 0.0), "0 %, ? left");
+        assert_eq!(way(0.25, 20.0), "25 %, 1:00 left");
+    }
+}

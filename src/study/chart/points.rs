@@ -1,0 +1,245 @@
+//! One column against another, a point a row, on logarithmic axes.
+
+use plotters::prelude::*;
+
+use super::{
+    At, COLOURS, ChartError, Drawn, FONT, GRID, INK, WIDTH, axis, drawing, on_canvas, text,
+    width_of,
+};
+use crate::study::Table;
+
+const HEIGHT: u32 = 640;
+/// Size of the points' labels [px].
+const LABEL: f64 = 13.0;
+/// Radius of a point [px].
+const RADIUS: i32 = 5;
+
+/// Points of one colour, joined in their order.
+struct Series {
+    name: String,
+    points: Vec<(f64, f64, String)>,
+}
+
+pub(super) fn draw(table: &Table, x: &str, y: &str) -> Result<String, ChartError> {
+    let (Some(x), Some(y)) = (table.column(x), table.column(y)) else {
+        return Err(ChartError::Empty);
+    };
+    let series = series(table, x, y);
+    let points = || series.iter().flat_map(|series| &series.points);
+    if points().next().is_none() {
+        return Err(ChartError::Empty);
+    }
+    let range = |of: &dyn Fn(&(f64, f64, String)) -> f64| {
+        let (low, high) = points()
+            .map(of)
+            .fold((f64::INFINITY, 0.0_f64), |(low, high), value| {
+                (low.min(value), high.max(value))
+            });
+        (low / 1.5)..(high * 1.5)
+    };
+    let (across, along) = (range(&|point| point.0), range(&|point| point.1));
+
+    on_canvas(&table.title, HEIGHT, |root| {
+        let plot = root.margin(36, 8, 8, 16);
+        let mut chart = ChartBuilder::on(&plot)
+            .x_label_area_size(52)
+            .y_label_area_size(84)
+            .build_cartesian_2d(across.log_scale(), along.log_scale())
+            .map_err(drawing)?;
+        chart
+            .configure_mesh()
+            .bold_line_style(GRID)
+            .light_line_style(TRANSPARENT)
+            .axis_style(INK)
+            .label_style((FONT, 13).into_font().color(&INK))
+            .axis_desc_style((FONT, 15).into_font().color(&INK))
+            .x_desc(axis(table, x))
+            .y_desc(axis(table, y))
+            .x_label_formatter(&|value| tick(*value))
+            .y_label_formatter(&|value| tick(*value))
+            .draw()
+            .map_err(drawing)?;
+        let area = chart.plotting_area();
+        let mut taken = Vec::new();
+        let mut labels = Vec::new();
+        for (number, series) in series.iter().enumerate() {
+            let colour = COLOURS[number % COLOURS.len()];
+            let line: Vec<_> = series
+                .points
+                .iter()
+                .map(|point| (point.0, point.1))
+                .collect();
+            area.draw(&PathElement::new(line.clone(), colour.stroke_width(1)))
+                .map_err(drawing)?;
+            for (place, label) in line.iter().zip(series.points.iter().map(|point| &point.2)) {
+                match number / COLOURS.len() {
+                    0 => area.draw(&Circle::new(*place, RADIUS, colour.filled())),
+                    _ => area.draw(&TriangleMarker::new(*place, RADIUS + 2, colour.filled())),
+                }
+                .map_err(drawing)?;
+                let at = area.map_coordinate(place);
+                taken.push(Frame::around(at));
+                labels.push((at, label.clone()));
+            }
+        }
+        // Of the canvas, not of the plot: `map_coordinate` counts from its corner.
+        let (columns, rows) = area.get_pixel_range();
+        let bounds = Frame {
+            left: columns.start,
+            top: rows.start,
+            right: columns.end,
+            bottom: rows.end,
+        };
+        for (at, label) in labels {
+            let frame = free_place(at, &label, &taken, bounds);
+            text(
+                root,
+                &label,
+                (frame.left, (frame.top + frame.bottom) / 2),
+                LABEL,
+                At::Left,
+            )?;
+            taken.push(frame);
+        }
+        legend(root, &series)
+    })
+}
+
+/// The rows with both figures above zero, by series in the order of the study.
+fn series(table: &Table, x: usize, y: usize) -> Vec<Series> {
+    let mut all: Vec<Series> = Vec::new();
+    for (k, row) in table.rows.iter().enumerate() {
+        let (Some(x), Some(y)) = (table.figure(k, x), table.figure(k, y)) else {
+            continue;
+        };
+        if row.failure.is_some() || x.value <= 0.0 || y.value <= 0.0 {
+            continue;
+        }
+        let name = row.series.clone().unwrap_or_else(|| row.variant.clone());
+        // The legend names the series; its point need not.
+        let label = row.label();
+        let label = match label.strip_prefix(&name).map(str::trim) {
+            Some("") | None => label,
+            Some(rest) => rest.trim_start_matches([',', ' ']).to_owned(),
+        };
+        let point = (x.value, y.value, label);
+        match all.iter_mut().find(|series| series.name == name) {
+            Some(series) => series.points.push(point),
+            None => all.push(Series {
+                name,
+                points: vec![point],
+            }),
+        }
+    }
+    all
+}
+
+/// A rectangle on the canvas [px].
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Frame {
+    left: i32,
+    top: i32,
+    right: i32,
+    bottom: i32,
+}
+
+impl Frame {
+    fn around((x, y): (i32, i32)) -> Self {
+        Self {
+            left: x - RADIUS,
+            top: y - RADIUS,
+            right: x + RADIUS,
+            bottom: y + RADIUS,
+        }
+    }
+
+    fn meets(&self, other: &Self) -> bool {
+        self.left < other.right
+            && other.left < self.right
+            && self.top < other.bottom
+            && other.top < self.bottom
+    }
+
+    fn lies_in(&self, other: &Self) -> bool {
+        self.left >= other.left
+            && self.right <= other.right
+            && self.top >= other.top
+            && self.bottom <= other.bottom
+    }
+}
+
+/// A place for a label beside its point, away from points and labels that are there, if there is one.
+fn free_place((x, y): (i32, i32), label: &str, taken: &[Frame], bounds: Frame) -> Frame {
+    let (width, height) = (width_of(label, LABEL), LABEL as i32 + 2);
+    let gap = RADIUS + 4;
+    let at = |left: i32, middle: i32| Frame {
+        left,
+        top: middle - height / 2,
+        right: left + width,
+        bottom: middle + height / 2,
+    };
+    let places = [1, 2, 3].into_iter().flat_map(|far| {
+        let up = far * (height / 2 + RADIUS);
+        [
+            at(x + gap, y - (far - 1) * height),
+            at(x - gap - width, y - (far - 1) * height),
+            at(x + gap, y - up),
+            at(x - width / 2, y - up - 2),
+            at(x - gap - width, y - up),
+            at(x + gap, y + up),
+            at(x - width / 2, y + up + 2),
+            at(x - gap - width, y + up),
+        ]
+    });
+    let is_free =
+        |frame: &Frame| frame.lies_in(&bounds) && taken.iter().all(|other| !other.meets(frame));
+    let mut places = places.peekable();
+    let first = places.peek().copied().unwrap_or(bounds);
+    places.find(is_free).unwrap_or(first)
+}
+
+fn legend(root: &super::Area, series: &[Series]) -> Drawn {
+    let mut x = WIDTH as i32 - 24;
+    for (number, series) in series.iter().enumerate().rev() {
+        let colour = COLOURS[number % COLOURS.len()];
+        x -= width_of(&series.name, 14.0);
+        text(root, &series.name, (x, 26), 14.0, At::Left)?;
+        x -= 14;
+        let mark: Result<(), _> = match number / COLOURS.len() {
+            0 => root.draw(&Circle::new((x, 26), RADIUS, colour.filled())),
+            _ => root.draw(&TriangleMarker::new((x, 26), RADIUS + 2, colour.filled())),
+        };
+        mark.map_err(drawing)?;
+        x -= 20;
+    }
+    Ok(())
+}
+
+/// A number on an axis, without noise of binary fractions.
+fn tick(value: f64) -> String {
+    let text = format!("{value:.6}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn labels_keep_away_from_each_other_and_from_the_edge() {
+        let bounds = Frame {
+            left: 0,
+            top: 0,
+            right: 400,
+            bottom: 300,
+        };
+        let points = [(390, 150), (380, 150), (384, 158)];
+        let mut taken: Vec<Frame> = points.iter().map(|&at| Frame::around(at)).collect();
+        for at in points {
+            let frame = free_place(at, "a label", &taken, bounds);
+            assert!(frame.lies_in(&bounds), "{frame:?}");
+            assert!(taken.iter().all(|other| !other.meets(&frame)), "{frame:?}");
+            taken.push(frame);
+        }
+    }
+}

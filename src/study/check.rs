@@ -1,0 +1,395 @@
+//! The file and all it names, checked before anything runs.
+
+use std::collections::HashSet;
+use std::path::Path;
+
+use super::{Chart, Measure, Reference, Rows, Span, Start, Study, StudyError};
+use crate::scene::{Override, Place, Scene, SceneError, place_of, read, unknown_name};
+use crate::step::{InstallError, check_order};
+
+/// A study with everything it names read and checked.
+#[derive(Debug, Clone)]
+pub struct Plan {
+    /// The file.
+    pub study: Study,
+    /// The scenes to run, by case.
+    pub cases: Vec<PlannedCase>,
+    /// Figures to compare with; none if the study names no file.
+    pub reference: Reference,
+}
+
+/// A case, ready to run.
+#[derive(Debug, Clone)]
+pub struct PlannedCase {
+    /// Its name; empty if the study has no cases.
+    pub name: String,
+    /// The scene that leads to the start, and the simulated time to stop at [s].
+    pub start: Option<(Scene, f32)>,
+    /// One measurement.
+    pub block: Span,
+    /// All variants.
+    pub variants: Vec<PlannedVariant>,
+}
+
+/// A variant of a case, ready to run.
+#[derive(Debug, Clone)]
+pub struct PlannedVariant {
+    /// Its name.
+    pub name: String,
+    /// The scene with all overrides applied.
+    pub scene: Scene,
+    /// How its rows lie at the start.
+    pub rows: Rows,
+    /// Name of its row in the reference file.
+    pub reference: Option<String>,
+    /// Variants of one series are joined in the chart.
+    pub series: Option<String>,
+}
+
+impl Plan {
+    /// Reads the study file at `path`, the scene and the figures it names, and checks all overrides.
+    ///
+    /// Errors name file, line and column, what is wrong and what would be right.
+    pub fn load(path: &Path) -> Result<Self, StudyError> {
+        let text = read_file("study", path)?;
+        let file = path.display().to_string();
+        let study: Study = read(&text, &file)?;
+        Checker {
+            study: &study,
+            text: &text,
+            file: &file,
+            folder: path.parent().unwrap_or(Path::new("")),
+        }
+        .check()
+        .map(|(cases, reference)| Self {
+            study,
+            cases,
+            reference,
+        })
+    }
+}
+
+fn read_file(what: &'static str, path: &Path) -> Result<String, StudyError> {
+    std::fs::read_to_string(path).map_err(|source| StudyError::Unreadable {
+        what,
+        file: path.to_owned(),
+        source,
+    })
+}
+
+struct Checker<'a> {
+    study: &'a Study,
+    text: &'a str,
+    file: &'a str,
+    folder: &'a Path,
+}
+
+/// The overrides of a list in the file, and where they stand in it.
+type Set<'a> = (String, &'a [String]);
+
+impl Checker<'_> {
+    fn check(&self) -> Result<(Vec<PlannedCase>, Reference), StudyError> {
+        self.check_numbers()?;
+        self.check_names()?;
+        let reference = self.reference()?;
+        let cases = self.cases()?;
+        self.check_references(&cases, &reference)?;
+        Ok((cases, reference))
+    }
+
+    fn refuse<T>(&self, path: &str, message: impl Into<String>) -> Result<T, StudyError> {
+        Err(StudyError::Refused {
+            place: place_of(path, self.text, self.file),
+            message: message.into(),
+        })
+    }
+
+    fn check_numbers(&self) -> Result<(), StudyError> {
+        let study = self.study;
+        if study.blocks == 0 {
+            return self.refuse("blocks", "`blocks` is 0; it must be at least 1");
+        }
+        self.check_span("block", study.block, false)?;
+        self.check_span("warm_up", study.warm_up, true)?;
+        let starts = study.start.iter().map(|start| ("start".to_owned(), start));
+        let of_cases = (0..).zip(&study.cases).filter_map(|(k, case)| {
+            (case.start.as_ref()).map(|start| (format!("cases.{k}.start"), start))
+        });
+        for (path, start) in starts.chain(of_cases) {
+            self.check_span(&format!("{path}.time"), Span::Time(start.time), false)?;
+        }
+        for (k, case) in study.cases.iter().enumerate() {
+            if let Some(block) = case.block {
+                self.check_span(&format!("cases.{k}.block"), block, false)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn check_span(&self, path: &str, span: Span, may_be_nothing: bool) -> Result<(), StudyError> {
+        let is_right = match span {
+            Span::Steps(steps) => steps > 0 || may_be_nothing,
+            Span::Time(time) => time.is_finite() && (time > 0.0 || may_be_nothing && time == 0.0),
+        };
+        match span {
+            _ if is_right => Ok(()),
+            Span::Steps(_) => self.refuse(path, "no steps; it must be at least 1"),
+            Span::Time(time) => self.refuse(path, format!("{time} s; it must be above 0")),
+        }
+    }
+
+    fn check_names(&self) -> Result<(), StudyError> {
+        let study = self.study;
+        let is_a_folder = !study.name.trim().is_empty()
+            && !study.name.contains(['/', '\\'])
+            && study.name != "."
+            && study.name != "..";
+        if !is_a_folder {
+            let message = format!(
+                "the name {:?} cannot name the output folder; write a word without slashes",
+                study.name
+            );
+            return self.refuse("name", message);
+        }
+        let variants: Vec<&str> = study.variants.iter().map(|v| v.name.as_str()).collect();
+        let columns: Vec<&str> = study.columns.iter().map(|c| c.name.as_str()).collect();
+        let cases: Vec<&str> = study.cases.iter().map(|c| c.name.as_str()).collect();
+        for (list, names, may_be_empty) in [
+            ("variants", &variants, false),
+            ("columns", &columns, false),
+            ("cases", &cases, true),
+        ] {
+            if names.is_empty() && !may_be_empty {
+                return self.refuse(
+                    list,
+                    format!("`{list}` is empty; there must be one at least"),
+                );
+            }
+            let mut seen = HashSet::new();
+            for (k, name) in names.iter().enumerate() {
+                if !seen.insert(name) {
+                    let message = format!("the name {name:?} is given twice; rows go by it");
+                    return self.refuse(&format!("{list}.{k}.name"), message);
+                }
+            }
+        }
+        for (k, column) in study.columns.iter().enumerate() {
+            if let Measure::Milliseconds(phases) | Measure::Share(phases) = &column.measure
+                && phases.is_empty()
+            {
+                let message = "no phase; name one, such as `find_neighbours`";
+                return self.refuse(&format!("columns.{k}.measure"), message);
+            }
+        }
+        if let Some(name) = &study.baseline {
+            self.check_known("baseline", "variant", name, &variants)?;
+        }
+        match &study.chart {
+            Some(Chart::Ratios { columns: shown }) => {
+                if shown.is_empty() {
+                    return self.refuse("chart.columns", "no column to show; name one");
+                }
+                for (k, name) in shown.iter().enumerate() {
+                    self.check_known(&format!("chart.columns.{k}"), "column", name, &columns)?;
+                }
+            }
+            Some(Chart::Points { x, y }) => {
+                self.check_known("chart.x", "column", x, &columns)?;
+                self.check_known("chart.y", "column", y, &columns)?;
+            }
+            None => {}
+        }
+        Ok(())
+    }
+
+    fn check_known(
+        &self,
+        path: &str,
+        what: &str,
+        name: &str,
+        known: &[&str],
+    ) -> Result<(), StudyError> {
+        if known.contains(&name) {
+            return Ok(());
+        }
+        self.refuse(path, unknown_name(what, name, None, known))
+    }
+
+    fn reference(&self) -> Result<Reference, StudyError> {
+        let Some(name) = &self.study.reference else {
+            return Ok(Reference::default());
+        };
+        let path = self.folder.join(name);
+        if !path.is_file() {
+            return self.refuse(
+                "reference",
+                format!("there is no file `{}`", path.display()),
+            );
+        }
+        let text = read_file("figures to compare with", &path)?;
+        Reference::parse(&text).map_err(|(line, message)| StudyError::Refused {
+            place: Place::File {
+                file: path.display().to_string(),
+                line,
+                column: 1,
+            },
+            message,
+        })
+    }
+
+    fn check_references(
+        &self,
+        cases: &[PlannedCase],
+        reference: &Reference,
+    ) -> Result<(), StudyError> {
+        let columns: Vec<&str> = reference.columns.iter().map(String::as_str).collect();
+        for (k, column) in self.study.columns.iter().enumerate() {
+            if let Some(name) = &column.reference {
+                let path = format!("columns.{k}.reference");
+                self.check_known(&path, "reference column", name, &columns)?;
+            }
+        }
+        let rows = reference.rows();
+        for case in cases {
+            for (k, variant) in case.variants.iter().enumerate() {
+                if let Some(name) = &variant.reference {
+                    let path = format!("variants.{k}.reference");
+                    self.check_known(&path, "reference row", name, &rows)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn cases(&self) -> Result<Vec<PlannedCase>, StudyError> {
+        let study = self.study;
+        let common: Set = ("set".into(), &study.set);
+        if study.cases.is_empty() {
+            let start = study.start.as_ref().map(|start| ("start".into(), start));
+            return Ok(vec![PlannedCase {
+                name: String::new(),
+                start: self.start(start, std::slice::from_ref(&common))?,
+                block: study.block,
+                variants: self.variants(&[common], None, study.start.is_some())?,
+            }]);
+        }
+        (study.cases.iter().enumerate())
+            .map(|(k, case)| {
+                let sets = [common.clone(), (format!("cases.{k}.set"), &case.set[..])];
+                let own = case
+                    .start
+                    .as_ref()
+                    .map(|start| (format!("cases.{k}.start"), start));
+                let start = own.or(study.start.as_ref().map(|start| ("start".into(), start)));
+                let has_start = start.is_some();
+                Ok(PlannedCase {
+                    name: case.name.clone(),
+                    start: self.start(start, &sets)?,
+                    block: case.block.unwrap_or(study.block),
+                    variants: self.variants(&sets, case.reference.as_deref(), has_start)?,
+                })
+            })
+            .collect()
+    }
+
+    fn start(
+        &self,
+        start: Option<(String, &Start)>,
+        sets: &[Set],
+    ) -> Result<Option<(Scene, f32)>, StudyError> {
+        let Some((path, start)) = start else {
+            return Ok(None);
+        };
+        let mut sets = sets.to_vec();
+        sets.push((format!("{path}.set"), &start.set));
+        Ok(Some((self.scene(&sets, &path)?, start.time)))
+    }
+
+    fn variants(
+        &self,
+        sets: &[Set],
+        case_reference: Option<&str>,
+        has_start: bool,
+    ) -> Result<Vec<PlannedVariant>, StudyError> {
+        let base = self.scene(sets, "scene")?;
+        (self.study.variants.iter().enumerate())
+            .map(|(k, variant)| {
+                let path = format!("variants.{k}");
+                let mut sets = sets.to_vec();
+                sets.push((format!("{path}.set"), &variant.set));
+                let scene = self.scene(&sets, &path)?;
+                let particles = |scene: &Scene| {
+                    (scene.bodies.clone(), scene.spacing, scene.dimension)
+                };
+                if has_start && particles(&scene) != particles(&base) {
+                    return self.refuse(
+                        &format!("{path}.set"),
+                        "it changes the particles, but starts from a state that was simulated without this change; \
+                         make it a case, or leave out `start`",
+                    );
+                }
+                let reference = variant.reference.as_ref().map(|name| match case_reference {
+                    Some(case) => format!("{case}, {name}"),
+                    None => name.clone(),
+                });
+                Ok(PlannedVariant {
+                    name: variant.name.clone(),
+                    scene,
+                    rows: variant.rows,
+                    reference,
+                    series: variant.series.clone(),
+                })
+            })
+            .collect()
+    }
+
+    /// The scene with the overrides of some lists; errors that no override causes are told of the field `path`.
+    fn scene(&self, sets: &[Set], path: &str) -> Result<Scene, StudyError> {
+        let mut overrides = Vec::new();
+        let mut places = Vec::new();
+        for (list, texts) in sets {
+            for (k, text) in texts.iter().enumerate() {
+                let place = format!("{list}.{k}");
+                let change = Override::parse(text)
+                    .or_else(|error| self.relocate(error, |_| Some(place.clone())))?;
+                places.push((format!("{}={}", change.path, change.value), place));
+                overrides.push(change);
+            }
+        }
+        let scene_file = self.folder.join(&self.study.scene);
+        if !scene_file.is_file() {
+            let message = format!("there is no scene file `{}`", scene_file.display());
+            return self.refuse("scene", message);
+        }
+        let scene = Scene::load(&scene_file, &overrides).or_else(|error| {
+            self.relocate(error, |change| {
+                let found = places.iter().rev().find(|(text, _)| text == change);
+                found.map(|(_, place)| place.clone())
+            })
+        })?;
+        check_order(&scene).or_else(|error: InstallError| self.refuse(path, error.to_string()))?;
+        Ok(scene)
+    }
+
+    /// An error of the scene; if an override caused it, at the override's place in the study.
+    fn relocate<T>(
+        &self,
+        error: SceneError,
+        place: impl Fn(&str) -> Option<String>,
+    ) -> Result<T, StudyError> {
+        if let SceneError::Syntax {
+            place: Place::Override(change),
+            message,
+        }
+        | SceneError::Invalid {
+            place: Place::Override(change),
+            message,
+            ..
+        } = &error
+            && let Some(path) = place(change)
+        {
+            return self.refuse(&path, message.clone());
+        }
+        Err(error.into())
+    }
+}

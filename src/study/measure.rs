@@ -1,0 +1,156 @@
+//! What a block of steps is measured by.
+
+use serde::{Deserialize, Serialize};
+
+use crate::step::{Phase, StepReport};
+
+/// A quantity of a block.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub enum Measure {
+    /// Wall time of some phases a step [ms].
+    Milliseconds(Vec<Phase>),
+    /// Steps a second of wall time, all phases counted [1/s].
+    UpdatesPerSecond,
+    /// Part of the wall time that some phases take [%].
+    Share(Vec<Phase>),
+    /// Wall time that a simulated second takes [s/s].
+    WallTime,
+    /// Length of a step in simulated time, mean [ms].
+    TimeStep,
+    /// Pressure iterations a step [-].
+    Iterations,
+    /// Mean density error: compression, mean over the particles and the steps [%].
+    MeanDensityError,
+    /// Largest density error of any particle in any step [%].
+    LargestDensityError,
+    /// Entries of all fluid neighbour lists [-]; none if neighbours are not stored.
+    Pairs,
+    /// Distances that the search for fluid neighbours computes [-], a particle's to itself among them.
+    TestedPairs,
+    /// Distances computed for an entry [-].
+    TestedRatio,
+}
+
+impl Measure {
+    /// Unit of the figures; empty for plain numbers.
+    pub fn unit(&self) -> &'static str {
+        match self {
+            Self::Milliseconds(_) | Self::TimeStep => "ms",
+            Self::UpdatesPerSecond => "1/s",
+            Self::Share(_) | Self::MeanDensityError | Self::LargestDensityError => "%",
+            Self::WallTime => "s/s",
+            Self::Iterations | Self::Pairs | Self::TestedPairs | Self::TestedRatio => "",
+        }
+    }
+
+    /// Whether the pairs have to be counted.
+    pub(super) fn counts_pairs(&self) -> bool {
+        matches!(self, Self::Pairs | Self::TestedPairs | Self::TestedRatio)
+    }
+
+    /// Whether the median over the blocks stands for a row: for times a step, which other programs on the machine
+    /// disturb. Other figures are those of all blocks taken together.
+    pub(super) fn is_median(&self) -> bool {
+        matches!(
+            self,
+            Self::Milliseconds(_) | Self::UpdatesPerSecond | Self::Share(_)
+        )
+    }
+
+    /// The figure of a block; none if it has no such thing.
+    pub fn of(&self, block: &Block) -> Option<f64> {
+        let steps = block.steps as f64;
+        let seconds = |phases: &[Phase]| -> f64 {
+            phases
+                .iter()
+                .map(|&phase| block.phase_seconds[phase as usize])
+                .sum()
+        };
+        let value = match self {
+            Self::Milliseconds(phases) => 1e3 * seconds(phases) / steps,
+            Self::UpdatesPerSecond => steps / seconds(&Phase::ALL),
+            Self::Share(phases) => 100.0 * seconds(phases) / seconds(&Phase::ALL),
+            Self::WallTime => seconds(&Phase::ALL) / block.time,
+            Self::TimeStep => 1e3 * block.time / steps,
+            Self::Iterations => block.iterations as f64 / steps,
+            Self::MeanDensityError => 100.0 * block.mean_density_errors / steps,
+            Self::LargestDensityError => 100.0 * f64::from(block.max_density_error),
+            Self::Pairs => block.pairs? / block.counts,
+            Self::TestedPairs => block.tested_pairs / block.counts,
+            Self::TestedRatio => block.tested_pairs / block.pairs?,
+        };
+        value.is_finite().then_some(value)
+    }
+}
+
+/// Sums over steps that follow each other.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Block {
+    /// Steps taken.
+    pub steps: u64,
+    /// Simulated time [s].
+    pub time: f64,
+    /// Wall time of each phase [s], in the order of [`Phase::ALL`].
+    pub phase_seconds: [f64; Phase::ALL.len()],
+    /// Pressure iterations.
+    pub iterations: u64,
+    /// Sum of the steps' mean density errors [-].
+    pub mean_density_errors: f64,
+    /// Largest density error [-].
+    pub max_density_error: f32,
+    /// How often pairs were counted, once at the end of a block.
+    pub counts: f64,
+    /// Entries of fluid neighbour lists found at all counts; none if they are not stored.
+    pub pairs: Option<f64>,
+    /// Distances computed, at all counts.
+    pub tested_pairs: f64,
+}
+
+impl Default for Block {
+    fn default() -> Self {
+        Self {
+            steps: 0,
+            time: 0.0,
+            phase_seconds: Default::default(),
+            iterations: 0,
+            mean_density_errors: 0.0,
+            max_density_error: 0.0,
+            counts: 0.0,
+            pairs: Some(0.0),
+            tested_pairs: 0.0,
+        }
+    }
+}
+
+impl Block {
+    /// Adds a step.
+    pub fn add(&mut self, report: &StepReport) {
+        self.steps += 1;
+        self.time += f64::from(report.dt);
+        self.iterations += u64::from(report.iterations);
+        self.mean_density_errors += f64::from(report.mean_density_error);
+        self.max_density_error = self.max_density_error.max(report.max_density_error);
+        for (sum, seconds) in self.phase_seconds.iter_mut().zip(report.phase_seconds) {
+            *sum += seconds;
+        }
+    }
+
+    /// All blocks as one.
+    pub(super) fn together(blocks: &[Self]) -> Self {
+        blocks.iter().fold(Self::default(), |mut sum, block| {
+            sum.steps += block.steps;
+            sum.time += block.time;
+            sum.iterations += block.iterations;
+            sum.mean_density_errors += block.mean_density_errors;
+            sum.max_density_error = sum.max_density_error.max(block.max_density_error);
+            sum.counts += block.counts;
+            sum.pairs = sum.pairs.zip(block.pairs).map(|(sum, pairs)| sum + pairs);
+            sum.tested_pairs += block.tested_pairs;
+            for (sum, seconds) in sum.phase_seconds.iter_mut().zip(block.phase_seconds) {
+                *sum += seconds;
+            }
+            sum
+        })
+    }
+}

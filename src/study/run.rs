@@ -1,0 +1,262 @@
+//! The machine: the variants of a case, block by block in turn.
+//!
+//! Other programs come and go on a machine, and its clock rate with them. Variants measured one after the other would
+//! each meet another machine; in turns (A B C A B C …) they meet the same one, and the spread over the blocks says how
+//! steady it was.
+
+use std::ops::ControlFlow;
+
+use bevy_ecs::prelude::*;
+
+use super::{Block, Plan, PlannedCase, PlannedVariant, Span, StudyError, Table, start::State};
+use crate::{
+    Step, StepOutcome,
+    column::Positions,
+    execution::Execution,
+    index::FluidIndex,
+    install,
+    neighbours::{FluidNeighbours, Search, tested_pairs},
+    step::{StepError, StepReport},
+};
+
+/// How a study is coming along.
+pub enum Event<'a> {
+    /// A step was taken.
+    Step {
+        /// What it belongs to: a start, or the measurement of a case.
+        stage: &'a str,
+        /// What it is a step of: a variant.
+        of: &'a str,
+        /// The part of the stage that is done, 0 to 1.
+        fraction: f64,
+    },
+    /// Every variant of a case has had its turn; the table says what is known by now.
+    Turn(&'a Table),
+}
+
+/// Runs a study with `threads` threads; 0 takes all cores. `tell` is called after every step and may break off.
+///
+/// A variant that fails has its row say so; the others go on. The table is that of all blocks that were finished.
+pub fn run(
+    plan: &Plan,
+    threads: usize,
+    tell: &mut dyn FnMut(Event) -> ControlFlow<()>,
+) -> Result<Table, StudyError> {
+    let execution = Execution::new(threads)?;
+    let mut table = Table::new(plan);
+    let wants_pairs = (plan.study.columns.iter()).any(|column| column.measure.counts_pairs());
+    for (number, case) in plan.cases.iter().enumerate() {
+        let mut turns = Turns {
+            plan,
+            case,
+            execution: &execution,
+            wants_pairs,
+            tell,
+        };
+        if turns.run(number, &mut table)?.is_break() {
+            break;
+        }
+    }
+    Ok(table)
+}
+
+/// A variant's world.
+struct Runner {
+    world: World,
+    failed: bool,
+}
+
+struct Turns<'a, 'b> {
+    plan: &'a Plan,
+    case: &'a PlannedCase,
+    execution: &'a Execution,
+    wants_pairs: bool,
+    tell: &'a mut (dyn FnMut(Event) -> ControlFlow<()> + 'b),
+}
+
+/// What broke a span off.
+enum Broken {
+    /// The caller.
+    Asked,
+    /// A step that failed.
+    Failed(StepError),
+}
+
+impl Turns<'_, '_> {
+    fn run(&mut self, number: usize, table: &mut Table) -> Result<ControlFlow<()>, StudyError> {
+        let state = match self.start()? {
+            ControlFlow::Continue(state) => state,
+            ControlFlow::Break(()) => return Ok(ControlFlow::Break(())),
+        };
+        let stage = self.label("measuring");
+        let mut runners = Vec::new();
+        if self.begin(&stage).is_break() {
+            return Ok(ControlFlow::Break(()));
+        }
+        for variant in &self.case.variants {
+            runners.push(self.runner(variant, state.as_ref())?);
+        }
+        let turns = self.plan.study.blocks + 1;
+        for turn in 0..turns {
+            for (k, runner) in runners.iter_mut().enumerate() {
+                if runner.failed {
+                    continue;
+                }
+                let of = &self.case.variants[k].name;
+                let span = if turn == 0 {
+                    self.plan.study.warm_up
+                } else {
+                    self.case.block
+                };
+                let (before, count) = (
+                    turn as usize * self.case.variants.len() + k,
+                    turns as usize * self.case.variants.len(),
+                );
+                let place = |part: f64| (before as f64 + part) / count as f64;
+                let row = &mut table.rows[number * self.case.variants.len() + k];
+                match advance(&mut runner.world, span, |part| {
+                    (self.tell)(Event::Step {
+                        stage: &stage,
+                        of,
+                        fraction: place(part),
+                    })
+                }) {
+                    Ok(_) if turn == 0 => {}
+                    Ok(mut block) => {
+                        if self.wants_pairs {
+                            count_pairs(&runner.world, &mut block);
+                        }
+                        row.blocks.push(block);
+                    }
+                    Err(Broken::Asked) => return Ok(ControlFlow::Break(())),
+                    Err(Broken::Failed(error)) => {
+                        runner.failed = true;
+                        row.failure = Some(error.to_string());
+                    }
+                }
+            }
+            if (self.tell)(Event::Turn(table)).is_break() {
+                return Ok(ControlFlow::Break(()));
+            }
+        }
+        Ok(ControlFlow::Continue(()))
+    }
+
+    /// Tells that a stage begins, before worlds are set up for it.
+    fn begin(&mut self, stage: &str) -> ControlFlow<()> {
+        (self.tell)(Event::Step {
+            stage,
+            of: "setting up",
+            fraction: 0.0,
+        })
+    }
+
+    fn label(&self, what: &str) -> String {
+        match self.case.name.as_str() {
+            "" => what.to_owned(),
+            name => format!("{name}, {what}"),
+        }
+    }
+
+    /// Simulates the start, if the case has one.
+    fn start(&mut self) -> Result<ControlFlow<(), Option<State>>, StudyError> {
+        let Some((scene, time)) = &self.case.start else {
+            return Ok(ControlFlow::Continue(None));
+        };
+        let stage = self.label("start");
+        if self.begin(&stage).is_break() {
+            return Ok(ControlFlow::Break(()));
+        }
+        let mut world = self.world(scene, &stage)?;
+        match advance(&mut world, Span::Time(*time), |fraction| {
+            (self.tell)(Event::Step {
+                stage: &stage,
+                of: "",
+                fraction,
+            })
+        }) {
+            Ok(_) => Ok(ControlFlow::Continue(Some(State::of(&mut world)))),
+            Err(Broken::Asked) => Ok(ControlFlow::Break(())),
+            Err(Broken::Failed(error)) => Err(StudyError::Start {
+                case: match self.case.name.as_str() {
+                    "" => self.plan.study.name.clone(),
+                    name => name.to_owned(),
+                },
+                error,
+            }),
+        }
+    }
+
+    fn world(&self, scene: &crate::scene::Scene, of: &str) -> Result<World, StudyError> {
+        let mut world = World::new();
+        world.insert_resource(self.execution.clone());
+        install(&mut world, scene).map_err(|error| StudyError::Install {
+            variant: of.to_owned(),
+            error,
+        })?;
+        Ok(world)
+    }
+
+    fn runner(
+        &self,
+        variant: &PlannedVariant,
+        state: Option<&State>,
+    ) -> Result<Runner, StudyError> {
+        let mut world = self.world(&variant.scene, &self.label(&variant.name))?;
+        match state {
+            Some(state) => state.hand_over(&mut world, variant.rows),
+            None => State::of(&mut world).hand_over(&mut world, variant.rows),
+        }
+        Ok(Runner {
+            world,
+            failed: false,
+        })
+    }
+}
+
+/// Steps to the end of the span; `tell` gets the part that is done.
+fn advance(
+    world: &mut World,
+    span: Span,
+    mut tell: impl FnMut(f64) -> ControlFlow<()>,
+) -> Result<Block, Broken> {
+    let mut block = Block::default();
+    loop {
+        let part = match span {
+            Span::Steps(steps) => block.steps as f64 / steps as f64,
+            // Time is a sum of many steps: one that misses the end by rounding has reached it.
+            Span::Time(time) => block.time / f64::from(time) + 1e-6,
+        };
+        // No steps at all are 0 of 0.
+        if part >= 1.0 || part.is_nan() {
+            return Ok(block);
+        }
+        world.run_schedule(Step);
+        let outcome: Result<StepReport, StepError> = world.resource::<StepOutcome>().0.clone();
+        block.add(&outcome.map_err(Broken::Failed)?);
+        if tell(part).is_break() {
+            return Err(Broken::Asked);
+        }
+    }
+}
+
+/// Counts the pairs of the last step's search.
+fn count_pairs(world: &World, block: &mut Block) {
+    let (index, positions) = (
+        world.resource::<FluidIndex>(),
+        world.resource::<Positions>(),
+    );
+    let of = &*index.structure;
+    let points = positions.points();
+    block.counts += 1.0;
+    block.pairs = world
+        .get_resource::<FluidNeighbours>()
+        .map(|lists| lists.0.pairs() as f64);
+    block.tested_pairs += tested_pairs(&Search {
+        of,
+        points,
+        among: of,
+        among_points: points,
+        same: true,
+    }) as f64;
+}

@@ -1,0 +1,105 @@
+//! The state that the variants of a case set out from.
+//!
+//! Option 1: every variant is simulated from the scene's beginning. Option 2: one simulation leads into motion, its
+//! positions and velocities are handed to all variants. We use 2: the variants then measure the same motion, where those
+//! of different methods would have drifted apart, and a case costs one lead-in and not one a variant. What is not
+//! handed over is the history: indices are built anew, warm starts begin at zero; a study's `warm_up` is for that.
+
+use bevy_ecs::prelude::*;
+use glam::Vec3;
+
+use super::Rows;
+use crate::{
+    particle::{Fluid, Position, Velocity},
+    reorder::{ReorderState, reorder},
+    scene::shapes::split_mix,
+};
+
+/// Positions [m] and velocities [m/s], in the order in which the particles were created.
+#[derive(Debug, Clone, Default)]
+pub(super) struct State(Vec<(Vec3, Vec3)>);
+
+impl State {
+    /// The state of a world's fluid.
+    pub(super) fn of(world: &mut World) -> Self {
+        let mut fluid = world.query_filtered::<(Entity, &Position, &Velocity), With<Fluid>>();
+        let mut particles: Vec<_> = fluid
+            .iter(world)
+            .map(|(entity, x, v)| (entity, (x.0, v.0)))
+            .collect();
+        particles.sort_unstable_by_key(|particle| particle.0);
+        Self(particles.into_iter().map(|particle| particle.1).collect())
+    }
+
+    /// Puts the state into a new world with as many particles, a row after the other.
+    pub(super) fn hand_over(&self, world: &mut World, rows: Rows) {
+        let mut order: Vec<usize> = (0..self.0.len()).collect();
+        if rows == Rows::Shuffled {
+            let mut random = 1;
+            order.sort_by_cached_key(|_| split_mix(&mut random));
+        }
+        let mut fluid = world.query_filtered::<(&mut Position, &mut Velocity), With<Fluid>>();
+        for ((mut x, mut v), row) in fluid.iter_mut(world).zip(order) {
+            (x.0, v.0) = self.0[row];
+        }
+        if world.contains_resource::<ReorderState>() {
+            reorder(world);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Simulation, scene::Scene};
+
+    const SCENE: &str = r#"(
+        name: "block",
+        spacing: 0.1,
+        bodies: [(shape: Box(min: (0, 0, 0), max: (0.5, 0.4, 0.3)))],
+        boundaries: [],
+        reorder_interval: 0,
+        limits: (),
+    )"#;
+
+    fn simulation(reorder_interval: u32) -> Simulation {
+        let mut scene = Scene::parse(SCENE, "block.ron", &[]).expect("a scene");
+        scene.reorder_interval = reorder_interval;
+        Simulation::with_threads(&scene, 1).expect("a scene that runs")
+    }
+
+    fn rows(world: &mut World) -> Vec<(Vec3, Vec3)> {
+        let mut fluid = world.query_filtered::<(&Position, &Velocity), With<Fluid>>();
+        fluid.iter(world).map(|(x, v)| (x.0, v.0)).collect()
+    }
+
+    fn sorted(mut rows: Vec<(Vec3, Vec3)>) -> Vec<[u32; 6]> {
+        rows.sort_by_key(|(x, _)| x.to_array().map(f32::to_bits));
+        rows.iter()
+            .map(|(x, v)| [x.x, x.y, x.z, v.x, v.y, v.z].map(f32::to_bits))
+            .collect()
+    }
+
+    #[test]
+    fn every_particle_arrives_once_whatever_the_order_of_the_rows() {
+        let mut first = simulation(0);
+        for _ in 0..3 {
+            first.step().expect("a step");
+        }
+        let state = State::of(first.world_mut());
+        let kept = rows(first.world_mut());
+        let hand_over = |interval, order| {
+            let mut simulation = simulation(interval);
+            state.hand_over(simulation.world_mut(), order);
+            rows(simulation.world_mut())
+        };
+        assert_eq!(hand_over(0, Rows::Kept), kept);
+        let shuffled = hand_over(0, Rows::Shuffled);
+        let reordered = hand_over(100, Rows::Kept);
+        for other in [&shuffled, &reordered] {
+            assert_ne!(other, &kept);
+            assert_eq!(sorted(other.clone()), sorted(kept.clone()));
+        }
+        assert_ne!(shuffled, reordered);
+    }
+}
