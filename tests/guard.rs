@@ -9,8 +9,8 @@ use overfall::{
     Simulation, StepError,
     particle::{Position, Velocity},
     scene::{
-        Bounds, Criterion, Dfsph, Iisph, IndexStructure, NotConverged, Pcisph, PressureMethod, Scene,
-        Shape, TimeStep,
+        Bounds, Criterion, Dfsph, Iisph, IndexStructure, NotConverged, Pcisph, PressureMethod,
+        Scene, Shape, TimeStep,
     },
     step::{Clock, FailureCause},
 };
