@@ -14,12 +14,17 @@
 //! to was never predicted. In still water that was mostly harmless and now and then 20 to 30 % over the rest density.
 //! Here the step goes to the prediction that met η: the limit holds, and the neighbours are processed once less.
 
-use bevy_ecs::{prelude::*, schedule::ScheduleLabel};
+use bevy_ecs::{
+    prelude::*,
+    schedule::{ScheduleConfigs, ScheduleLabel},
+    system::ScheduleSystem,
+};
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
 use super::{DensityError, PressureSolve};
 use crate::{
+    boundary::direct_forcing,
     column::{
         Accelerations, Positions, PredictedPositions, PressureAccelerations, Pressures, Velocities,
     },
@@ -28,7 +33,7 @@ use crate::{
     kernel::CubicSpline,
     material::Material,
     pairs::{PairSum, Pairs, accumulate, broadcast, separation},
-    scene::{Criterion, NotConverged, Pcisph},
+    scene::{Criterion, NotConverged, Pcisph, Scene},
     simd::Simd,
     step::{Clock, Failure, FailureCause},
     time_step::TimeStepControl,
@@ -87,13 +92,18 @@ pub struct WallResponse(Vec<f32>);
 #[derive(Resource, Debug, Default)]
 pub struct PredictedDensities(Vec<f32>);
 
-/// The systems of [`PressureIteration`], in their order.
-pub fn iteration() -> bevy_ecs::schedule::ScheduleConfigs<bevy_ecs::system::ScheduleSystem> {
+/// The systems of [`PressureIteration`] for a scene, in their order.
+pub fn iteration(scene: &Scene) -> ScheduleConfigs<ScheduleSystem> {
     // Before the first prediction there is no pressure.
     let has_pressure = |solve: Res<PressureSolve>| solve.iterations > 0;
+    let predict = if scene.forces_directly() {
+        (predict_positions, direct_forcing::correct_prediction).chain()
+    } else {
+        predict_positions.into_configs()
+    };
     (
         super::pressure_force.run_if(has_pressure),
-        predict_positions,
+        predict,
         predict_density,
         update_pressure,
     )

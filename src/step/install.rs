@@ -12,7 +12,7 @@ use super::{
     timer::PhaseTimer,
 };
 use crate::{
-    boundary::{self, BoundarySamples},
+    boundary::{self, BoundarySamples, direct_forcing::DirectForcing},
     column::{
         Accelerations, Densities, Positions, PredictedPositions, PressureAccelerations, Pressures,
         Velocities,
@@ -22,11 +22,15 @@ use crate::{
     index::{self, FluidIndex, z_curve},
     integrate::{Domain, GuardLimits, Motion},
     material::Material,
+    mesh::MeshError,
     neighbours::{BoundaryNeighbours, FluidNeighbours},
     particle::{self, Boundary, BoundaryNormal, BoundaryVolume, Density, Position, Velocity},
     pressure::{PressureSolve, pcisph, state_equation::EquationOfState},
     reorder::ReorderState,
-    scene::{Neighbours, PressureMethod, Scene, SceneError, SurfaceTension, Viscosity, shapes},
+    scene::{
+        BoundaryHandling, Neighbours, PressureMethod, Scene, SceneError, SurfaceTension, Viscosity,
+        shapes,
+    },
     time_step::TimeStepControl,
 };
 
@@ -40,6 +44,9 @@ pub enum InstallError {
     /// The scene contradicts itself.
     #[error(transparent)]
     Scene(#[from] SceneError),
+    /// The file of a mesh is gone or has become unusable since the scene was checked.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
     /// The system gave no threads.
     #[error("could not start threads: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),
@@ -99,7 +106,7 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
     let material = Material::new(scene);
     let particles = spawn_fluid(world, scene, &material);
     insert_step_resources(world, scene, &material);
-    insert_boundary(world, scene);
+    insert_boundary(world, scene)?;
     insert_forces(world, scene);
     match scene.pressure {
         PressureMethod::Sesph(sesph) => world.insert_resource(EquationOfState(sesph.equation)),
@@ -171,11 +178,11 @@ fn insert_step_resources(world: &mut World, scene: &Scene, material: &Material) 
     world.init_resource::<PressureAccelerations>();
 }
 
-fn insert_boundary(world: &mut World, scene: &Scene) {
+fn insert_boundary(world: &mut World, scene: &Scene) -> Result<(), MeshError> {
     if scene.boundaries.is_empty() {
-        return;
+        return Ok(());
     }
-    let sampled = boundary::sample(scene);
+    let sampled = boundary::sample(scene)?;
     let execution = world.resource::<Execution>().clone();
     let samples = BoundarySamples::new(scene, &sampled, &execution);
     let volumes: Vec<f32> = samples.points().iter().map(|sample| sample.w).collect();
@@ -188,9 +195,14 @@ fn insert_boundary(world: &mut World, scene: &Scene) {
         )
     }));
     world.insert_resource(samples);
+    if let BoundaryHandling::DirectForcing(parameters) = scene.boundary_handling {
+        let direct = DirectForcing::new(parameters, world.resource::<Material>());
+        world.insert_resource(direct);
+    }
     if scene.neighbours == Neighbours::Stored {
         world.init_resource::<BoundaryNeighbours>();
     }
+    Ok(())
 }
 
 fn insert_forces(world: &mut World, scene: &Scene) {

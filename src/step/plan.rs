@@ -45,7 +45,7 @@ pub fn plan(scene: &Scene) -> Result<Plan, InstallError> {
         - 1.0;
     Ok(Plan {
         particles: seeds.len(),
-        boundary_particles: boundary::sample(scene).len(),
+        boundary_particles: boundary::sample(scene)?.len(),
         support_radius: scene.support_radius(),
         particle_mass: material.particle_mass,
         phases: planned(&order, scene),

@@ -79,7 +79,7 @@ pub(super) fn add_schedules(
         iteration
             .set_executor(SingleThreadedExecutor::new())
             .set_build_settings(strict())
-            .add_systems(pcisph::iteration());
+            .add_systems(pcisph::iteration(scene));
         iteration
             .initialize(world)
             .map_err(|error| InstallError::Schedule(error.to_string(iteration.graph(), world)))?;

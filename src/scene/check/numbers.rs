@@ -4,7 +4,7 @@ use super::{Checked, Problem, ensure, is_flat};
 use crate::scene::load::options;
 use crate::scene::spans::scan;
 use crate::scene::{
-    Cfl, PressureMethod, Scene, StateEquation, SurfaceTension, TimeStep, Viscosity,
+    BoundaryHandling, Cfl, PressureMethod, Scene, StateEquation, SurfaceTension, TimeStep, Viscosity,
 };
 
 /// Every number of the scene is finite: asked of the written scene, so a field added later is asked, too.
@@ -80,6 +80,23 @@ pub(super) fn numbers(scene: &Scene) -> Checked {
                 )
             })?;
         }
+    }
+    if let BoundaryHandling::DirectForcing(direct) = scene.boundary_handling {
+        let (distance, slip) = (direct.rest_distance, direct.slip);
+        ensure(
+            distance > 0.0 && distance <= scene.support,
+            "boundary_handling.rest_distance",
+            || {
+                format!(
+                    "the rest distance is {distance} spacings; it must be above 0 and at most the support of {} (1 is \
+                     usual)",
+                    scene.support
+                )
+            },
+        )?;
+        ensure((0.0..=1.0).contains(&slip), "boundary_handling.slip", || {
+            format!("the slip is {slip}; it must be from 0 (fluid sticks) to 1 (it slips freely)")
+        })?;
     }
     match scene.time_step {
         TimeStep::Fixed(dt) => positive("time_step.0", dt, "s")?,
