@@ -135,8 +135,14 @@ pub fn measure(
 ) {
     let bounds = domain.map(|domain| domain.0);
     let rows = positions.rows();
-    let columns = (predicted.0[..rows].par_chunks(CHUNK)).zip(velocities.0[..rows].par_chunks(CHUNK));
-    let chunks = motion.end.reset(rows).par_iter_mut().zip(columns).enumerate();
+    let columns =
+        (predicted.0[..rows].par_chunks(CHUNK)).zip(velocities.0[..rows].par_chunks(CHUNK));
+    let chunks = motion
+        .end
+        .reset(rows)
+        .par_iter_mut()
+        .zip(columns)
+        .enumerate();
     execution.install(|| {
         chunks.for_each(|(chunk, (end, (positions, velocities)))| {
             for (row, (x, v)) in (chunk * CHUNK..).zip(positions.iter().zip(velocities)) {

@@ -58,13 +58,7 @@ struct Wall<'a> {
 }
 
 impl Wall<'_> {
-    fn keep_outside(
-        &self,
-        start: Vec3,
-        samples: &[u32],
-        position: &mut Vec4,
-        velocity: &mut Vec4,
-    ) {
+    fn keep_outside(&self, start: Vec3, samples: &[u32], position: &mut Vec4, velocity: &mut Vec4) {
         for _ in 0..CORRECTIONS {
             let Some((depth, normal)) = self.deepest(start, samples, position.truncate()) else {
                 return;

@@ -13,10 +13,7 @@
 use glam::{DMat3, DVec3};
 
 use super::{BoundarySample, front::Front};
-use crate::{
-    mesh::Mesh,
-    scene::MeshSide,
-};
+use crate::{mesh::Mesh, scene::MeshSide};
 
 /// Least distance of two samples, in spacings: on a plane the area for each is then a spacing squared, as measured.
 const DISTANCE: f32 = 0.96;
@@ -79,16 +76,20 @@ impl<'a> Layer<'a> {
                 sum.1 -= n * angle;
             }
         }
-        let moved = mesh.vertices.iter().zip(sums).map(|(&vertex, (square, sum))| {
-            // Half the trace is what a flat corner would have along its normal twice over.
-            let trace = square.x_axis.x + square.y_axis.y + square.z_axis.z;
-            if trace == 0.0 {
-                return vertex;
-            }
-            let square = square + DMat3::IDENTITY * (1e-3 * trace);
-            let mitre = square.inverse() * sum;
-            vertex + depth * (1.0 + 1e-3) * mitre.clamp_length_max(LONGEST_MITRE)
-        });
+        let moved = mesh
+            .vertices
+            .iter()
+            .zip(sums)
+            .map(|(&vertex, (square, sum))| {
+                // Half the trace is what a flat corner would have along its normal twice over.
+                let trace = square.x_axis.x + square.y_axis.y + square.z_axis.z;
+                if trace == 0.0 {
+                    return vertex;
+                }
+                let square = square + DMat3::IDENTITY * (1e-3 * trace);
+                let mitre = square.inverse() * sum;
+                vertex + depth * (1.0 + 1e-3) * mitre.clamp_length_max(LONGEST_MITRE)
+            });
         Self {
             mesh,
             vertices: moved.collect(),
@@ -203,10 +204,10 @@ fn medial_ball(mesh: &Mesh, point: DVec3, normal: DVec3, depth: f64) -> Option<D
     for _ in 0..20 {
         let centre = point - radius * normal;
         let nearest = mesh.nearest(centre);
-        if nearest.distance.abs() >= 0.99 * radius {
-            return (nearest.distance < 0.0).then_some(centre);
+        if nearest.distance <= -0.99 * radius {
+            return Some(centre);
         }
-        // Through `point` and the nearest point, which is in the ball.
+        // Through `point` and the nearest point: that is in the ball, or the centre is past the solid's other side.
         let offset = point - nearest.at;
         let along = 2.0 * normal.dot(offset);
         if along <= 0.0 {

@@ -323,7 +323,7 @@ mod tests {
                 half_size: 0.5,
             },
         ] {
-            let points = sampled(shape, Dimension::Two);
+            let points = sampled(shape.clone(), Dimension::Two);
             assert!(
                 points.len() > 8 && points.iter().all(|x| x.z == 0.0),
                 "{shape:?}"

@@ -116,7 +116,8 @@ impl Bvh {
             }
             return;
         }
-        let mut children = [node + 1, second].map(|child| (self.nodes[child].distance(point), child));
+        let mut children =
+            [node + 1, second].map(|child| (self.nodes[child].distance(point), child));
         if children[1].0 < children[0].0 {
             children.swap(0, 1);
         }

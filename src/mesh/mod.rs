@@ -107,7 +107,9 @@ impl Mesh {
         if closed {
             let volume = signed_volume(&soup);
             if (volume < 0.0) != (side == MeshSide::Inside) {
-                soup.triangles.iter_mut().for_each(|corners| corners.swap(1, 2));
+                soup.triangles
+                    .iter_mut()
+                    .for_each(|corners| corners.swap(1, 2));
             }
         }
         let normals = soup.triangles.iter().map(|corners| {

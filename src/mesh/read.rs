@@ -23,7 +23,8 @@ pub(super) fn read(file: &Path) -> Result<Soup, MeshError> {
         Some("stl") => stl,
         _ => {
             return Err(refuse(
-                "its name ends neither in .obj nor in .stl, which are the formats that can be read".to_owned(),
+                "its name ends neither in .obj nor in .stl, which are the formats that can be read"
+                    .to_owned(),
             ));
         }
     };
@@ -62,8 +63,8 @@ fn obj(bytes: Vec<u8>) -> Result<Soup, String> {
         ..Default::default()
     };
     let nothing = |_: &Path| Ok(Default::default());
-    let (models, _) = tobj::load_obj_buf(&mut Cursor::new(lines), &options, nothing)
-        .map_err(|error| {
+    let (models, _) =
+        tobj::load_obj_buf(&mut Cursor::new(lines), &options, nothing).map_err(|error| {
             let hint = match error {
                 tobj::LoadError::FaceVertexOutOfBounds => {
                     "a face names a vertex that the file does not have"

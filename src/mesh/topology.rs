@@ -96,16 +96,20 @@ impl Topology {
                 on_border[b as usize] = true;
             }
         }
-        let edges = soup.triangles.iter().zip(normals).map(|(&corners, &normal)| {
-            sides(corners).map(|(a, b)| {
-                let (sum, count, likeness) = around[&key(a, b)];
-                Edge {
-                    normal: sum.normalize_or(normal),
-                    is_border: count == 1,
-                    is_sharp: likeness < SHARP,
-                }
-            })
-        });
+        let edges = soup
+            .triangles
+            .iter()
+            .zip(normals)
+            .map(|(&corners, &normal)| {
+                sides(corners).map(|(a, b)| {
+                    let (sum, count, likeness) = around[&key(a, b)];
+                    Edge {
+                        normal: sum.normalize_or(normal),
+                        is_border: count == 1,
+                        is_sharp: likeness < SHARP,
+                    }
+                })
+            });
         Self {
             edges: edges.collect(),
             vertex_normals: vertex_normals
@@ -118,7 +122,10 @@ impl Topology {
 
     /// Of some of the triangles alone.
     pub(super) fn of(mut self, triangles: &[usize]) -> Self {
-        self.edges = triangles.iter().map(|&triangle| self.edges[triangle]).collect();
+        self.edges = triangles
+            .iter()
+            .map(|&triangle| self.edges[triangle])
+            .collect();
         self
     }
 }

@@ -80,7 +80,7 @@ pub enum Shape {
     },
 }
 
-/// A solid boundary, sampled with one layer of particles at the spacing, half a spacing inside the solid.
+/// A solid boundary, sampled with one layer of particles at the spacing, about half a spacing inside the solid.
 ///
 /// Fluid must start at least half a spacing (from a particle's centre) off it; where there are tanks, inside one. In
 /// 2-D a box's or tank's z range only has to hold 0; centres and normals have z = 0.

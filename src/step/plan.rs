@@ -27,6 +27,8 @@ pub struct Plan {
     pub phases: Vec<(Phase, Vec<String>)>,
     /// Memory by what it holds [bytes a fluid particle].
     pub bytes_per_particle: Vec<(String, f64)>,
+    /// The same [bytes a boundary particle].
+    pub bytes_per_boundary_particle: Vec<(String, f64)>,
     /// What the time step may be at most by each cause [s].
     pub time_step_limits: Vec<(String, f32)>,
     /// Neighbours of a particle within the fluid.
@@ -50,6 +52,7 @@ pub fn plan(scene: &Scene) -> Result<Plan, InstallError> {
         particle_mass: material.particle_mass,
         phases: planned(&order, scene),
         bytes_per_particle: bytes_per_particle(scene, expected_neighbours),
+        bytes_per_boundary_particle: bytes_per_boundary_particle(),
         time_step_limits: time_step_limits(
             scene,
             seeds.iter().map(|seed| seed.position.to_array()),
@@ -57,6 +60,10 @@ pub fn plan(scene: &Scene) -> Result<Plan, InstallError> {
         expected_neighbours,
     })
 }
+
+const INDEX: &str = "spatial index";
+/// Of a particle in it [bytes].
+const INDEX_BYTES: f64 = 55.0;
 
 fn bytes_per_particle(scene: &Scene, neighbours: f32) -> Vec<(String, f64)> {
     let mut bytes = vec![
@@ -69,7 +76,7 @@ fn bytes_per_particle(scene: &Scene, neighbours: f32) -> Vec<(String, f64)> {
             "packed columns and accelerations".to_owned(),
             2.0 * 16.0 + 2.0 * 4.0 + 2.0 * 12.0,
         ),
-        ("spatial index".to_owned(), 55.0),
+        (INDEX.to_owned(), INDEX_BYTES),
     ];
     if scene.neighbours == Neighbours::Stored {
         bytes.push((
@@ -81,6 +88,18 @@ fn bytes_per_particle(scene: &Scene, neighbours: f32) -> Vec<(String, f64)> {
         bytes.push(("predicted positions and densities".to_owned(), 20.0));
     }
     bytes
+}
+
+fn bytes_per_boundary_particle() -> Vec<(String, f64)> {
+    vec![
+        // Three columns of 28 bytes, 8 bytes of change ticks each, and the entity's own entries.
+        (
+            "tables: position, normal, volume".to_owned(),
+            28.0 + 3.0 * 8.0 + 24.0,
+        ),
+        ("packed positions and normals".to_owned(), 16.0 + 12.0),
+        (INDEX.to_owned(), INDEX_BYTES),
+    ]
 }
 
 /// Limits at the fastest that this scene's water can get by falling through its whole height.

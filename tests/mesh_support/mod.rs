@@ -18,12 +18,27 @@ pub(crate) struct Surface {
 impl Surface {
     /// The box `min`–`max`, six squares.
     pub(crate) fn block(min: Vec3, max: Vec3) -> Self {
-        let pick = |i: usize, axis: usize| if i >> axis & 1 == 0 { min[axis] } else { max[axis] };
+        let pick = |i: usize, axis: usize| {
+            if i >> axis & 1 == 0 {
+                min[axis]
+            } else {
+                max[axis]
+            }
+        };
         Self {
-            vertices: (0..8).map(|i| Vec3::new(pick(i, 0), pick(i, 1), pick(i, 2))).collect(),
-            faces: [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]]
-                .map(Vec::from)
-                .into(),
+            vertices: (0..8)
+                .map(|i| Vec3::new(pick(i, 0), pick(i, 1), pick(i, 2)))
+                .collect(),
+            faces: [
+                [0, 4, 6, 2],
+                [1, 3, 7, 5],
+                [0, 1, 5, 4],
+                [2, 6, 7, 3],
+                [0, 2, 3, 1],
+                [4, 5, 7, 6],
+            ]
+            .map(Vec::from)
+            .into(),
         }
     }
 
@@ -31,12 +46,17 @@ impl Surface {
     pub(crate) fn prism(outline: &[(f32, f32)], depth: f32) -> Self {
         let n = outline.len();
         let layer = |z: f32| outline.iter().map(move |&(x, y)| Vec3::new(x, y, z));
-        let mut faces: Vec<Vec<usize>> = (0..n).map(|k| vec![k, (k + 1) % n, n + (k + 1) % n, n + k]).collect();
+        let mut faces: Vec<Vec<usize>> = (0..n)
+            .map(|k| vec![k, (k + 1) % n, n + (k + 1) % n, n + k])
+            .collect();
         for k in 1..n - 1 {
             faces.push(vec![0, k + 1, k]);
             faces.push(vec![n, n + k, n + k + 1]);
         }
-        Self { vertices: layer(0.0).chain(layer(depth)).collect(), faces }
+        Self {
+            vertices: layer(0.0).chain(layer(depth)).collect(),
+            faces,
+        }
     }
 
     /// A profile (radius, height) turned about the y axis, from a point on the axis to another.
@@ -49,7 +69,9 @@ impl Surface {
             rings.push((first, points));
             for k in 0..points {
                 let (sin, cos) = (std::f32::consts::TAU * k as f32 / count as f32).sin_cos();
-                surface.vertices.push(Vec3::new(radius * cos, height, radius * sin));
+                surface
+                    .vertices
+                    .push(Vec3::new(radius * cos, height, radius * sin));
             }
         }
         for pair in rings.windows(2) {

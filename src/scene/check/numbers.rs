@@ -4,7 +4,8 @@ use super::{Checked, Problem, ensure, is_flat};
 use crate::scene::load::options;
 use crate::scene::spans::scan;
 use crate::scene::{
-    BoundaryHandling, Cfl, PressureMethod, Scene, StateEquation, SurfaceTension, TimeStep, Viscosity,
+    BoundaryHandling, Cfl, PressureMethod, Scene, StateEquation, SurfaceTension, TimeStep,
+    Viscosity,
 };
 
 /// Every number of the scene is finite: asked of the written scene, so a field added later is asked, too.
@@ -94,9 +95,15 @@ pub(super) fn numbers(scene: &Scene) -> Checked {
                 )
             },
         )?;
-        ensure((0.0..=1.0).contains(&slip), "boundary_handling.slip", || {
-            format!("the slip is {slip}; it must be from 0 (fluid sticks) to 1 (it slips freely)")
-        })?;
+        ensure(
+            (0.0..=1.0).contains(&slip),
+            "boundary_handling.slip",
+            || {
+                format!(
+                    "the slip is {slip}; it must be from 0 (fluid sticks) to 1 (it slips freely)"
+                )
+            },
+        )?;
     }
     match scene.time_step {
         TimeStep::Fixed(dt) => positive("time_step.0", dt, "s")?,

@@ -166,7 +166,11 @@ impl<'a> Obstacle<'a> {
                 }
                 let nearest = mesh.nearest(point);
                 let both = mesh.side == MeshSide::Both || nearest.on_border;
-                let distance = if both { nearest.distance.abs() } else { nearest.distance };
+                let distance = if both {
+                    nearest.distance.abs()
+                } else {
+                    nearest.distance
+                };
                 distance - face
             }
             Kind::Box { min, max } => {
