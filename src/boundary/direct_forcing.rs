@@ -11,6 +11,9 @@
 //! rest. Where samples are denser than a lattice, at edges and in thin walls, the volume is smaller in proportion. The
 //! pressure that pushes back is the fluid particle's own, as in [`pressure_force`](crate::pressure::pressure_force).
 //!
+//! It does not take the place of [`contact`](super::contact), which follows it: the correction is an average over samples
+//! and vanishes a distance r0 behind them, so that water 10 spacings deep pressed particles through it.
+//!
 //! Deviations. Only boundary particles count in front of which a particle was at the start of the step: those of the far
 //! side of a thin wall would pull it through. A particle that was put back loses the velocity into the wall and keeps
 //! that away from it; with the tangential part alone, as published, fluid sticks to ceilings.

@@ -70,15 +70,15 @@ pub struct Mesh {
 
 /// The point of a mesh nearest to another.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Nearest {
+pub struct Nearest {
     /// Where [m].
-    pub(crate) at: DVec3,
+    pub at: DVec3,
     /// On which triangle.
-    pub(crate) triangle: usize,
+    pub triangle: usize,
     /// Distance [m]; negative on the side that normals point away from.
-    pub(crate) distance: f64,
+    pub distance: f64,
     /// Whether it is on the border of an open mesh.
-    pub(crate) on_border: bool,
+    pub on_border: bool,
 }
 
 impl Mesh {
@@ -166,7 +166,7 @@ impl Mesh {
     }
 
     /// The nearest point of the surface.
-    pub(crate) fn nearest(&self, point: DVec3) -> Nearest {
+    pub fn nearest(&self, point: DVec3) -> Nearest {
         let (triangle, closest) = self.bvh.nearest(point, |triangle| {
             triangle::closest(self.corners(triangle), point)
         });
@@ -198,8 +198,8 @@ impl Mesh {
         }
     }
 
-    /// Depths at which a ray meets the surface, from the nearest on, and whether it comes from the front.
-    pub(crate) fn hits(&self, origin: DVec3, direction: DVec3, hits: &mut Vec<(f64, usize)>) {
+    /// Depths at which a ray meets the surface [lengths of `direction`], from the nearest on, and on which triangle.
+    pub fn hits(&self, origin: DVec3, direction: DVec3, hits: &mut Vec<(f64, usize)>) {
         hits.clear();
         self.bvh.visit(origin, direction, |triangle| {
             if let Some(depth) = triangle::hit(self.corners(triangle), origin, direction) {

@@ -154,7 +154,8 @@ impl Stage {
                 let moved = if scene.boundaries.is_empty() {
                     integrate::integrate.into_configs()
                 } else if scene.forces_directly() {
-                    (integrate::integrate, direct_forcing::correct_motion).chain()
+                    let corrected = (direct_forcing::correct_motion, contact::keep_outside);
+                    (integrate::integrate, corrected.chain()).chain()
                 } else {
                     (integrate::integrate, contact::keep_outside).chain()
                 };

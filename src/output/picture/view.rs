@@ -17,7 +17,7 @@ const DEFAULT_FIELD_OF_VIEW: f32 = 26.0;
 /// Part of the picture, in the units −1 to 1 from edge to edge, that an unset camera fills: left, right, bottom, top.
 const FILLED: [f32; 4] = [-0.93, 0.93, -0.80, 0.90];
 /// Walls of meshes that are thinner are looked through [spacings].
-const THIN: f32 = 4.0;
+const THIN: f32 = 3.0;
 /// Samples along an edge of the light's layer.
 const SHADOW_SIZE: usize = 1024;
 
