@@ -173,14 +173,22 @@ fn shell(
                 } else {
                     inwards(z, last.z)
                 };
-                let normal = IVec3::new(inwards(x, last.x), inwards(y, last.y), depth).as_vec3();
-                if normal != Vec3::ZERO {
+                let normal = IVec3::new(inwards(x, last.x), inwards(y, last.y), depth);
+                if normal == IVec3::ZERO {
+                    continue;
+                }
+                let mut put = |normal: IVec3| {
                     let outwards = if fluid == Side::Outside { -1.0 } else { 1.0 };
-                    let position = min + step * IVec3::new(x, y, z).as_vec3();
                     out.push(BoundarySample {
-                        position,
-                        normal: outwards * normal.normalize(),
+                        position: min + step * IVec3::new(x, y, z).as_vec3(),
+                        normal: outwards * normal.as_vec3().normalize(),
                     });
+                };
+                put(normal);
+                // A plate of one layer has two faces in one place.
+                let other = IVec3::select(last.cmpeq(IVec3::ZERO), -normal, normal);
+                if other != normal {
+                    put(other);
                 }
             }
         }
