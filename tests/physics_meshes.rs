@@ -133,7 +133,7 @@ fn fire(
                         Err(error) => panic!("the step failed: {error}"),
                     }
                     let x = particles_of(&mut jet)[0].position;
-                    least = least.min(distance(x) / DX);
+                    least = least.min((vessel.distance)(x) / DX);
                     if crossed(start, x) {
                         leaks.push(format!("{speed} from {start} with {direction} is at {x}"));
                         break;
@@ -201,6 +201,18 @@ fn lone_particles_pass_no_plate_however_thin() {
     }
 }
 
+/// A closed surface with fluid in it.
+struct Vessel<'a> {
+    name: &'a str,
+    surface: Surface,
+    /// Corners of the fluid's box.
+    body: &'a str,
+    /// From the solid, but for the ends along z.
+    distance: Distance<'a>,
+    /// Height of the surface [m] at rest, of so many particles.
+    level: &'a dyn Fn(usize) -> f32,
+}
+
 /// A valley of 30° and a tank with a corner that juts into the water.
 #[test]
 fn sharp_and_jutting_corners_hold_water() {
@@ -228,31 +240,26 @@ fn sharp_and_jutting_corners_hold_water() {
     // The surface over the apex: y² tan 15° is the area of the water's section; in the other it is flat.
     let deep = |count: usize| (count as f32 * DX.powi(3) / 0.1 / (sin / cos)).sqrt();
     let flat = |count: usize| count as f32 * DX.powi(3) / 0.1 / 0.3;
-    let cases: [(
-        &str,
-        &Surface,
-        &str,
-        &dyn Fn(Vec3) -> f32,
-        &dyn Fn(usize) -> f32,
-    ); 2] = [
-        (
-            "valley",
-            &valley,
-            "(-0.05, 0.25, 0), max: (0.05, 0.4, 0.1)",
-            &in_valley,
-            &deep,
-        ),
-        (
-            "corner",
-            &corner,
-            "(0, 0, 0), max: (0.1, 0.2, 0.1)",
-            &in_corner,
-            &flat,
-        ),
+    let vessels = [
+        Vessel {
+            name: "valley",
+            surface: valley,
+            body: "(-0.05, 0.25, 0), max: (0.05, 0.4, 0.1)",
+            distance: &in_valley,
+            level: &deep,
+        },
+        Vessel {
+            name: "corner",
+            surface: corner,
+            body: "(0, 0, 0), max: (0.1, 0.2, 0.1)",
+            distance: &in_corner,
+            level: &flat,
+        },
     ];
     for handling in HANDLINGS {
-        for (name, surface, body, distance, surface_height) in &cases {
-            let file = files.put("vessel.obj", surface.obj());
+        for vessel in &vessels {
+            let Vessel { name, body, .. } = vessel;
+            let file = files.put("vessel.obj", vessel.surface.obj());
             let mut water = simulation(&format!(
                 "(name: \"vessel\", spacing: {DX}, boundary_handling: {handling},
                   boundaries: [Mesh((file: {file:?}, side: Inside))],
@@ -262,11 +269,11 @@ fn sharp_and_jutting_corners_hold_water() {
             run(&mut water, 0.8, |water, _| {
                 for particle in particles_of(water) {
                     let x = particle.position;
-                    least = least.min(distance(x).min(x.z).min(0.1 - x.z) / DX);
+                    least = least.min((vessel.distance)(x).min(x.z).min(0.1 - x.z) / DX);
                 }
             });
             let particles = particles_of(&mut water);
-            let ideal = surface_height(particles.len());
+            let ideal = (vessel.level)(particles.len());
             let over = particles
                 .iter()
                 .filter(|p| p.position.y > ideal + DX)
