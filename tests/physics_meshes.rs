@@ -51,6 +51,7 @@ fn water_in_a_mesh_tank_stands_where_it_stands_in_the_built_in_tank() {
                 }
             });
             let (mean, top) = heights(&mut water);
+            let (mean, top) = (mean / DX, top / DX);
             let particles = particles_of(&mut water);
             let least = particles.iter().map(|p| p.position.min(max - p.position).min_element());
             let least = least.fold(f32::INFINITY, f32::min) / DX;
@@ -67,7 +68,7 @@ fn water_in_a_mesh_tank_stands_where_it_stands_in_the_built_in_tank() {
             (mean, top, bottom)
         });
         let [built_in, mesh] = found;
-        assert!((built_in.0 - mesh.0).abs() < 0.1, "{handling}: {found:?}");
+        assert!((built_in.0 - mesh.0).abs() < 0.2, "{handling}: {found:?}");
         assert!((built_in.1 - mesh.1).abs() < 0.35, "{handling}: {found:?}");
         assert!((built_in.2 - mesh.2).abs() < 0.2, "{handling}: {found:?}");
     }
@@ -266,7 +267,7 @@ fn sharp_and_jutting_corners_hold_water() {
                   bodies: [(shape: Box(min: {body}))])"
             ));
             let mut least = f32::INFINITY;
-            run(&mut water, 0.8, |water, _| {
+            run(&mut water, 1.2, |water, _| {
                 for particle in particles_of(water) {
                     let x = particle.position;
                     least = least.min((vessel.distance)(x).min(x.z).min(0.1 - x.z) / DX);
