@@ -134,7 +134,7 @@ fn fire(
                         Err(error) => panic!("the step failed: {error}"),
                     }
                     let x = particles_of(&mut jet)[0].position;
-                    least = least.min((vessel.distance)(x) / DX);
+                    least = least.min(distance(x) / DX);
                     if crossed(start, x) {
                         leaks.push(format!("{speed} from {start} with {direction} is at {x}"));
                         break;
