@@ -5,12 +5,13 @@
 
 use bevy_ecs::prelude::*;
 use glam::Vec4;
+use rayon::prelude::*;
 
 use crate::{
     column::{
         Accelerations, Densities, Positions, PredictedPositions, PressureAccelerations, Velocities,
     },
-    execution::{ChunkResults, Execution},
+    execution::{CHUNK, ChunkResults, Execution},
     material::Material,
     scene::{Bounds, Limits},
     step::{Clock, Failure, FailureCause},
@@ -28,6 +29,7 @@ pub struct Motion {
     /// Potential energy in the scene's gravity, zero at the origin [J; J/m in 2-D].
     pub potential_energy: f64,
     chunks: ChunkResults<ChunkMotion>,
+    end: ChunkResults<ChunkEnd>,
 }
 
 /// The part of the space that particles may not leave, if the scene has one.
@@ -43,10 +45,15 @@ pub struct GuardLimits(pub Limits);
 struct ChunkMotion {
     speed_squared: (f32, usize),
     acceleration_squared: f32,
-    speed_squared_sum: f64,
-    height_sum: f64,
     compression: (f32, usize),
     not_finite: Option<(&'static str, usize)>,
+}
+
+/// Where one chunk of rows ended up.
+#[derive(Debug, Clone, Copy, Default)]
+struct ChunkEnd {
+    speed_squared_sum: f64,
+    height_sum: f64,
     outside: Option<usize>,
 }
 
@@ -61,14 +68,12 @@ pub fn integrate(
         Res<PressureAccelerations>,
         Res<Densities>,
     ),
-    domain: Option<Res<Domain>>,
     material: Res<Material>,
     clock: Res<Clock>,
     execution: Res<Execution>,
 ) {
     let (positions, accelerations, pressure_accelerations, densities) = columns;
-    let (dt, gravity, rest_density) = (clock.dt, material.gravity, material.rest_density);
-    let bounds = domain.map(|domain| domain.0);
+    let (dt, rest_density) = (clock.dt, material.rest_density);
     let rows = positions.rows();
     let motion = &mut *motion;
     let chunks = motion.chunks.reset(rows);
@@ -105,34 +110,60 @@ pub fn integrate(
             if compression > result.compression.0 {
                 result.compression = (compression, row);
             }
-            if let Some(Bounds { min, max }) = bounds
-                && !(position.cmpge(min).all() && position.cmple(max).all())
-            {
-                result.outside.get_or_insert(row);
-            }
             result.acceleration_squared = result
                 .acceleration_squared
                 .max(acceleration.length_squared());
-            result.speed_squared_sum += f64::from(speed_squared);
-            result.height_sum += f64::from(gravity.dot(position));
         }
         result
     };
     let columns = (&mut predicted.0[..rows], &mut velocities.0[..rows]);
     execution.map_chunks(columns, chunks, advance);
-    motion.fold(material.particle_mass);
+    let total = motion.total();
+    motion.max_speed = total.speed_squared.0.sqrt();
+    motion.max_acceleration = total.acceleration_squared.sqrt();
+}
+
+/// Measures energies, and who left the domain, after walls have corrected the motion (phase `Integrate`).
+pub fn measure(
+    predicted: Res<PredictedPositions>,
+    velocities: Res<Velocities>,
+    mut motion: ResMut<Motion>,
+    positions: Res<Positions>,
+    domain: Option<Res<Domain>>,
+    material: Res<Material>,
+    execution: Res<Execution>,
+) {
+    let bounds = domain.map(|domain| domain.0);
+    let rows = positions.rows();
+    let columns =
+        (predicted.0[..rows].par_chunks(CHUNK)).zip(velocities.0[..rows].par_chunks(CHUNK));
+    let chunks = motion
+        .end
+        .reset(rows)
+        .par_iter_mut()
+        .zip(columns)
+        .enumerate();
+    execution.install(|| {
+        chunks.for_each(|(chunk, (end, (positions, velocities)))| {
+            for (row, (x, v)) in (chunk * CHUNK..).zip(positions.iter().zip(velocities)) {
+                let position = x.truncate();
+                end.speed_squared_sum += f64::from(v.truncate().length_squared());
+                end.height_sum += f64::from(material.gravity.dot(position));
+                if let Some(Bounds { min, max }) = bounds
+                    && !(position.cmpge(min).all() && position.cmple(max).all())
+                {
+                    end.outside.get_or_insert(row);
+                }
+            }
+        });
+    });
+    let end = motion.end();
+    let mass = f64::from(material.particle_mass);
+    motion.kinetic_energy = 0.5 * mass * end.speed_squared_sum;
+    motion.potential_energy = -mass * end.height_sum;
 }
 
 impl Motion {
-    fn fold(&mut self, particle_mass: f32) {
-        let total = self.total();
-        let mass = f64::from(particle_mass);
-        self.max_speed = total.speed_squared.0.sqrt();
-        self.max_acceleration = total.acceleration_squared.sqrt();
-        self.kinetic_energy = 0.5 * mass * total.speed_squared_sum;
-        self.potential_energy = -mass * total.height_sum;
-    }
-
     /// All chunks, folded in their order.
     fn total(&self) -> ChunkMotion {
         let larger = |a: (f32, usize), b: (f32, usize)| if b.0 > a.0 { b } else { a };
@@ -141,12 +172,19 @@ impl Motion {
             .fold(ChunkMotion::default(), |sum, chunk| ChunkMotion {
                 speed_squared: larger(sum.speed_squared, chunk.speed_squared),
                 acceleration_squared: sum.acceleration_squared.max(chunk.acceleration_squared),
-                speed_squared_sum: sum.speed_squared_sum + chunk.speed_squared_sum,
-                height_sum: sum.height_sum + chunk.height_sum,
                 compression: larger(sum.compression, chunk.compression),
                 not_finite: sum.not_finite.or(chunk.not_finite),
-                outside: sum.outside.or(chunk.outside),
             })
+    }
+
+    /// Likewise.
+    fn end(&self) -> ChunkEnd {
+        let chunks = self.end.iter();
+        chunks.fold(ChunkEnd::default(), |sum, chunk| ChunkEnd {
+            speed_squared_sum: sum.speed_squared_sum + chunk.speed_squared_sum,
+            height_sum: sum.height_sum + chunk.height_sum,
+            outside: sum.outside.or(chunk.outside),
+        })
     }
 }
 
@@ -182,7 +220,7 @@ pub fn guard(
             Some(row),
         );
     }
-    if let Some(row) = total.outside {
+    if let Some(row) = motion.end().outside {
         failure.record(FailureCause::LeftDomain, Some(row));
     }
 }

@@ -51,7 +51,8 @@
 //! | module | what is in it |
 //! | --- | --- |
 //! | [`pairs`] | sums over neighbours: the one loop that all physics goes through |
-//! | [`boundary`] | walls as particles: sampling, volumes, contact |
+//! | [`boundary`] | walls as particles: sampling, volumes, contact, direct forcing |
+//! | [`mesh`] | triangle meshes: files, distances, rays |
 //! | [`simd`] | eight lanes, chosen at run time; the only `unsafe` |
 //! | [`execution`] | threads, chunks, results that do not depend on either |
 //! | [`output`] | frames, series, history, summary, pictures |
@@ -66,6 +67,7 @@ pub mod index;
 pub mod integrate;
 pub mod kernel;
 pub mod material;
+pub mod mesh;
 pub mod neighbours;
 pub mod output;
 pub mod pairs;

@@ -144,11 +144,11 @@ impl Pairs<'_> {
         });
     }
 
-    /// Calls `work` with the boundary neighbours of every row that has some, and the row's entries of two columns.
+    /// Calls `work` with every row that has boundary neighbours, these, and the row's entries of two columns.
     pub fn update_near_boundary<A: Send, B: Send>(
         &self,
         (a, b): (&mut [A], &mut [B]),
-        work: impl Fn(&[u32], &mut A, &mut B) + Sync,
+        work: impl Fn(usize, &[u32], &mut A, &mut B) + Sync,
     ) {
         let execution = &*self.execution;
         let source = self.source();
@@ -163,7 +163,7 @@ impl Pairs<'_> {
                             for ((i, a), b) in rows.zip(a).zip(b) {
                                 let near = boundary.of(i);
                                 if !near.is_empty() {
-                                    work(near, a, b);
+                                    work(i, near, a, b);
                                 }
                             }
                         }
@@ -309,7 +309,7 @@ struct BoundaryChunk<'a, A, B, F> {
     work: &'a F,
 }
 
-impl<A, B, F: Fn(&[u32], &mut A, &mut B)> Vectorised for BoundaryChunk<'_, A, B, F> {
+impl<A, B, F: Fn(usize, &[u32], &mut A, &mut B)> Vectorised for BoundaryChunk<'_, A, B, F> {
     type Output = ();
 
     #[inline(always)]
@@ -318,7 +318,7 @@ impl<A, B, F: Fn(&[u32], &mut A, &mut B)> Vectorised for BoundaryChunk<'_, A, B,
         for ((i, a), b) in (self.first..).zip(self.a).zip(self.b) {
             let near = boundary.of(simd, i);
             if !near.is_empty() {
-                (self.work)(near, a, b);
+                (self.work)(i, near, a, b);
             }
         }
     }

@@ -8,6 +8,9 @@
 //! A sample speaks for the particles above it: those whose distance along the face is under 1.15 spacings. The middle of
 //! four samples is 0.71 away, the last row of a face beside a tank's edge 0.83; the second row around a convex edge, which
 //! must not be heard on the other side, at least 1.2. In a corner one face after the other is obeyed.
+//!
+//! It speaks only for particles that were in front of it at the start of the step: those behind it are on the other side
+//! of a thin wall, and this one would pull them through.
 
 use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};
@@ -41,8 +44,9 @@ pub fn keep_outside(
         spacing: material.spacing,
     };
     let columns = (&mut predicted.0[..rows], &mut velocities.0[..rows]);
-    pairs.update_near_boundary(columns, |samples, position, velocity| {
-        wall.keep_outside(samples, position, velocity)
+    let start = &pairs.positions().0;
+    pairs.update_near_boundary(columns, |row, samples, position, velocity| {
+        wall.keep_outside(start[row].truncate(), samples, position, velocity)
     });
 }
 
@@ -54,9 +58,9 @@ struct Wall<'a> {
 }
 
 impl Wall<'_> {
-    fn keep_outside(&self, samples: &[u32], position: &mut Vec4, velocity: &mut Vec4) {
+    fn keep_outside(&self, start: Vec3, samples: &[u32], position: &mut Vec4, velocity: &mut Vec4) {
         for _ in 0..CORRECTIONS {
-            let Some((depth, normal)) = self.deepest(samples, position.truncate()) else {
+            let Some((depth, normal)) = self.deepest(start, samples, position.truncate()) else {
                 return;
             };
             *position += (depth * normal).extend(0.0);
@@ -65,8 +69,9 @@ impl Wall<'_> {
         }
     }
 
-    /// How far a point [m] is beyond the clearance of one of the `samples`, and that sample's normal.
-    fn deepest(&self, samples: &[u32], point: Vec3) -> Option<(f32, Vec3)> {
+    /// How far a point [m] that came from `start` is beyond the clearance of one of the `samples`, and that sample's
+    /// normal.
+    fn deepest(&self, start: Vec3, samples: &[u32], point: Vec3) -> Option<(f32, Vec3)> {
         let (clearance, sideways) = (self.clearance, SIDEWAYS * self.spacing);
         let mut deepest = None;
         for &sample in samples {
@@ -74,11 +79,15 @@ impl Wall<'_> {
             let Some(&normal) = self.boundary.normals.get(sample as usize) else {
                 continue;
             };
-            let offset = point - self.boundary.packed[sample as usize].truncate();
+            let place = self.boundary.packed[sample as usize].truncate();
+            let offset = point - place;
             let height = offset.dot(normal);
             let along = offset.length_squared() - height * height;
             let depth = clearance - height;
-            if depth > deepest.map_or(0.0, |(depth, _)| depth) && along < sideways * sideways {
+            if depth > deepest.map_or(0.0, |(depth, _)| depth)
+                && along < sideways * sideways
+                && (start - place).dot(normal) >= 0.0
+            {
                 deepest = Some((depth, normal));
             }
         }

@@ -4,6 +4,9 @@
 //! are entities; loops read a packed copy, and an index of their own that is built once, since they do not move.
 
 pub mod contact;
+pub mod direct_forcing;
+mod front;
+mod mesh;
 mod sampling;
 mod volume;
 

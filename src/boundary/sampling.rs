@@ -12,14 +12,19 @@ use std::f32::consts::{PI, TAU};
 
 use glam::{IVec3, Vec3};
 
+use super::mesh::sample_mesh;
 use crate::{
     material::Material,
-    scene::{BoundaryShape, Dimension, Scene, shapes::wall_axes},
+    mesh::{Mesh, MeshError},
+    scene::{BoundaryHandling, BoundaryShape, Dimension, Scene, shapes::wall_axes},
 };
 
 /// Depth of the layer of samples behind the face of a wall [m]: there a lattice that starts half a spacing before the
-/// face has its rest density.
+/// face has its rest density. With direct forcing half a spacing: its frozen particles go on with the lattice.
 pub fn layer_depth(scene: &Scene) -> f32 {
+    if let BoundaryHandling::DirectForcing(_) = scene.boundary_handling {
+        return 0.5 * scene.spacing;
+    }
     let material = Material::new(scene);
     let (kernel, dx) = (material.kernel, scene.spacing);
     let sum = |layer: &dyn Fn(Vec3) -> bool, distance: f32| -> f32 {
@@ -60,14 +65,14 @@ pub struct BoundarySample {
     pub normal: Vec3,
 }
 
-/// Boundary particles of a scene.
-pub fn sample(scene: &Scene) -> Vec<BoundarySample> {
+/// Boundary particles of a scene. Fails if the file of a mesh is gone or has become unusable.
+pub fn sample(scene: &Scene) -> Result<Vec<BoundarySample>, MeshError> {
     let mut samples = Vec::new();
     for shape in &scene.boundaries {
         let depth = layer_depth(scene);
-        sample_shape(shape, scene.dimension, scene.spacing, depth, &mut samples);
+        sample_shape(shape, scene.dimension, scene.spacing, depth, &mut samples)?;
     }
-    samples
+    Ok(samples)
 }
 
 fn sample_shape(
@@ -76,7 +81,7 @@ fn sample_shape(
     spacing: f32,
     depth: f32,
     out: &mut Vec<BoundarySample>,
-) {
+) -> Result<(), MeshError> {
     let inset = Vec3::splat(depth);
     match *shape {
         BoundaryShape::Tank { min, max, open } => shell(
@@ -121,7 +126,11 @@ fn sample_shape(
                 out,
             );
         }
+        BoundaryShape::Mesh(ref boundary) => {
+            sample_mesh(&Mesh::load(boundary)?, spacing, depth, out);
+        }
     }
+    Ok(())
 }
 
 /// On which side of a shell the fluid is.
@@ -164,14 +173,22 @@ fn shell(
                 } else {
                     inwards(z, last.z)
                 };
-                let normal = IVec3::new(inwards(x, last.x), inwards(y, last.y), depth).as_vec3();
-                if normal != Vec3::ZERO {
+                let normal = IVec3::new(inwards(x, last.x), inwards(y, last.y), depth);
+                if normal == IVec3::ZERO {
+                    continue;
+                }
+                let mut put = |normal: IVec3| {
                     let outwards = if fluid == Side::Outside { -1.0 } else { 1.0 };
-                    let position = min + step * IVec3::new(x, y, z).as_vec3();
                     out.push(BoundarySample {
-                        position,
-                        normal: outwards * normal.normalize(),
+                        position: min + step * IVec3::new(x, y, z).as_vec3(),
+                        normal: outwards * normal.as_vec3().normalize(),
                     });
+                };
+                put(normal);
+                // A plate of one layer has two faces in one place.
+                let other = IVec3::select(last.cmpeq(IVec3::ZERO), -normal, normal);
+                if other != normal {
+                    put(other);
                 }
             }
         }
@@ -250,7 +267,7 @@ mod tests {
 
     fn sampled(shape: BoundaryShape, dimension: Dimension) -> Vec<Vec3> {
         let mut out = Vec::new();
-        sample_shape(&shape, dimension, 0.1, 0.05, &mut out);
+        sample_shape(&shape, dimension, 0.1, 0.05, &mut out).expect("no file");
         assert!(
             out.iter()
                 .all(|sample| (sample.normal.length() - 1.0).abs() < 1e-5)
@@ -280,7 +297,7 @@ mod tests {
     #[test]
     fn normals_point_into_the_fluid() {
         let mut samples = Vec::new();
-        sample_shape(&tank(false), Dimension::Three, 0.1, 0.05, &mut samples);
+        sample_shape(&tank(false), Dimension::Three, 0.1, 0.05, &mut samples).expect("no file");
         let middle = Vec3::new(0.2, 0.15, 0.1);
         assert!(
             samples
@@ -292,7 +309,7 @@ mod tests {
             min: Vec3::ZERO,
             max: Vec3::new(0.4, 0.3, 0.2),
         };
-        sample_shape(&obstacle, Dimension::Three, 0.1, 0.05, &mut samples);
+        sample_shape(&obstacle, Dimension::Three, 0.1, 0.05, &mut samples).expect("no file");
         assert!(
             samples
                 .iter()
@@ -314,7 +331,7 @@ mod tests {
                 half_size: 0.5,
             },
         ] {
-            let points = sampled(shape, Dimension::Two);
+            let points = sampled(shape.clone(), Dimension::Two);
             assert!(
                 points.len() > 8 && points.iter().all(|x| x.z == 0.0),
                 "{shape:?}"

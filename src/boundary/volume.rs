@@ -1,5 +1,6 @@
 //! The volume that a boundary particle stands for: `V_b = 1/Σ_k W_bk` over the boundary, itself included (Akinci et al.
-//! 2012, eq. 4). It is smaller where the sampling is denser, so edges and overlapping shapes push no harder.
+//! 2012, eq. 4). It is smaller where the sampling is denser, so edges and overlapping shapes push no harder. With direct
+//! forcing it is scaled so that a sample in a flat layer has the volume m/ρ0 of a fluid particle.
 
 use glam::Vec4;
 
@@ -7,9 +8,10 @@ use crate::{
     execution::Execution,
     index::SpatialIndex,
     kernel::CubicSpline,
+    material::Material,
     neighbours::Search,
     pairs::{self, PairSum, Source, broadcast, separation},
-    scene::Scene,
+    scene::{BoundaryHandling, Scene},
     simd::Simd,
 };
 
@@ -39,6 +41,19 @@ pub fn volumes(
         &mut volumes,
         execution,
     );
+    if let BoundaryHandling::DirectForcing(_) = scene.boundary_handling {
+        let material = Material::new(scene);
+        let layer: f32 = (pass.kernel)
+            .lattice(scene.dimension, scene.spacing)
+            .filter(|x| x.y.abs() < 0.5 * scene.spacing)
+            .map(|x| pass.kernel.value(x.length()))
+            .sum();
+        let particle = material.particle_mass / material.rest_density;
+        for volume in &mut volumes {
+            // Not more at a border, where samples are fewer.
+            *volume = particle * (*volume * layer).min(1.0);
+        }
+    }
     volumes
 }
 

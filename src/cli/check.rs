@@ -76,16 +76,28 @@ fn time_step(plan: &Plan) -> String {
 }
 
 fn memory(plan: &Plan) -> String {
-    let mut text = "\nMemory a fluid particle [bytes]\n".to_owned();
-    let mut total = 0.0;
-    for (name, bytes) in &plan.bytes_per_particle {
-        total += bytes;
-        let _ = writeln!(text, "  {bytes:>8.1}  {name}");
+    let mut text = String::new();
+    let mut all = 0.0;
+    for (what, count, rows) in [
+        ("fluid", plan.particles, &plan.bytes_per_particle),
+        (
+            "boundary",
+            plan.boundary_particles,
+            &plan.bytes_per_boundary_particle,
+        ),
+    ] {
+        if count == 0 {
+            continue;
+        }
+        let _ = writeln!(text, "\nMemory a {what} particle [bytes]");
+        let mut total = 0.0;
+        for (name, bytes) in rows {
+            total += bytes;
+            let _ = writeln!(text, "  {bytes:>8.1}  {name}");
+        }
+        all += total * count as f64;
+        let _ = writeln!(text, "  {total:>8.1}  in all");
     }
-    let _ = writeln!(
-        text,
-        "  {total:>8.1}  in all; {} for the scene's fluid",
-        size(total * plan.particles as f64)
-    );
+    let _ = writeln!(text, "\n  {} for the scene's particles", size(all));
     text
 }

@@ -4,6 +4,7 @@
 //! out/dam_break/
 //!   scene.ron           the scene as it ran, overrides applied
 //!   order.ron           its order file, if it has one
+//!   mesh_0.obj          the files of its meshes, if it has some
 //!   history.csv         a row a step
 //!   summary.json        how it went
 //!   dam_break.pvd       the frames as one animation
@@ -19,7 +20,7 @@ use std::path::{Path, PathBuf};
 use overfall::scene::{FrameFormat, Scene};
 
 use super::Failure;
-use super::scene_copy::ORDER;
+use super::scene_copy::{ORDER, is_copied_mesh};
 
 /// Where runs go that are not told where to go.
 const DEFAULT_PARENT: &str = "out";
@@ -82,6 +83,13 @@ impl RunFolder {
         // The run before may have been of a scene by another name.
         if let Ok(scene) = Scene::load(&self.scene(), &[]) {
             old.push(self.root.join(format!("{}.pvd", file_name(&scene.name))));
+        }
+        let entries = fs::read_dir(&self.root)
+            .map_err(|error| failed("cannot read the folder", &self.root, &error))?;
+        for entry in entries.flatten() {
+            if entry.file_name().to_str().is_some_and(is_copied_mesh) {
+                old.push(entry.path());
+            }
         }
         for (folder, extension) in [
             (self.frames(), "vtu"),

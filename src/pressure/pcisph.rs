@@ -19,6 +19,7 @@ use glam::{Vec3, Vec4};
 
 use super::{Corrected, PressureSolve, lattice_response, solve::has_pressure};
 use crate::{
+    boundary::direct_forcing,
     column::{
         Accelerations, Positions, PredictedPositions, PressureAccelerations, Pressures, Velocities,
     },
@@ -27,6 +28,7 @@ use crate::{
     kernel::CubicSpline,
     material::Material,
     pairs::{PairSum, Pairs, accumulate, broadcast, separation},
+    scene::Scene,
     simd::Simd,
     step::Clock,
 };
@@ -61,11 +63,16 @@ pub struct WallResponse(Vec<f32>);
 #[derive(Resource, Debug, Default)]
 pub struct PredictedDensities(Vec<f32>);
 
-/// The systems of [`PressureIteration`](super::solve::PressureIteration), in their order.
-pub fn iteration() -> ScheduleConfigs<ScheduleSystem> {
+/// The systems of [`PressureIteration`](super::solve::PressureIteration) for a scene, in their order.
+pub fn iteration(scene: &Scene) -> ScheduleConfigs<ScheduleSystem> {
+    let predict = if scene.forces_directly() {
+        (predict_positions, direct_forcing::correct_prediction).chain()
+    } else {
+        predict_positions.into_configs()
+    };
     (
         super::pressure_force.run_if(has_pressure),
-        predict_positions,
+        predict,
         predict_density,
         update_pressure,
     )

@@ -80,11 +80,11 @@ pub enum Shape {
     },
 }
 
-/// A solid boundary, sampled with one layer of particles at the spacing, half a spacing inside the solid.
+/// A solid boundary, sampled with one layer of particles at the spacing, about half a spacing inside the solid.
 ///
 /// Fluid must start at least half a spacing (from a particle's centre) off it; where there are tanks, inside one. In
 /// 2-D a box's or tank's z range only has to hold 0; centres and normals have z = 0.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum BoundaryShape {
     /// A tank that holds fluid inside the box `min`–`max`.
@@ -120,6 +120,51 @@ pub enum BoundaryShape {
         /// Half the edge of the square [m]; its edges lie along [`shapes::wall_axes`](super::shapes::wall_axes).
         half_size: f32,
     },
+    /// A surface of triangles; 3-D only.
+    Mesh(MeshBoundary),
+}
+
+/// A triangle mesh as a boundary: sampled evenly at the spacing, like the other shapes inside the solid.
+///
+/// A mesh's point p is put at `translation + rotation · (scale · p)`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MeshBoundary {
+    /// A Wavefront OBJ or an STL file (`.obj`, `.stl`), relative to the scene file's folder (after
+    /// [`load`](super::Scene::load): to the working directory).
+    pub file: String,
+    /// Metres in one unit of the file.
+    #[serde(default = "one")]
+    pub scale: f32,
+    /// Angles about the x, y and z axes, turned in this order [°].
+    #[serde(default)]
+    pub rotation: Vec3,
+    /// Where the file's origin is put [m].
+    #[serde(default)]
+    pub translation: Vec3,
+    /// Where the solid is.
+    #[serde(default)]
+    pub side: MeshSide,
+}
+
+fn one() -> f32 {
+    1.0
+}
+
+/// Where the solid is that a mesh bounds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum MeshSide {
+    /// The mesh is closed and the solid in it: fluid is outside. The winding must be the same all over.
+    #[default]
+    Outside,
+    /// The mesh is closed and fluid is in it, as in a tank. The winding must be the same all over.
+    Inside,
+    /// Fluid is where triangles are seen counter-clockwise, the solid behind them. The mesh may be open, as a terrain is;
+    /// past its border there is nothing.
+    Front,
+    /// A sheet with fluid on both sides, or thin walls that need not be closed. It acts as a wall as thick as twice the
+    /// depth of the layer of samples, about 1.2 spacings.
+    Both,
 }
 
 impl TryFrom<u8> for Dimension {

@@ -10,7 +10,7 @@ use super::check::Problem;
 use super::error::unknown_name;
 use super::overrides::Override;
 use super::spans::{byte_at, line_column, scan};
-use super::{Place, Scene, SceneError};
+use super::{BoundaryShape, Place, Scene, SceneError};
 
 /// What every scene file may leave out: `Some(…)` around a value, and the second bracket in `Pcisph((…))`.
 pub(super) fn options() -> ron::Options {
@@ -66,18 +66,30 @@ impl Scene {
         }
     }
 
-    /// As [`load`](Self::load), from a text. `file_name` stands in errors; `order` is taken relative to its folder.
+    /// As [`load`](Self::load), from a text. `file_name` stands in errors; `order` and the meshes' files
+    /// are taken relative to its folder.
     pub fn parse(text: &str, file_name: &str, overrides: &[Override]) -> Result<Self, SceneError> {
         let mut scene: Self = read(text, file_name)?;
         for change in overrides {
             scene = change.apply(&scene)?;
         }
+        if let Some(folder) = Path::new(file_name).parent() {
+            for file in scene.files_mut() {
+                *file = folder.join(&*file).display().to_string();
+            }
+        }
         super::check::check(&scene)
             .map_err(|problem| locate(problem, text, file_name, overrides))?;
-        if let (Some(order), Some(folder)) = (&mut scene.order, Path::new(file_name).parent()) {
-            *order = folder.join(&*order).display().to_string();
-        }
         Ok(scene)
+    }
+
+    /// Paths of the files that belong to the scene: the order's, if it names one, then those of the meshes.
+    pub fn files_mut(&mut self) -> impl Iterator<Item = &mut String> {
+        let meshes = self.boundaries.iter_mut().filter_map(|shape| match shape {
+            BoundaryShape::Mesh(mesh) => Some(&mut mesh.file),
+            _ => None,
+        });
+        self.order.iter_mut().chain(meshes)
     }
 
     /// Checks a scene that was built in code, as [`load`](Self::load) checks a file.

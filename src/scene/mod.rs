@@ -54,6 +54,9 @@ pub struct Scene {
     /// Solid walls and obstacles.
     #[serde(default)]
     pub boundaries: Vec<BoundaryShape>,
+    /// How boundaries keep the fluid off.
+    #[serde(default)]
+    pub boundary_handling: BoundaryHandling,
     /// A particle outside stops the run; unbounded if absent.
     #[serde(default)]
     pub domain: Option<Bounds>,
@@ -107,5 +110,11 @@ impl Scene {
     /// Support radius h [m].
     pub fn support_radius(&self) -> f32 {
         self.support * self.spacing
+    }
+
+    /// Whether there are boundaries, and direct forcing keeps the fluid off them.
+    pub fn forces_directly(&self) -> bool {
+        matches!(self.boundary_handling, BoundaryHandling::DirectForcing(_))
+            && !self.boundaries.is_empty()
     }
 }

@@ -48,6 +48,29 @@ pub enum SurfaceTension {
     },
 }
 
+/// How walls keep the fluid off.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub enum BoundaryHandling {
+    /// By pressure alone, with volumes that follow the sampling (Akinci et al. 2012).
+    #[default]
+    Akinci,
+    /// By pressure of frozen particles, and by putting back what comes nearer than a distance (Becker, Tessendorf &
+    /// Teschner 2009; Ihmsen et al. 2010): what the paper's glass and river scenes use.
+    DirectForcing(DirectForcing),
+}
+
+/// Parameters of direct forcing.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct DirectForcing {
+    /// Distance r0 from a boundary particle within which fluid is put back, in spacings [-]. The particles lie half a
+    /// spacing behind the wall's face, so at 1 fluid is left alone up to half a spacing before it.
+    pub rest_distance: f32,
+    /// Part of its velocity along the wall that a particle put back keeps, each step [-]: 1 slips freely, 0 sticks.
+    pub slip: f32,
+}
+
 /// Control of the time step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -144,6 +167,15 @@ impl Default for Viscosity {
     fn default() -> Self {
         Self::Laminar {
             kinematic_viscosity: 1e-6,
+        }
+    }
+}
+
+impl Default for DirectForcing {
+    fn default() -> Self {
+        Self {
+            rest_distance: 1.0,
+            slip: 1.0,
         }
     }
 }

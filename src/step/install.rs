@@ -12,7 +12,7 @@ use super::{
     timer::PhaseTimer,
 };
 use crate::{
-    boundary::{self, BoundarySamples},
+    boundary::{self, BoundarySamples, direct_forcing::DirectForcing},
     column::{
         Accelerations, Densities, Positions, PredictedPositions, PressureAccelerations, Pressures,
         Velocities,
@@ -22,13 +22,17 @@ use crate::{
     index::{self, DomainTooLarge, FluidIndex, z_curve},
     integrate::{Domain, GuardLimits, Motion},
     material::Material,
+    mesh::MeshError,
     neighbours::{BoundaryNeighbours, FluidNeighbours},
     particle::{self, Boundary, BoundaryNormal, BoundaryVolume, Density, Position, Velocity},
     pressure::{
         PressureSolve, dfsph, iisph, pcisph, solve::Convergence, state_equation::EquationOfState,
     },
     reorder::ReorderState,
-    scene::{Neighbours, PressureMethod, Scene, SceneError, SurfaceTension, Viscosity, shapes},
+    scene::{
+        BoundaryHandling, Neighbours, PressureMethod, Scene, SceneError, SurfaceTension, Viscosity,
+        shapes,
+    },
     time_step::TimeStepControl,
 };
 
@@ -48,6 +52,9 @@ pub enum InstallError {
     /// The scene's spatial index cannot cover its walls.
     #[error("boundary: {0}")]
     Boundary(DomainTooLarge),
+    /// The file of a mesh is gone or has become unusable since the scene was checked.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
     /// The system gave no threads.
     #[error("could not start threads: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),
@@ -201,7 +208,7 @@ fn insert_boundary(world: &mut World, scene: &Scene) -> Result<(), InstallError>
     if scene.boundaries.is_empty() {
         return Ok(());
     }
-    let sampled = boundary::sample(scene);
+    let sampled = boundary::sample(scene)?;
     let execution = world.resource::<Execution>().clone();
     let samples =
         BoundarySamples::new(scene, &sampled, &execution).map_err(InstallError::Boundary)?;
@@ -215,6 +222,10 @@ fn insert_boundary(world: &mut World, scene: &Scene) -> Result<(), InstallError>
         )
     }));
     world.insert_resource(samples);
+    if let BoundaryHandling::DirectForcing(parameters) = scene.boundary_handling {
+        let direct = DirectForcing::new(parameters, world.resource::<Material>());
+        world.insert_resource(direct);
+    }
     if scene.neighbours == Neighbours::Stored {
         world.init_resource::<BoundaryNeighbours>();
     }

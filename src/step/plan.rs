@@ -31,6 +31,8 @@ pub struct Plan {
     pub phases: Vec<(Phase, Vec<String>)>,
     /// Memory by what it holds [bytes a fluid particle].
     pub bytes_per_particle: Vec<(String, f64)>,
+    /// The same [bytes a boundary particle].
+    pub bytes_per_boundary_particle: Vec<(String, f64)>,
     /// What the time step may be at most by each cause [s].
     pub time_step_limits: Vec<(String, f32)>,
     /// Neighbours of a particle within the fluid.
@@ -42,7 +44,7 @@ pub fn plan(scene: &Scene) -> Result<Plan, InstallError> {
     let order = order_of(scene)?;
     let material = Material::new(scene);
     let seeds = shapes::fluid_particles(scene);
-    let samples = boundary::sample(scene);
+    let samples = boundary::sample(scene)?;
     // What a run would refuse, a plan refuses.
     let execution = Execution::new(1)?;
     let index = |positions: Vec<Vec4>| index::build(scene).rebuild(&positions, &execution);
@@ -67,6 +69,7 @@ pub fn plan(scene: &Scene) -> Result<Plan, InstallError> {
         particle_mass: material.particle_mass,
         phases: planned(&order, scene),
         bytes_per_particle: bytes_per_particle(scene, expected_neighbours),
+        bytes_per_boundary_particle: bytes_per_boundary_particle(scene),
         time_step_limits: time_step_limits(
             scene,
             seeds.iter().map(|seed| seed.position.to_array()),
@@ -121,6 +124,18 @@ fn index_bytes(scene: &Scene) -> f64 {
         IndexStructure::CompactHashing => 65.0,
         IndexStructure::BruteForce => 16.0,
     }
+}
+
+fn bytes_per_boundary_particle(scene: &Scene) -> Vec<(String, f64)> {
+    vec![
+        // Three columns of 28 bytes, 8 bytes of change ticks each, and the entity's own entries.
+        (
+            "tables: position, normal, volume".to_owned(),
+            28.0 + 3.0 * 8.0 + 24.0,
+        ),
+        ("packed positions and normals".to_owned(), 16.0 + 12.0),
+        ("spatial index".to_owned(), index_bytes(scene)),
+    ]
 }
 
 /// Limits at the fastest that this scene's water can get by falling through its whole height.

@@ -80,7 +80,9 @@ pub(super) fn add_schedules(
 
     match scene.pressure {
         PressureMethod::Sesph(_) => {}
-        PressureMethod::Pcisph(_) => add_iteration(world, PressureIteration, pcisph::iteration())?,
+        PressureMethod::Pcisph(_) => {
+            add_iteration(world, PressureIteration, pcisph::iteration(scene))?
+        }
         PressureMethod::Iisph(_) => add_iteration(world, PressureIteration, iisph::iteration())?,
         PressureMethod::Dfsph(_) => {
             add_iteration(world, DivergenceIteration, dfsph::divergence_iteration())?;

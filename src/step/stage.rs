@@ -4,7 +4,7 @@ use bevy_ecs::{prelude::*, schedule::ScheduleConfigs, system::ScheduleSystem};
 
 use super::{clock, order::OrderError, phase::Phase};
 use crate::{
-    boundary::contact,
+    boundary::{contact, direct_forcing},
     column, density, force, index, integrate, neighbours, pressure, reorder,
     scene::{Neighbours, PressureMethod, Scene, SurfaceTension, TimeStep, Viscosity},
     time_step,
@@ -171,11 +171,15 @@ impl Stage {
                     TimeStep::Cfl(_) => (accept, time_step::choose_time_step).chain(),
                 };
                 let guard = (integrate::guard, accept.run_if(clock::healthy)).chain();
-                if scene.boundaries.is_empty() {
-                    (integrate::integrate, guard).chain()
+                let moved = if scene.boundaries.is_empty() {
+                    integrate::integrate.into_configs()
+                } else if scene.forces_directly() {
+                    let corrected = (direct_forcing::correct_motion, contact::keep_outside);
+                    (integrate::integrate, corrected.chain()).chain()
                 } else {
-                    (integrate::integrate, contact::keep_outside, guard).chain()
-                }
+                    (integrate::integrate, contact::keep_outside).chain()
+                };
+                (moved, integrate::measure, guard).chain()
             },
         },
         Self {

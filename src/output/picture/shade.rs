@@ -199,7 +199,7 @@ impl Shader<'_> {
         if let Some(solid) = Layer::solid(id).and_then(|k| self.view.solids.get(k)) {
             return Surface {
                 at: position,
-                normal: solid.normal(position),
+                normal: solid.normal(position, self.projection.ray(at).direction),
                 colour: self.colours.solid,
                 gloss: 0.05,
                 shadow_bias: SOLID_SHADOW_BIAS,

@@ -1,12 +1,15 @@
 //! Obstacles: where a ray meets them, and how they are turned there.
 
+use std::sync::Arc;
+
 use glam::{Vec3, vec3};
 
 use super::projection::{NEAREST, Ray};
-use crate::scene::Bounds;
+use crate::mesh::Mesh;
+use crate::scene::{Bounds, MeshSide};
 
 /// A solid thing in the picture.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Solid {
     /// An axis-aligned box.
     Box(Bounds),
@@ -26,6 +29,14 @@ pub enum Solid {
         /// From the centre to the middle of two neighbouring edges [m].
         half_edges: [Vec3; 2],
     },
+    /// A triangle mesh. Its thin parts, as the walls of a glass, and what is seen from behind are looked through: of
+    /// such walls the farthest is drawn, so that fluid between them is seen.
+    Mesh {
+        /// The surface.
+        mesh: Arc<Mesh>,
+        /// Less along the line of sight is thin [m].
+        thin: f32,
+    },
 }
 
 impl Solid {
@@ -39,6 +50,7 @@ impl Solid {
                 normal,
                 half_edges,
             } => hit_wall(center, normal, half_edges, ray),
+            Self::Mesh { ref mesh, thin } => hit_mesh(mesh, thin, ray),
         };
         if depth > NEAREST {
             depth
@@ -51,6 +63,13 @@ impl Solid {
     pub(super) fn corners(&self) -> [Vec3; 8] {
         let bounds = match *self {
             Self::Box(bounds) => bounds,
+            Self::Mesh { ref mesh, .. } => {
+                let (min, max) = mesh.bounds();
+                Bounds {
+                    min: min.as_vec3(),
+                    max: max.as_vec3(),
+                }
+            }
             Self::Sphere { center, radius } => around(center, Vec3::splat(radius)),
             Self::Wall {
                 center,
@@ -61,8 +80,8 @@ impl Solid {
         corners(&bounds)
     }
 
-    /// Unit normal at a point of the surface, outwards.
-    pub(super) fn normal(&self, at: Vec3) -> Vec3 {
+    /// Unit normal at a point of the surface, outwards; a mesh's towards where a ray comes from.
+    pub(super) fn normal(&self, at: Vec3, direction: Vec3) -> Vec3 {
         match *self {
             Self::Box(bounds) => {
                 let half = 0.5 * (bounds.max - bounds.min);
@@ -76,6 +95,14 @@ impl Solid {
             }
             Self::Sphere { center, .. } => (at - center).normalize_or(Vec3::Y),
             Self::Wall { normal, .. } => normal.normalize_or(Vec3::Y),
+            Self::Mesh { ref mesh, .. } => {
+                let normal = mesh.normals[mesh.nearest(at.as_dvec3()).triangle].as_vec3();
+                if normal.dot(direction) > 0.0 {
+                    -normal
+                } else {
+                    normal
+                }
+            }
         }
     }
 }
@@ -134,4 +161,31 @@ fn hit_wall(center: Vec3, normal: Vec3, half_edges: [Vec3; 2], ray: &Ray) -> f32
     let mut edges = half_edges.into_iter();
     let inside = edges.all(|edge| from_centre.dot(edge).abs() <= edge.length_squared());
     if inside { depth } else { f32::INFINITY }
+}
+
+fn hit_mesh(mesh: &Mesh, thin: f32, ray: &Ray) -> f32 {
+    let direction = ray.direction.as_dvec3();
+    let mut hits = Vec::new();
+    mesh.hits(ray.origin.as_dvec3(), direction, &mut hits);
+    hits.retain(|&(depth, _)| depth > f64::from(NEAREST));
+    let is_front = |triangle: usize| mesh.normals[triangle].dot(direction) < 0.0;
+    let mut fronts = hits.iter().filter(|&&(_, triangle)| is_front(triangle));
+    let found = match mesh.side {
+        MeshSide::Both => hits.last(),
+        MeshSide::Inside | MeshSide::Front => fronts.next(),
+        MeshSide::Outside => {
+            let mut last = None;
+            for (k, hit) in hits.iter().enumerate() {
+                if is_front(hit.1) {
+                    last = Some(hit);
+                    let exit = hits[k..].iter().find(|&&(_, triangle)| !is_front(triangle));
+                    if exit.is_none_or(|exit| exit.0 - hit.0 > f64::from(thin)) {
+                        break;
+                    }
+                }
+            }
+            last
+        }
+    };
+    found.map_or(f32::INFINITY, |&(depth, _)| depth as f32)
 }

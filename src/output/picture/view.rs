@@ -1,9 +1,12 @@
 //! What a picture shows, and from where.
 
+use std::sync::Arc;
+
 use glam::{Vec2, Vec3, vec2, vec3};
 
 use super::projection::Projection;
 use super::solid::{Solid, around, corners};
+use crate::mesh::Mesh;
 use crate::scene::shapes::wall_axes;
 use crate::scene::{BoundaryShape, Bounds, Camera, Dimension, Scene, Shape};
 
@@ -13,6 +16,8 @@ const DEFAULT_DIRECTION: Vec3 = vec3(0.40, 0.38, 1.0);
 const DEFAULT_FIELD_OF_VIEW: f32 = 26.0;
 /// Part of the picture, in the units −1 to 1 from edge to edge, that an unset camera fills: left, right, bottom, top.
 const FILLED: [f32; 4] = [-0.93, 0.93, -0.80, 0.90];
+/// Walls of meshes that are thinner are looked through [spacings].
+const THIN: f32 = 3.0;
 /// Samples along an edge of the light's layer.
 const SHADOW_SIZE: usize = 1024;
 
@@ -162,6 +167,21 @@ impl View {
                     center,
                     normal,
                     half_edges: [u, v],
+                });
+            }
+            BoundaryShape::Mesh(ref mesh) => {
+                // A file that has gone since the scene was checked is no reason not to draw the rest.
+                let Ok(mesh) = Mesh::load(mesh) else {
+                    return;
+                };
+                let (min, max) = mesh.bounds();
+                self.include(Bounds {
+                    min: min.as_vec3(),
+                    max: max.as_vec3(),
+                });
+                self.solids.push(Solid::Mesh {
+                    mesh: Arc::new(mesh),
+                    thin: THIN * spacing,
                 });
             }
         }

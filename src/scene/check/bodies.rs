@@ -10,6 +10,7 @@ use glam::{DVec3, I64Vec3};
 
 use super::solids::Obstacle;
 use super::{AXIS_NAMES, Checked, Problem, axes, box_is_proper, ensure, is_flat, radius_is_proper};
+use crate::mesh::Mesh;
 use crate::scene::shapes::{Lattice, TOLERANCE};
 use crate::scene::{BoundaryShape, Dimension, Scene, Shape};
 
@@ -62,7 +63,7 @@ struct Particles {
     max: DVec3,
 }
 
-pub(super) fn places(scene: &Scene) -> Checked {
+pub(super) fn places(scene: &Scene, meshes: &[Option<Mesh>]) -> Checked {
     let spacing = f64::from(scene.spacing);
     let mut bodies = Vec::with_capacity(scene.bodies.len());
     for (index, body) in scene.bodies.iter().enumerate() {
@@ -88,7 +89,7 @@ pub(super) fn places(scene: &Scene) -> Checked {
         };
         in_domain(scene, &body)?;
         in_a_tank(scene, &body)?;
-        clear_of_obstacles(scene, &body)?;
+        clear_of_obstacles(scene, meshes, &body)?;
         bodies.push(body);
     }
     for (index, second) in bodies.iter().enumerate() {
@@ -184,10 +185,10 @@ fn in_a_tank(scene: &Scene, body: &Particles) -> Checked {
     })
 }
 
-fn clear_of_obstacles(scene: &Scene, body: &Particles) -> Checked {
+fn clear_of_obstacles(scene: &Scene, meshes: &[Option<Mesh>], body: &Particles) -> Checked {
     let spacing = f64::from(scene.spacing);
-    for (index, boundary) in scene.boundaries.iter().enumerate() {
-        let Some(obstacle) = Obstacle::new(boundary, scene.dimension) else {
+    for (index, (boundary, mesh)) in scene.boundaries.iter().zip(meshes).enumerate() {
+        let Some(obstacle) = Obstacle::new(boundary, mesh.as_ref(), scene) else {
             continue;
         };
         let (mut nearest, mut at) = (f64::INFINITY, DVec3::ZERO);

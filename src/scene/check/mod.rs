@@ -34,8 +34,9 @@ pub(super) fn check(scene: &Scene) -> Checked {
     numbers::numbers(scene)?;
     bodies::shapes(scene)?;
     solids::shapes(scene)?;
-    size::count(scene)?;
-    bodies::places(scene)
+    let meshes = solids::meshes(scene)?;
+    size::count(scene, &meshes)?;
+    bodies::places(scene, &meshes)
 }
 
 fn ensure(right: bool, path: impl Into<String>, message: impl FnOnce() -> String) -> Checked {

@@ -5,7 +5,8 @@ use crate::pressure::solve::Convergence;
 use crate::scene::load::options;
 use crate::scene::spans::scan;
 use crate::scene::{
-    Cfl, Dfsph, Iisph, PressureMethod, Scene, StateEquation, SurfaceTension, TimeStep, Viscosity,
+    BoundaryHandling, Cfl, Dfsph, Iisph, PressureMethod, Scene, StateEquation, SurfaceTension,
+    TimeStep, Viscosity,
 };
 
 /// Every number of the scene is finite: asked of the written scene, so a field added later is asked, too.
@@ -53,6 +54,29 @@ pub(super) fn numbers(scene: &Scene) -> Checked {
     is_flat("gravity", scene.gravity, scene.dimension)?;
     fluid(scene)?;
     pressure(&scene.pressure)?;
+    if let BoundaryHandling::DirectForcing(direct) = scene.boundary_handling {
+        let (distance, slip) = (direct.rest_distance, direct.slip);
+        ensure(
+            distance > 0.0 && distance <= scene.support,
+            "boundary_handling.rest_distance",
+            || {
+                format!(
+                    "the rest distance is {distance} spacings; it must be above 0 and at most the support of {} (1 is \
+                     usual)",
+                    scene.support
+                )
+            },
+        )?;
+        ensure(
+            (0.0..=1.0).contains(&slip),
+            "boundary_handling.slip",
+            || {
+                format!(
+                    "the slip is {slip}; it must be from 0 (fluid sticks) to 1 (it slips freely)"
+                )
+            },
+        )?;
+    }
     match scene.time_step {
         TimeStep::Fixed(dt) => positive("time_step.0", dt, "s")?,
         TimeStep::Cfl(cfl) => adaptive(cfl)?,

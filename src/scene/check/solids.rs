@@ -2,9 +2,11 @@
 
 use glam::{DVec3, Vec3};
 
-use super::{Checked, box_is_proper, ensure, is_flat, radius_is_proper};
+use super::{Checked, Problem, box_is_proper, ensure, is_flat, radius_is_proper};
+use crate::boundary::layer_depth;
+use crate::mesh::Mesh;
 use crate::scene::shapes::wall_axes;
-use crate::scene::{BoundaryShape, Dimension, Scene};
+use crate::scene::{BoundaryShape, Dimension, MeshSide, Scene};
 
 pub(super) fn shapes(scene: &Scene) -> Checked {
     let dimension = scene.dimension;
@@ -32,6 +34,14 @@ pub(super) fn shapes(scene: &Scene) -> Checked {
                 is_flat(format!("{path}.center"), center, dimension)?;
                 is_flat(format!("{path}.normal"), normal, dimension)?;
             }
+            BoundaryShape::Mesh(ref mesh) => {
+                ensure(dimension == Dimension::Three, &path, || {
+                    "a mesh needs `dimension: 3`; in 2-D a `Plane`, a `Box` or a `Sphere` can be used".to_owned()
+                })?;
+                ensure(mesh.scale > 0.0, format!("{path}.scale"), || {
+                    format!("the scale is {}; it must be above 0", mesh.scale)
+                })?;
+            }
         }
     }
     match scene.domain {
@@ -40,15 +50,37 @@ pub(super) fn shapes(scene: &Scene) -> Checked {
     }
 }
 
+/// The meshes of the boundaries, where they are meshes.
+pub(super) fn meshes(scene: &Scene) -> Result<Vec<Option<Mesh>>, Problem> {
+    let load = |(index, boundary): (usize, &BoundaryShape)| match boundary {
+        BoundaryShape::Mesh(mesh) => match Mesh::load(mesh) {
+            Ok(mesh) => Ok(Some(mesh)),
+            Err(error) => {
+                let path = format!("boundaries.{index}.file");
+                Err(Problem::new(path, error.to_string()))
+            }
+        },
+        _ => Ok(None),
+    };
+    scene.boundaries.iter().enumerate().map(load).collect()
+}
+
 /// An obstacle, to be asked for distances. A tank is none: it is asked as the box it is.
-pub(super) struct Obstacle {
+pub(super) struct Obstacle<'a> {
     /// What a message calls it.
     pub(super) name: &'static str,
-    kind: Kind,
+    kind: Kind<'a>,
     flat: bool,
 }
 
-enum Kind {
+enum Kind<'a> {
+    Mesh {
+        mesh: &'a Mesh,
+        /// Of a sheet's face before the sheet itself [m].
+        face: f64,
+        /// Further away it does not matter how far [m].
+        reach: f64,
+    },
     Box {
         min: DVec3,
         max: DVec3,
@@ -65,10 +97,25 @@ enum Kind {
     },
 }
 
-impl Obstacle {
-    pub(super) fn new(boundary: &BoundaryShape, dimension: Dimension) -> Option<Self> {
+impl<'a> Obstacle<'a> {
+    /// `mesh` is what the boundary's file holds, if it is a mesh.
+    pub(super) fn new(
+        boundary: &BoundaryShape,
+        mesh: Option<&'a Mesh>,
+        scene: &Scene,
+    ) -> Option<Self> {
+        let dimension = scene.dimension;
         let (name, kind) = match *boundary {
             BoundaryShape::Tank { .. } => return None,
+            BoundaryShape::Mesh(_) => {
+                let mesh = mesh?;
+                let face = match mesh.side {
+                    MeshSide::Both => f64::from(layer_depth(scene)),
+                    MeshSide::Outside | MeshSide::Inside | MeshSide::Front => 0.0,
+                };
+                let reach = f64::from(scene.spacing) + face;
+                ("mesh", Kind::Mesh { mesh, face, reach })
+            }
             BoundaryShape::Box { min, max } => (
                 "solid box",
                 Kind::Box {
@@ -107,9 +154,25 @@ impl Obstacle {
         })
     }
 
-    /// Distance of a point to the solid [m], negative inside; infinite where the plane's rectangle does not reach.
+    /// Distance of a point to the solid [m], negative inside; infinite where the plane's rectangle does not reach. Far
+    /// from a mesh a lower bound of it.
     pub(super) fn distance(&self, point: DVec3) -> f64 {
         match self.kind {
+            Kind::Mesh { mesh, face, reach } => {
+                let (min, max) = mesh.bounds();
+                let away = point.distance(point.clamp(min, max));
+                if away > reach && mesh.side != MeshSide::Inside {
+                    return away;
+                }
+                let nearest = mesh.nearest(point);
+                let both = mesh.side == MeshSide::Both || nearest.on_border;
+                let distance = if both {
+                    nearest.distance.abs()
+                } else {
+                    nearest.distance
+                };
+                distance - face
+            }
             Kind::Box { min, max } => {
                 let mut outside = (min - point).max(point - max);
                 if self.flat {

@@ -1,0 +1,115 @@
+//! Direct forcing (Becker, Tessendorf & Teschner 2009), combined with frozen boundary particles as in Ihmsen et al. 2010:
+//! what the paper's glass and river scenes use.
+//!
+//! A particle nearer than r0 to boundary particles b is put back along their mean normal,
+//! `x_i += (Σ_b w_ib (r0 − |x_i − x_b|) / Σ_b w_ib) n_i/|n_i|`, with `w_ib = max(0, (r0 − |x_i − x_b|)/r0)` and
+//! `n_i = Σ_b w_ib n_b`. That is done to the predicted positions in every iteration of PCISPH, so that pressure is solved
+//! for the places that particles can take, and with every method to the positions after integration.
+//!
+//! Frozen particles contribute to density and pressure like fluid particles that do not move: half a spacing behind the
+//! face, with the volume m/ρ0 of one, which at the default support makes a lattice at the wall exactly as dense as at
+//! rest. Where samples are denser than a lattice, at edges and in thin walls, the volume is smaller in proportion. The
+//! pressure that pushes back is the fluid particle's own, as in [`pressure_force`](crate::pressure::pressure_force).
+//!
+//! It does not take the place of [`contact`](super::contact), which follows it: the correction is an average over samples
+//! and vanishes a distance r0 behind them, so that water 10 spacings deep pressed particles through it.
+//!
+//! Deviations. Only boundary particles count in front of which a particle was at the start of the step: those of the far
+//! side of a thin wall would pull it through. A particle that was put back loses the velocity into the wall and keeps
+//! that away from it; with the tangential part alone, as published, fluid sticks to ceilings.
+
+use bevy_ecs::prelude::*;
+use glam::{Vec3, Vec4};
+
+use super::BoundarySamples;
+use crate::{
+    column::{PredictedPositions, Velocities},
+    material::Material,
+    pairs::Pairs,
+    scene,
+};
+
+/// Parameters in SI units.
+#[derive(Resource, Debug, Clone, Copy)]
+pub struct DirectForcing {
+    /// r0 [m].
+    rest_distance: f32,
+    slip: f32,
+}
+
+impl DirectForcing {
+    /// From the scene's, for its spacing.
+    pub fn new(parameters: scene::DirectForcing, material: &Material) -> Self {
+        Self {
+            rest_distance: parameters.rest_distance * material.spacing,
+            slip: parameters.slip,
+        }
+    }
+
+    /// How a particle at `x` that came from `start` is put back [m], and the unit normal along which; none if it is not.
+    fn correction(
+        &self,
+        boundary: &BoundarySamples,
+        samples: &[u32],
+        (start, x): (Vec3, Vec3),
+    ) -> Option<(f32, Vec3)> {
+        let (mut weights, mut way, mut normals) = (0.0, 0.0, Vec3::ZERO);
+        for &sample in samples {
+            // A stale list may name samples that are gone.
+            let Some(&normal) = boundary.normals.get(sample as usize) else {
+                continue;
+            };
+            let place = boundary.packed[sample as usize].truncate();
+            let missing = self.rest_distance - x.distance(place);
+            if missing > 0.0 && (start - place).dot(normal) >= 0.0 {
+                let weight = missing / self.rest_distance;
+                weights += weight;
+                way += weight * missing;
+                normals += weight * normal;
+            }
+        }
+        let normal = normals.try_normalize()?;
+        Some((way / weights, normal))
+    }
+}
+
+/// Puts predicted positions back (in every pressure iteration of PCISPH).
+pub fn correct_prediction(
+    mut predicted: ResMut<PredictedPositions>,
+    boundary: Res<BoundarySamples>,
+    direct: Res<DirectForcing>,
+    pairs: Pairs,
+) {
+    let rows = pairs.positions().rows();
+    let start = &pairs.positions().0;
+    // Velocities are predicted afresh in every iteration: there is nothing to correct.
+    let columns = (&mut predicted.0[..rows], &mut vec![(); rows][..]);
+    pairs.update_near_boundary(columns, |row, samples, x: &mut Vec4, ()| {
+        let places = (start[row].truncate(), x.truncate());
+        if let Some((way, normal)) = direct.correction(&boundary, samples, places) {
+            *x += (way * normal).extend(0.0);
+        }
+    });
+}
+
+/// Puts positions back and turns velocities along the wall (phase `Integrate`).
+pub fn correct_motion(
+    mut predicted: ResMut<PredictedPositions>,
+    mut velocities: ResMut<Velocities>,
+    boundary: Res<BoundarySamples>,
+    direct: Res<DirectForcing>,
+    pairs: Pairs,
+) {
+    let rows = pairs.positions().rows();
+    let start = &pairs.positions().0;
+    let columns = (&mut predicted.0[..rows], &mut velocities.0[..rows]);
+    pairs.update_near_boundary(columns, |row, samples, x: &mut Vec4, v: &mut Vec4| {
+        let places = (start[row].truncate(), x.truncate());
+        if let Some((way, normal)) = direct.correction(&boundary, samples, places) {
+            *x += (way * normal).extend(0.0);
+            let across = v.truncate().dot(normal);
+            let along = v.truncate() - across * normal;
+            *v = (direct.slip * along + across.max(0.0) * normal).extend(v.w);
+        }
+    });
+}

@@ -1,0 +1,303 @@
+//! Triangle meshes: read from a file, placed in the scene, asked for distances and for what a ray meets.
+//!
+//! Whether a point is in the solid is the sign of its offset from the nearest point of the surface along the
+//! angle-weighted pseudonormal there (Bærentzen & Aanæs 2005), which is right for every closed mesh and, unlike counting
+//! crossings of a ray, local: it serves open meshes, too.
+//!
+//! Option 2 was the geometry library parry, which has all of this; it would add some thirty crates to the library of an
+//! embedder. Reading files is left to `tobj` and `stl_io`, which depend on nothing.
+
+mod bvh;
+mod read;
+mod topology;
+mod triangle;
+
+use std::path::{Path, PathBuf};
+
+use glam::{DMat3, DQuat, DVec3, EulerRot};
+
+use crate::scene::{MeshBoundary, MeshSide};
+use bvh::Bvh;
+use topology::Topology;
+use triangle::Feature;
+
+/// Why a mesh cannot be a boundary. The message names the file and what would be right.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum MeshError {
+    /// The file cannot be opened.
+    #[error("cannot read the mesh {}: {source}", .file.display())]
+    Unreadable {
+        /// The file.
+        file: PathBuf,
+        /// What the operating system says.
+        source: std::io::Error,
+    },
+    /// The file's text or bytes are no mesh, or not one that bounds a solid.
+    #[error("the mesh {}: {message}", .file.display())]
+    Unusable {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong and what would be right.
+        message: String,
+    },
+}
+
+/// Triangles of no file.
+#[derive(Debug, Default)]
+struct Soup {
+    vertices: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
+}
+
+/// More triangles are a mesh made for looking at.
+const MAX_TRIANGLES: usize = 5_000_000;
+
+/// A mesh in the scene: its normals point from the solid into the fluid.
+#[derive(Debug, PartialEq)]
+pub struct Mesh {
+    /// Corners [m].
+    pub(crate) vertices: Vec<DVec3>,
+    /// Rows of `vertices`, counter-clockwise seen from the fluid. None is without area.
+    pub(crate) triangles: Vec<[u32; 3]>,
+    /// Unit normals of the triangles.
+    pub(crate) normals: Vec<DVec3>,
+    /// Which side is solid.
+    pub(crate) side: MeshSide,
+    topology: Topology,
+    bvh: Bvh,
+}
+
+/// The point of a mesh nearest to another.
+#[derive(Debug, Clone, Copy)]
+pub struct Nearest {
+    /// Where [m].
+    pub at: DVec3,
+    /// On which triangle.
+    pub triangle: usize,
+    /// Distance [m]; negative on the side that normals point away from.
+    pub distance: f64,
+    /// Whether it is on the border of an open mesh.
+    pub on_border: bool,
+}
+
+impl Mesh {
+    /// Reads and places a mesh. Fails if the file is no mesh or its surface does not say where the solid is.
+    pub fn load(boundary: &MeshBoundary) -> Result<Self, MeshError> {
+        let file = Path::new(&boundary.file);
+        let refuse = |message: String| MeshError::Unusable {
+            file: file.to_owned(),
+            message,
+        };
+        let mut soup = read::read(file)?;
+        let place = placement(boundary);
+        for vertex in &mut soup.vertices {
+            *vertex = place.0 * *vertex + place.1;
+        }
+        Self::new(soup, boundary.side).map_err(refuse)
+    }
+
+    fn new(soup: Soup, side: MeshSide) -> Result<Self, String> {
+        let (mut soup, welded) = weld(soup)?;
+        let fault = topology::fault(&soup);
+        let closed = matches!(side, MeshSide::Outside | MeshSide::Inside);
+        if let (true, Some(fault)) = (closed, fault) {
+            return Err(fault);
+        }
+        if closed {
+            let volume = signed_volume(&soup);
+            if (volume < 0.0) != (side == MeshSide::Inside) {
+                soup.triangles
+                    .iter_mut()
+                    .for_each(|corners| corners.swap(1, 2));
+            }
+        }
+        let normals = soup.triangles.iter().map(|corners| {
+            let [a, b, c] = corners.map(|corner| soup.vertices[corner as usize]);
+            (b - a).cross(c - a).normalize_or_zero()
+        });
+        let normals: Vec<DVec3> = normals.collect();
+        // Slivers count for what is connected to what, but have no surface to speak of.
+        let topology = Topology::new(&soup, &normals);
+        let kept: Vec<usize> = (0..normals.len())
+            .filter(|&triangle| normals[triangle] != DVec3::ZERO)
+            .collect();
+        if kept.is_empty() {
+            return Err(format!(
+                "none of its {welded} triangles has an area; export the surface with its faces"
+            ));
+        }
+        let triangles: Vec<[u32; 3]> = kept.iter().map(|&k| soup.triangles[k]).collect();
+        let normals: Vec<DVec3> = kept.iter().map(|&k| normals[k]).collect();
+        let topology = topology.of(&kept);
+        let bvh = Bvh::new(&soup.vertices, &triangles);
+        Ok(Self {
+            vertices: soup.vertices,
+            triangles,
+            normals,
+            side,
+            topology,
+            bvh,
+        })
+    }
+
+    /// Corners of a triangle [m].
+    pub(crate) fn corners(&self, triangle: usize) -> [DVec3; 3] {
+        self.triangles[triangle].map(|corner| self.vertices[corner as usize])
+    }
+
+    /// Unit pseudonormals of the vertices.
+    pub(crate) fn vertex_normals(&self) -> &[DVec3] {
+        &self.topology.vertex_normals
+    }
+
+    /// The box around the mesh [m].
+    pub fn bounds(&self) -> (DVec3, DVec3) {
+        self.bvh.bounds()
+    }
+
+    /// Area of the surface [m²].
+    pub fn area(&self) -> f64 {
+        let double = |t| {
+            let [a, b, c]: [DVec3; 3] = self.corners(t);
+            (b - a).cross(c - a).length()
+        };
+        0.5 * (0..self.triangles.len()).map(double).sum::<f64>()
+    }
+
+    /// The nearest point of the surface.
+    pub fn nearest(&self, point: DVec3) -> Nearest {
+        let (triangle, closest) = self.bvh.nearest(point, |triangle| {
+            triangle::closest(self.corners(triangle), point)
+        });
+        let (normal, on_border) = match closest.feature {
+            Feature::Face => (self.normals[triangle], false),
+            Feature::Edge(edge) => {
+                let edge = self.topology.edges[triangle][edge];
+                (edge.normal, edge.is_border)
+            }
+            Feature::Vertex(corner) => {
+                let vertex = self.triangles[triangle][corner] as usize;
+                (
+                    self.topology.vertex_normals[vertex],
+                    self.topology.on_border[vertex],
+                )
+            }
+        };
+        let offset = point - closest.at;
+        let distance = offset.length();
+        Nearest {
+            at: closest.at,
+            triangle,
+            distance: if offset.dot(normal) < 0.0 {
+                -distance
+            } else {
+                distance
+            },
+            on_border,
+        }
+    }
+
+    /// Depths at which a ray meets the surface [lengths of `direction`], from the nearest on, and on which triangle.
+    pub fn hits(&self, origin: DVec3, direction: DVec3, hits: &mut Vec<(f64, usize)>) {
+        hits.clear();
+        self.bvh.visit(origin, direction, |triangle| {
+            if let Some(depth) = triangle::hit(self.corners(triangle), origin, direction) {
+                hits.push((depth, triangle));
+            }
+        });
+        hits.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    }
+
+    /// Sharp and border edges: their ends, as rows of the vertices, and unit normal.
+    pub(crate) fn feature_edges(&self) -> Vec<(u32, u32, DVec3)> {
+        let mut edges = Vec::new();
+        for (corners, sides) in self.triangles.iter().zip(&self.topology.edges) {
+            for (k, edge) in sides.iter().enumerate() {
+                let (a, b) = (corners[k], corners[(k + 1) % 3]);
+                // Each edge once, from the triangle that goes along it upwards.
+                if edge.is_border || (edge.is_sharp && a < b) {
+                    edges.push((a, b, edge.normal));
+                }
+            }
+        }
+        edges
+    }
+}
+
+/// Scaled, then turned about x, y and z in this order, then moved.
+fn placement(boundary: &MeshBoundary) -> (DMat3, DVec3) {
+    let turn = boundary.rotation.as_dvec3() * (std::f64::consts::PI / 180.0);
+    let turn = DQuat::from_euler(EulerRot::ZYX, turn.z, turn.y, turn.x);
+    let scale = DMat3::from_diagonal(DVec3::splat(f64::from(boundary.scale)));
+    (
+        DMat3::from_quat(turn) * scale,
+        boundary.translation.as_dvec3(),
+    )
+}
+
+/// Vertices in one place become one, as STL repeats them a triangle; triangles that collapse go. Says how many there
+/// were.
+fn weld(soup: Soup) -> Result<(Soup, usize), String> {
+    let count = soup.triangles.len();
+    if count == 0 {
+        return Err("it has no triangle; export the surface with its faces".to_owned());
+    }
+    if count > MAX_TRIANGLES {
+        return Err(format!(
+            "it has {count} triangles; at most {MAX_TRIANGLES} are read, so decimate it to triangles of about the \
+             spacing"
+        ));
+    }
+    let mut known = std::collections::HashMap::with_capacity(soup.vertices.len());
+    let mut welded = Soup::default();
+    let mut rows = Vec::with_capacity(soup.vertices.len());
+    for vertex in soup.vertices {
+        if !vertex.is_finite() {
+            return Err(format!(
+                "the vertex {vertex} is not finite; coordinates must be numbers"
+            ));
+        }
+        // Adding 0 makes one zero of two.
+        let key = (vertex + 0.0).to_array().map(f64::to_bits);
+        let next = welded.vertices.len() as u32;
+        let row = *known.entry(key).or_insert(next);
+        if row == next {
+            welded.vertices.push(vertex);
+        }
+        rows.push(row);
+    }
+    for (index, corners) in soup.triangles.into_iter().enumerate() {
+        let mut triangle = [0; 3];
+        for (corner, row) in corners.into_iter().zip(&mut triangle) {
+            *row = *rows.get(corner as usize).ok_or_else(|| {
+                format!(
+                    "triangle {} names vertex {}, but there are {}; the file is damaged",
+                    index + 1,
+                    corner as usize + 1,
+                    rows.len()
+                )
+            })?;
+        }
+        let [a, b, c] = triangle;
+        if a != b && b != c && c != a {
+            welded.triangles.push(triangle);
+        }
+    }
+    if welded.triangles.is_empty() {
+        return Err(format!(
+            "none of its {count} triangles has an area; export the surface with its faces"
+        ));
+    }
+    Ok((welded, count))
+}
+
+/// Volume inside a closed surface [m³]; negative if its normals point inwards.
+fn signed_volume(soup: &Soup) -> f64 {
+    let origin = soup.vertices[soup.triangles[0][0] as usize];
+    let sum = soup.triangles.iter().map(|corners| {
+        let [a, b, c] = corners.map(|corner| soup.vertices[corner as usize] - origin);
+        a.dot(b.cross(c))
+    });
+    sum.sum::<f64>() / 6.0
+}

@@ -1,0 +1,336 @@
+//! Water in and around triangle meshes: it stands as in the built-in shapes, and passes nothing however thin or sharp.
+
+#[path = "mesh_support/mod.rs"]
+mod meshes;
+#[path = "physics_support/mod.rs"]
+mod support;
+
+use glam::Vec3;
+use meshes::{Files, Surface};
+use overfall::Simulation;
+use overfall::particle::{Fluid, Position, Velocity};
+use overfall::step::{FailureCause, StepError};
+use support::{measured, particles_of, run, simulation, simulation_of, step};
+
+const DX: f32 = 0.025;
+
+/// Height of the centre of mass, and of the surface as the mean of the highest particles over the floor's middle [m].
+fn heights(water: &mut Simulation) -> (f32, f32) {
+    let particles = particles_of(water);
+    let mean = particles.iter().map(|p| p.position.y).sum::<f32>() / particles.len() as f32;
+    let mut all: Vec<f32> = particles.iter().map(|p| p.position.y).collect();
+    all.sort_by(f32::total_cmp);
+    let top = &all[all.len() - all.len() / 20..];
+    (mean, top.iter().sum::<f32>() / top.len() as f32)
+}
+
+const HANDLINGS: [&str; 2] = ["Akinci", "DirectForcing(())"];
+
+#[test]
+fn water_in_a_mesh_tank_stands_where_it_stands_in_the_built_in_tank() {
+    let files = Files::new();
+    let max = Vec3::new(0.3, 0.35, 0.25);
+    let file = files.put("tank.obj", Surface::block(Vec3::ZERO, max).obj());
+    for handling in HANDLINGS {
+        let boundaries = [
+            "Tank(min: (0, 0, 0), max: (0.3, 0.35, 0.25))".to_owned(),
+            format!("Mesh((file: {file:?}, side: Inside))"),
+        ];
+        let found = boundaries.map(|boundary| {
+            let mut water = simulation(&format!(
+                "(name: \"rest\", spacing: {DX}, boundary_handling: {handling}, boundaries: [{boundary}],
+                  bodies: [(shape: Box(min: (0, 0, 0), max: (0.3, 0.25, 0.25)))])"
+            ));
+            step(&mut water);
+            let densest = particles_of(&mut water).iter().map(|p| p.density).fold(0.0, f32::max);
+            let (mut error, mut speed) = (0.0_f32, 0.0_f32);
+            run(&mut water, 0.6, |_, report| {
+                error = error.max(report.max_density_error);
+                if report.time > 0.4 {
+                    speed = speed.max(report.max_speed);
+                }
+            });
+            let (mean, top) = heights(&mut water);
+            let (mean, top) = (mean / DX, top / DX);
+            let particles = particles_of(&mut water);
+            let least = particles.iter().map(|p| p.position.min(max - p.position).min_element());
+            let least = least.fold(f32::INFINITY, f32::min) / DX;
+            let bottom: Vec<f32> = particles.iter().map(|p| p.position.y).filter(|y| *y < DX).collect();
+            let bottom = bottom.iter().sum::<f32>() / bottom.len() as f32 / DX;
+            let figures = format!(
+                "{handling} {}: densest at the start {densest:.1} kg/m³, centre at {mean:.3}, surface at {top:.3}, \
+                 lowest layer at {bottom:.3}, nearest to a wall {least:.3} spacings; density error to {error:.4}, up to \
+                 {speed:.3} m/s after 0.4 s",
+                &boundary[..4]
+            );
+            measured(&figures);
+            assert!(densest < 1035.0 && error < 0.0101 && least > -0.26, "{figures}");
+            (mean, top, bottom)
+        });
+        let [built_in, mesh] = found;
+        assert!((built_in.0 - mesh.0).abs() < 0.2, "{handling}: {found:?}");
+        assert!((built_in.1 - mesh.1).abs() < 0.35, "{handling}: {found:?}");
+        assert!((built_in.2 - mesh.2).abs() < 0.2, "{handling}: {found:?}");
+    }
+}
+
+/// Where particles may be: distance [m] from the solid, negative in it.
+type Distance<'a> = &'a dyn Fn(Vec3) -> f32;
+
+fn block_distance(min: Vec3, max: Vec3) -> impl Fn(Vec3) -> f32 {
+    move |x| {
+        let over = (min - x).max(x - max);
+        over.max(Vec3::ZERO).length() + over.max_element().min(0.0)
+    }
+}
+
+/// Fires lone particles at targets from both sides and all around, and counts those
+/// that `crossed` the solid: where they started, where they are.
+fn fire(
+    what: &str,
+    boundaries: &str,
+    targets: &[(Vec3, Vec3)],
+    distance: Distance,
+    crossed: &dyn Fn(Vec3, Vec3) -> bool,
+) -> usize {
+    let dt = 1e-3;
+    let mut least = f32::INFINITY;
+    let mut leaks = Vec::new();
+    let mut shots = 0;
+    let text = format!(
+        "(name: \"jet\", spacing: {DX}, gravity: (0, 0, 0), time_step: Fixed({dt}), fluid: (viscosity: None),
+          bodies: [(shape: Box(min: (3, 3, 3), max: (3.03, 3.03, 3.03)))], {boundaries})"
+    );
+    let mut jet = simulation_of(&text, &[]);
+    for speed in [0.1, 0.4, 0.49] {
+        for &(target, normal) in targets {
+            let (u, v) = normal.any_orthonormal_pair();
+            for (k, tilt) in [0.0_f32, 0.3, 0.3, 0.7, 0.7, 1.2, 1.2]
+                .into_iter()
+                .enumerate()
+            {
+                let turn = 0.4 + 2.4 * k as f32;
+                let across = turn.cos() * u + turn.sin() * v;
+                let direction = (-normal * tilt.cos() + across * tilt.sin()).normalize();
+                let way = (2.1 + 0.13 * k as f32) * DX;
+                let start = target - way * direction;
+                if distance(start) < 0.5 * DX {
+                    continue;
+                }
+                for particle in particles_of(&mut jet) {
+                    jet.world_mut().despawn(particle.entity);
+                }
+                let velocity = speed * 2.0 * DX / dt * direction;
+                jet.world_mut()
+                    .spawn((Fluid, Position(start), Velocity(velocity)));
+                shots += 1;
+                for _ in 0..14 {
+                    match jet.step() {
+                        Ok(_) => {}
+                        Err(StepError {
+                            cause: FailureCause::TooFast { .. },
+                            ..
+                        }) if speed > 0.45 => break,
+                        Err(error) => panic!("the step failed: {error}"),
+                    }
+                    let x = particles_of(&mut jet)[0].position;
+                    least = least.min(distance(x) / DX);
+                    if crossed(start, x) {
+                        leaks.push(format!("{speed} from {start} with {direction} is at {x}"));
+                        break;
+                    }
+                }
+            }
+        }
+    }
+    measured(&format!(
+        "{what}: {shots} shots, least distance {least:.3} spacings, {} leaks",
+        leaks.len()
+    ));
+    if let Some(leak) = leaks.first() {
+        measured(leak);
+    }
+    leaks.len()
+}
+
+#[test]
+fn lone_particles_pass_no_plate_however_thin() {
+    let files = Files::new();
+    for (handling, thickness) in [
+        ("Akinci", 0.0),
+        ("Akinci", 0.001),
+        ("Akinci", 0.2),
+        ("Akinci", 1.3),
+        ("DirectForcing(())", 0.0),
+        ("DirectForcing(())", 0.001),
+        ("DirectForcing(())", 0.2),
+    ] {
+        let max = Vec3::new(0.31, thickness * DX, 0.27);
+        let mut plate = Surface::block(Vec3::ZERO, max);
+        let side = if thickness == 0.0 {
+            // Its floor alone.
+            plate.faces = vec![plate.faces.swap_remove(2)];
+            "Both"
+        } else {
+            "Outside"
+        };
+        let file = files.put("plate.obj", plate.obj());
+        let targets: Vec<(Vec3, Vec3)> = (0..4)
+            .map(|k| Vec3::new(0.06 + 0.047 * k as f32, 0.0, 0.05 + 0.043 * k as f32))
+            .flat_map(|at| [(at.with_y(max.y), Vec3::Y), (at, Vec3::NEG_Y)])
+            .collect();
+        let distance = block_distance(Vec3::ZERO, max);
+        let middle = 0.5 * max.y;
+        let crossed = |start: Vec3, x: Vec3| {
+            let over = x.x > 0.0 && x.x < max.x && x.z > 0.0 && x.z < max.z;
+            over && (start.y > middle) != (x.y > middle) && (x.y - middle).abs() < 4.0 * DX
+        };
+        let mut boundaries = vec![format!("Mesh((file: {file:?}, side: {side}))")];
+        if thickness == 0.2 {
+            boundaries.push(format!("Box(min: (0, 0, 0), max: (0.31, {}, 0.27))", max.y));
+        }
+        for boundary in boundaries {
+            let leaks = fire(
+                &format!("{handling}, {} of {thickness} spacings", &boundary[..3]),
+                &format!("boundary_handling: {handling}, boundaries: [{boundary}]"),
+                &targets,
+                &distance,
+                &crossed,
+            );
+            assert_eq!(leaks, 0, "{handling}, {boundary}, {thickness}");
+        }
+    }
+}
+
+/// A closed surface with fluid in it.
+struct Vessel<'a> {
+    name: &'a str,
+    surface: Surface,
+    /// Corners of the fluid's box.
+    body: &'a str,
+    /// From the solid, but for the ends along z.
+    distance: Distance<'a>,
+    /// Height of the surface [m] at rest, of so many particles.
+    level: &'a dyn Fn(usize) -> f32,
+}
+
+/// A valley of 30° and a tank with a corner that juts into the water.
+#[test]
+fn sharp_and_jutting_corners_hold_water() {
+    const DX: f32 = 0.0125;
+    let files = Files::new();
+    let (sin, cos) = 15f32.to_radians().sin_cos();
+    let half = 0.5 * sin / cos;
+    let valley = Surface::prism(&[(0.0, 0.0), (half, 0.5), (-half, 0.5)], 0.1);
+    let corner = Surface::prism(
+        &[
+            (0.1, 0.1),
+            (0.1, 0.3),
+            (0.0, 0.3),
+            (0.0, 0.0),
+            (0.3, 0.0),
+            (0.3, 0.1),
+        ],
+        0.1,
+    );
+    let in_valley = |x: Vec3| (sin * x.y - cos * x.x.abs()).min(0.5 - x.y);
+    let in_corner = |x: Vec3| {
+        let leg = x.x.min(0.1 - x.x).min(x.y).min(0.3 - x.y);
+        leg.max(x.x.min(0.3 - x.x).min(x.y).min(0.1 - x.y))
+    };
+    // The surface over the apex: y² tan 15° is the area of the water's section; in the other it is flat.
+    let deep = |count: usize| (count as f32 * DX.powi(3) / 0.1 / (sin / cos)).sqrt();
+    let flat = |count: usize| count as f32 * DX.powi(3) / 0.1 / 0.3;
+    let vessels = [
+        Vessel {
+            name: "valley",
+            surface: valley,
+            body: "(-0.05, 0.25, 0), max: (0.05, 0.4, 0.1)",
+            distance: &in_valley,
+            level: &deep,
+        },
+        Vessel {
+            name: "corner",
+            surface: corner,
+            body: "(0, 0, 0), max: (0.1, 0.2, 0.1)",
+            distance: &in_corner,
+            level: &flat,
+        },
+    ];
+    for handling in HANDLINGS {
+        for vessel in &vessels {
+            let Vessel { name, body, .. } = vessel;
+            let file = files.put("vessel.obj", vessel.surface.obj());
+            let mut water = simulation(&format!(
+                "(name: \"vessel\", spacing: {DX}, boundary_handling: {handling},
+                  boundaries: [Mesh((file: {file:?}, side: Inside))],
+                  bodies: [(shape: Box(min: {body}))])"
+            ));
+            let mut least = f32::INFINITY;
+            run(&mut water, 1.2, |water, _| {
+                for particle in particles_of(water) {
+                    let x = particle.position;
+                    least = least.min((vessel.distance)(x).min(x.z).min(0.1 - x.z) / DX);
+                }
+            });
+            let particles = particles_of(&mut water);
+            let ideal = (vessel.level)(particles.len());
+            let over = particles
+                .iter()
+                .filter(|p| p.position.y > ideal + DX)
+                .count();
+            let lowest = particles
+                .iter()
+                .map(|p| p.position.y)
+                .fold(f32::INFINITY, f32::min);
+            let (_, top) = heights(&mut water);
+            let figures = format!(
+                "{handling}, {name}: {} particles, least distance {least:.3} spacings, lowest at {:.2}, highest \
+                 twentieth at {:.2}, a full vessel's surface at {:.2}, {over} more than one over it",
+                particles.len(),
+                lowest / DX,
+                top / DX,
+                ideal / DX
+            );
+            measured(&figures);
+            assert!(least > -0.36, "{figures}");
+            assert!(lowest < 2.0 * DX && top < ideal + 2.0 * DX, "{figures}");
+        }
+    }
+}
+
+/// A sheet in the middle of a tank keeps a column on its side.
+#[test]
+fn a_sheet_keeps_water_on_its_side() {
+    let files = Files::new();
+    let mut sheet = Surface::block(Vec3::ZERO, Vec3::new(0.25, 0.5, 0.2));
+    // Its side towards +x, a little into the tank's walls.
+    sheet
+        .vertices
+        .iter_mut()
+        .for_each(|x| x.z = 1.1 * x.z - 0.01);
+    sheet.faces = vec![sheet.faces.swap_remove(1)];
+    let file = files.put("sheet.obj", sheet.obj());
+    for handling in HANDLINGS {
+        let mut water = simulation(&format!(
+            "(name: \"dam\", spacing: {DX}, boundary_handling: {handling},
+              boundaries: [
+                Tank(min: (0, 0, 0), max: (0.5, 0.5, 0.2)), Mesh((file: {file:?}, side: Both)),
+              ],
+              bodies: [(shape: Box(min: (0, 0, 0), max: (0.225, 0.3, 0.2)))])"
+        ));
+        let (mut nearest, mut below) = (f32::INFINITY, 0.0_f32);
+        run(&mut water, 0.6, |water, _| {
+            for particle in particles_of(water) {
+                nearest = nearest.min(0.25 - particle.position.x);
+                below = below.max(-particle.position.y);
+            }
+        });
+        let figures = format!(
+            "{handling}: nearest to the sheet {:.3} spacings",
+            nearest / DX
+        );
+        measured(&figures);
+        assert!(nearest > 0.25 * DX && below < 0.26 * DX, "{figures}");
+    }
+}
