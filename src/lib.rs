@@ -54,6 +54,7 @@
 //! | [`boundary`] | walls as particles: sampling, volumes, contact |
 //! | [`simd`] | eight lanes, chosen at run time; the only `unsafe` |
 //! | [`execution`] | threads, chunks, results that do not depend on either |
+//! | [`measure`] | what experiments and analytic solutions give, too: front, height, semi-axes, line of pressures |
 //! | [`output`] | frames, series, history, summary, pictures |
 
 pub mod boundary;
@@ -65,6 +66,7 @@ pub mod index;
 pub mod integrate;
 pub mod kernel;
 pub mod material;
+pub mod measure;
 pub mod neighbours;
 pub mod output;
 pub mod pairs;

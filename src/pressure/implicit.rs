@@ -129,10 +129,10 @@ pub fn update_pressure(
     solve.update(positions, pressures, &execution, |row, term, _| {
         let rho = densities.0[row];
         let error = rho + dt * rates.0[row] - rest_density;
-        let term = (term + factor * responses.0[row] * error).max(0.0);
         let spent = spent.as_ref().map_or(0.0, |spent| spent.0[row] / dt);
         Corrected {
-            term,
+            term: (term + factor * responses.0[row] * error).max(0.0),
+            // The term that has acted: the last correction exerts no force.
             kept: (term + spent) * rho * rho,
             error: error / rest_density,
         }
