@@ -131,23 +131,23 @@ pub(crate) struct Method {
 pub(crate) const METHODS: [Method; 5] = [
     Method {
         name: "SESPH, gas",
-        pressure: |c| format!("Sesph((equation: Gas(stiffness: {})))", c * c),
+        pressure: |c| format!("Sesph(equation: Gas(stiffness: {}))", c * c),
     },
     Method {
         name: "SESPH, Tait",
-        pressure: |c| format!("Sesph((equation: Tait(stiffness: {})))", 1000.0 * c * c / 7.0),
+        pressure: |c| format!("Sesph(equation: Tait(stiffness: {}))", 1000.0 * c * c / 7.0),
     },
     Method {
         name: "PCISPH",
-        pressure: |_| "Pcisph(())".to_owned(),
+        pressure: |_| "Pcisph()".to_owned(),
     },
     Method {
         name: "IISPH",
-        pressure: |_| "Iisph(())".to_owned(),
+        pressure: |_| "Iisph()".to_owned(),
     },
     Method {
         name: "DFSPH",
-        pressure: |_| "Dfsph(())".to_owned(),
+        pressure: |_| "Dfsph()".to_owned(),
     },
 ];
 
