@@ -28,9 +28,7 @@ pub fn height(
     spacing: f32,
 ) -> Option<f32> {
     let above = positions.into_iter().filter(|x| x.x >= from && x.x <= to);
-    above
-        .map(|x| x.y + 0.5 * spacing)
-        .max_by(f32::total_cmp)
+    above.map(|x| x.y + 0.5 * spacing).max_by(f32::total_cmp)
 }
 
 /// Semi-axes along x and y [m] of a filled ellipse in the plane, from the second moments about its centre: `a² = 4⟨x²⟩`.
@@ -81,6 +79,9 @@ mod tests {
             .filter(|x| (x.x / 1.5).powi(2) + (x.y / 0.5).powi(2) <= 1.0)
             .map(|x| x + Vec3::new(3.0, -2.0, 0.0));
         let [a, b] = semi_axes(points);
-        assert!((a / 1.5 - 1.0).abs() < 2e-3 && (b / 0.5 - 1.0).abs() < 2e-3, "{a} {b}");
+        assert!(
+            (a / 1.5 - 1.0).abs() < 2e-3 && (b / 0.5 - 1.0).abs() < 2e-3,
+            "{a} {b}"
+        );
     }
 }

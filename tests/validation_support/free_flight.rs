@@ -26,7 +26,13 @@ fn measure(scene: &Scene, ball: &mut Simulation) -> Vec<Figure> {
     });
     vec![
         Figure::residual("off the parabola [m]", path),
-        Figure::residual("velocity of the centre [v0]", velocity / start.velocity.length()),
-        Figure::residual("angular momentum [L0]", turn / start.angular_momentum.length()),
+        Figure::residual(
+            "velocity of the centre [v0]",
+            velocity / start.velocity.length(),
+        ),
+        Figure::residual(
+            "angular momentum [L0]",
+            turn / start.angular_momentum.length(),
+        ),
     ]
 }

@@ -3,7 +3,11 @@
 //! Pressures and speeds are taken over the last half of the run, weighted with the time steps. Left out are particles
 //! nearer than two spacings to the floor or the surface: there a kernel does not see a full neighbourhood.
 
-use overfall::{Simulation, measure::LineFit, scene::{Scene, Shape}};
+use overfall::{
+    Simulation,
+    measure::LineFit,
+    scene::{Scene, Shape},
+};
 
 use super::{Case, Figure};
 use crate::support::{particles_of, run};
@@ -57,11 +61,21 @@ fn measure(scene: &Scene, tank: &mut Simulation) -> Vec<Figure> {
     let weight_of_all = 1000.0 * g * depth;
     let worst = misfit.iter().filter(|layer| layer[0] > 0.0);
     let worst = worst.map(|layer| layer[1] / layer[0] / weight_of_all);
-    let worst = worst.fold(0.0, |worst: f64, layer| if layer.abs() > worst.abs() { layer } else { worst });
+    let worst = worst.fold(0.0, |worst: f64, layer| {
+        if layer.abs() > worst.abs() {
+            layer
+        } else {
+            worst
+        }
+    });
     let speed = (g * depth).sqrt();
     vec![
         Figure::new("-dp/dy [Pa/m]", -fit.slope(), 1000.0 * g),
-        Figure::new("p at half depth [Pa]", fit.at(0.5 * depth), 0.5 * weight_of_all),
+        Figure::new(
+            "p at half depth [Pa]",
+            fit.at(0.5 * depth),
+            0.5 * weight_of_all,
+        ),
         Figure::residual("worst layer [rho g H]", worst),
         Figure::residual("rms speed [sqrt(g H)]", (squares / weights).sqrt() / speed),
         Figure::residual("largest speed [sqrt(g H)]", f64::from(largest) / speed),

@@ -1,9 +1,9 @@
 //! Single numbers and pairs of them.
 
 use super::{Checked, Problem, ensure, is_flat};
+use crate::pressure::solve::Convergence;
 use crate::scene::load::options;
 use crate::scene::spans::scan;
-use crate::pressure::solve::Convergence;
 use crate::scene::{
     Cfl, Dfsph, Iisph, PressureMethod, Scene, StateEquation, SurfaceTension, TimeStep, Viscosity,
 };
