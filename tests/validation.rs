@@ -75,11 +75,13 @@ macro_rules! for_every_method {
     };
 }
 
-// The target is 2 % of the pressure and 1 % of sqrt(g H) for the speed; with less than 60 spacings between side walls every
-// method misses the first, and by as much: the slope is 5 to 7 % too steep at 15 spacings in the plane, 17 to 19 % at 8 × 8.
-// The walls' share of the pressure force has no part along the wall, so a column of particles beside one hangs on its inner
-// neighbours, and the inner pressure carries about 0.45 spacings more on each side than stand on it. SESPH misses the second:
-// the sound of the start, when the water falls onto its own pressure, is damped by viscosity alone.
+// The target is 2 % of the pressure and 1 % of sqrt(g H) for the mean speed. Every method misses the first, and by as much:
+// the slope is 5 to 7 % too steep with 15 spacings between side walls in the plane, 17 to 19 % with 8 × 8. Two parts: PCISPH's
+// 4.6 % are 3.5 % in a tank of 30 spacings, so 2.3 % stay however wide it is, as much as a hexagonal lattice, into which water
+// settles, answers a pressure less than its volume would (at a support of two spacings: a sum over the lattice). The rest goes
+// with the walls: their share of the force has no part along the wall, so particles beside one hang on their neighbours.
+// SESPH misses the second: the sound of the start, when the water falls onto pressure that is not there yet, is damped by
+// viscosity alone.
 const IN_THE_PLANE: Bounds = &[
     ("-dp/dy", [0.08, 0.07, 0.06, 0.08, 0.08]),
     ("p at half depth", [0.05; 5]),
@@ -96,16 +98,14 @@ const IN_SPACE: Bounds = &[
 ];
 
 // The target, 1 % of the semi-major axis at the end, is met by IISPH and DFSPH. What is left is the sum of the density: a
-// square lattice that is drawn out 1.44 times along an axis at constant area has 5.5 % more of it than at rest, so the drop
-// widens by about as much. Pressures are of that sum, or wait for it to exceed the rest density.
+// square lattice that is drawn out 1.44 times along an axis at constant area has 5.5 % more of it than at rest, and by as much
+// the drop widens. Pressure follows that sum. PCISPH pushes too hard in steps of the default length, and nothing pulls the
+// drop together again: with `time_step: Cfl(factor: 0.05)` it is 1.1 % off, with the default 27 %.
 const DROP: Bounds = &[
     ("semi-major axis at 0.0008", [0.01; 5]),
-    ("semi-major axis at 0.0038", [0.012; 5]),
-    (
-        "semi-major axis at 0.0076",
-        [0.013, 0.013, 0.013, 0.01, 0.011],
-    ),
-    ("centre pressure", [0.9, 0.9, 1.2, 0.2, 0.7]),
+    ("semi-major axis at 0.0038", [0.011, 0.011, 0.18, 0.011, 0.011]),
+    ("semi-major axis at 0.0076", [0.012, 0.012, 0.28, 0.01, 0.01]),
+    ("centre pressure", [0.9, 0.9, 1.01, 0.1, 0.6]),
 ];
 
 // All methods agree to 2 %, and are as much as 22 % ahead of Koshizuka & Oka where they are within 5 % of the fronts of
@@ -114,7 +114,7 @@ const DROP: Bounds = &[
 const KOSHIZUKA_OKA: Bounds = &[("front", [0.23; 5]), ("largest way", [1.0; 5])];
 const MARTIN_MOYCE: Bounds = &[
     ("front", [0.09; 5]),
-    ("height", [0.12; 5]),
+    ("height", [0.15; 5]),
     ("largest way", [1.0; 5]),
 ];
 
