@@ -114,11 +114,7 @@ pub fn compute_density(
     let rate = DensityRate::new(&material, &pairs, &velocities.0);
     let count = NeighbourCount::new(&material, &pairs);
     pairs.sum(&((density, response), (rate, count)), &mut pass.0);
-    let columns = densities
-        .0
-        .iter_mut()
-        .zip(&mut responses.0)
-        .zip(&mut rates.0);
+    let columns = densities.0.iter_mut().zip(&mut responses.0).zip(&mut rates.0);
     for (((density, response), rate), sums) in columns.zip(&pass.0) {
         ((*density, *response), (*rate, _)) = *sums;
     }
@@ -171,11 +167,7 @@ fn update_impulses(
     let (positions, terms) = (&mut positions.0, &mut terms.0);
     solve.update(positions, terms, &execution, |row, _, term| {
         let (_, (_, neighbours)) = pass.0[row];
-        let rate = if neighbours < least {
-            0.0
-        } else {
-            rates.0[row]
-        };
+        let rate = if neighbours < least { 0.0 } else { rates.0[row] };
         let term = (term + jacobi.relaxation * responses.0[row] * rate).max(0.0);
         Corrected {
             term,

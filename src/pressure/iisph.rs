@@ -13,7 +13,7 @@
 use bevy_ecs::{prelude::*, schedule::ScheduleConfigs, system::ScheduleSystem};
 
 use super::{
-    implicit::{self, Response, Responses, predict_rates, predict_velocities, update_pressure},
+    implicit::{self, Responses, Response, predict_rates, predict_velocities, update_pressure},
     solve::has_pressure,
 };
 use crate::{

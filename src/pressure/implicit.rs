@@ -18,7 +18,9 @@ use glam::{Vec3, Vec4};
 
 use super::{Corrected, PressureSolve, lattice_response};
 use crate::{
-    column::{Accelerations, Densities, Positions, PressureAccelerations, Pressures, Velocities},
+    column::{
+        Accelerations, Densities, Positions, PressureAccelerations, Pressures, Velocities,
+    },
     execution::Execution,
     kernel::CubicSpline,
     material::Material,
@@ -69,12 +71,9 @@ pub fn predict_velocities(
 ) {
     let dt = clock.dt;
     let accelerations = &accelerations.0;
-    predicted.write(
-        &velocities,
-        &pressure_accelerations,
-        &execution,
-        |row, a_p| dt * (accelerations[row] + a_p),
-    );
+    predicted.write(&velocities, &pressure_accelerations, &execution, |row, a_p| {
+        dt * (accelerations[row] + a_p)
+    });
 }
 
 impl PredictedVelocities {
@@ -90,9 +89,7 @@ impl PredictedVelocities {
         self.0.resize(rows + 1, Vec4::ZERO);
         self.0[rows] = Vec4::ZERO;
         execution.for_each_chunk(&mut self.0[..rows], |first, predicted| {
-            let columns = velocities.0[first..]
-                .iter()
-                .zip(&pressure_accelerations.0[first..]);
+            let columns = velocities.0[first..].iter().zip(&pressure_accelerations.0[first..]);
             for (row, (predicted, (v, a_p))) in (first..).zip(predicted.iter_mut().zip(columns)) {
                 *predicted = (v.truncate() + change(row, *a_p)).extend(0.0);
             }
@@ -216,11 +213,7 @@ impl PairSum for Response<'_> {
         let [x, y, z] = sums.sum;
         let sum = Vec3::new(simd.sum(x), simd.sum(y), simd.sum(z));
         let response = self.factor * (sum.length_squared() + simd.sum(sums.squares));
-        if response > self.least {
-            1.0 / response
-        } else {
-            0.0
-        }
+        if response > self.least { 1.0 / response } else { 0.0 }
     }
 }
 
@@ -312,20 +305,11 @@ impl<'a> NeighbourCount<'a> {
     }
 
     #[inline(always)]
-    fn count<S: Simd>(
-        &self,
-        simd: S,
-        points: &[Vec4],
-        rows: S::Rows,
-        sums: &mut ([S::F; 3], S::F),
-    ) {
+    fn count<S: Simd>(&self, simd: S, points: &[Vec4], rows: S::Rows, sums: &mut ([S::F; 3], S::F)) {
         let (_, distance, _) = separation(simd, sums.0, points, rows);
         let h = simd.splat(self.support_radius * self.support_radius);
         // 1 within the support, 0 beyond: there is no comparison to mask with.
-        let within = simd.mul(
-            simd.max(simd.sub(h, distance), simd.splat(0.0)),
-            simd.splat(1e30),
-        );
+        let within = simd.mul(simd.max(simd.sub(h, distance), simd.splat(0.0)), simd.splat(1e30));
         sums.1 = simd.add(sums.1, simd.min(within, simd.splat(1.0)));
     }
 }

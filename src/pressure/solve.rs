@@ -7,7 +7,9 @@ use rayon::prelude::*;
 
 use super::{DensityError, PressureSolve};
 use crate::{
-    column::{Accelerations, Densities, Positions, PressureAccelerations, Pressures, Velocities},
+    column::{
+        Accelerations, Densities, Positions, PressureAccelerations, Pressures, Velocities,
+    },
     execution::Execution,
     material::Material,
     scene::{Criterion, Dfsph, Iisph, NotConverged, Pcisph, PressureMethod},
@@ -187,10 +189,7 @@ fn start(world: &mut World, share: f32) {
         });
     });
     let mut pressures = world.resource_mut::<Pressures>();
-    pressures
-        .0
-        .iter_mut()
-        .for_each(|pressure| *pressure *= share);
+    pressures.0.iter_mut().for_each(|pressure| *pressure *= share);
     let rows = pressures.0.len();
     let mut forces = world.resource_mut::<PressureAccelerations>();
     forces.0.clear();

@@ -52,20 +52,15 @@ pub fn compute_pressure(
     execution: Res<Execution>,
 ) {
     let rest_density = material.rest_density;
-    solve.update(
-        &mut positions.0,
-        &mut pressures.0,
-        &execution,
-        |row, _, _| {
-            let rho = densities.0[row];
-            let pressure = equation.pressure(rho, rest_density);
-            Corrected {
-                term: pressure / (rho * rho),
-                kept: pressure,
-                error: rho / rest_density - 1.0,
-            }
-        },
-    );
+    solve.update(&mut positions.0, &mut pressures.0, &execution, |row, _, _| {
+        let rho = densities.0[row];
+        let pressure = equation.pressure(rho, rest_density);
+        Corrected {
+            term: pressure / (rho * rho),
+            kept: pressure,
+            error: rho / rest_density - 1.0,
+        }
+    });
 }
 
 #[cfg(test)]
