@@ -55,6 +55,7 @@
 //! | [`mesh`] | triangle meshes: files, distances, rays |
 //! | [`simd`] | eight lanes, chosen at run time; the only `unsafe` |
 //! | [`execution`] | threads, chunks, results that do not depend on either |
+//! | [`measure`] | what experiments and analytic solutions give, too: front, height, semi-axes, line of pressures |
 //! | [`output`] | frames, series, history, summary, pictures |
 //! | [`study`] | variants of a scene measured side by side: the paper's tables, speed against error |
 
@@ -67,6 +68,7 @@ pub mod index;
 pub mod integrate;
 pub mod kernel;
 pub mod material;
+pub mod measure;
 pub mod mesh;
 pub mod neighbours;
 pub mod output;

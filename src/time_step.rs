@@ -17,7 +17,7 @@ use crate::{
     integrate::Motion,
     material::Material,
     pressure::{PressureSolve, state_equation::EquationOfState},
-    scene::{Cfl, PressureMethod, Scene, TimeStep, Viscosity},
+    scene::{Cfl, FluidBody, PressureMethod, Scene, TimeStep, Viscosity},
     step::Clock,
 };
 
@@ -90,7 +90,7 @@ impl TimeStepControl {
                 let speed = scene
                     .bodies
                     .iter()
-                    .map(|body| body.velocity.length())
+                    .map(FluidBody::greatest_speed)
                     .fold(0.0, f32::max);
                 let dt = control.choose(
                     scene.support_radius(),

@@ -136,10 +136,12 @@ pub fn update_pressure(
     solve.update(positions, pressures, &execution, |row, term, _| {
         let rho = densities.0[row];
         let error = rho + dt * rates.0[row] - rest_density;
+        // The term that has acted: the last correction exerts no force.
+        let acted = term * rho * rho;
         let term = corrected(term, factor * error, responses.0[row]);
         Corrected {
             term,
-            kept: term * rho * rho,
+            kept: acted,
             error: error / rest_density,
         }
     });

@@ -1,6 +1,6 @@
 //! Where things are: dimension, boxes, bodies of fluid, solid boundaries.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
 /// The number of space dimensions, 2 or 3 in the file.
@@ -30,9 +30,13 @@ pub struct Bounds {
 pub struct FluidBody {
     /// Where.
     pub shape: Shape,
-    /// Velocity at the start [m/s].
+    /// Velocity at the start, of the shape's centre [m/s].
     #[serde(default)]
     pub velocity: Vec3,
+    /// Rows of the gradient `∂v_i/∂x_j` of the velocity at the start [1/s]: a strain or a rotation about the shape's
+    /// centre. `((0, -w, 0), (w, 0, 0), (0, 0, 0))` turns by w about z.
+    #[serde(default)]
+    pub velocity_gradient: [Vec3; 3],
     /// Random displacement of the particles; none if absent.
     #[serde(default)]
     pub jitter: Option<Jitter>,
@@ -165,6 +169,42 @@ pub enum MeshSide {
     /// A sheet with fluid on both sides, or thin walls that need not be closed. It acts as a wall as thick as twice the
     /// depth of the layer of samples, about 1.2 spacings.
     Both,
+}
+
+impl FluidBody {
+    /// Velocity at the start [m/s] at a point [m].
+    pub fn velocity_at(&self, point: DVec3) -> DVec3 {
+        let arm = point - self.shape.center();
+        let rows = self.velocity_gradient.map(|row| row.as_dvec3().dot(arm));
+        self.velocity.as_dvec3() + DVec3::from_array(rows)
+    }
+
+    /// A bound on the speeds at the start [m/s]: exact for a body without a gradient.
+    pub fn greatest_speed(&self) -> f32 {
+        let squares = self.velocity_gradient.map(Vec3::length_squared);
+        let gradient = squares.iter().sum::<f32>().sqrt();
+        self.velocity.length() + gradient * self.shape.reach()
+    }
+}
+
+impl Shape {
+    /// The point that the shape is symmetric about [m].
+    pub fn center(&self) -> DVec3 {
+        match *self {
+            Self::Box { min, max } => 0.5 * (min.as_dvec3() + max.as_dvec3()),
+            Self::Sphere { center, .. } => center.as_dvec3(),
+            Self::Cylinder { start, end, .. } => 0.5 * (start.as_dvec3() + end.as_dvec3()),
+        }
+    }
+
+    /// Distance from the centre to the farthest point [m].
+    pub fn reach(&self) -> f32 {
+        match *self {
+            Self::Box { min, max } => 0.5 * (max - min).length(),
+            Self::Sphere { radius, .. } => radius,
+            Self::Cylinder { start, end, radius } => (0.5 * (end - start).length()).hypot(radius),
+        }
+    }
 }
 
 impl TryFrom<u8> for Dimension {

@@ -38,9 +38,10 @@ pub fn fluid_particles(scene: &Scene) -> Vec<ParticleSeed> {
     for body in &scene.bodies {
         let mut displace = Displacement::new(body.jitter, spacing, scene.dimension);
         Lattice::new(&body.shape, spacing, scene.dimension).for_each(|point| {
+            let position = point + displace.next();
             seeds.push(ParticleSeed {
-                position: (point + displace.next()).as_vec3(),
-                velocity: body.velocity,
+                position: position.as_vec3(),
+                velocity: body.velocity_at(position).as_vec3(),
             });
         });
     }

@@ -152,7 +152,7 @@ fn time_step_limits(
     let start = scene
         .bodies
         .iter()
-        .map(|body| body.velocity.length())
+        .map(|body| body.greatest_speed())
         .fold(0.0, f32::max);
     let fall = (2.0 * gravity * (high - low).max(0.0) + start * start).sqrt();
     let factor = match scene.time_step {

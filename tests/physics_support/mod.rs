@@ -118,6 +118,39 @@ pub(crate) fn rigid_motion(particles: &[Particle]) -> RigidMotion {
     }
 }
 
+/// A pressure method.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Method {
+    pub(crate) name: &'static str,
+    /// The method in a scene. SESPH needs a speed of sound [m/s]: ten times the largest speed expected allows 1 % of
+    /// compression.
+    pub(crate) pressure: fn(sound_speed: f32) -> String,
+}
+
+/// Every pressure method, with the parameters that it comes with.
+pub(crate) const METHODS: [Method; 5] = [
+    Method {
+        name: "SESPH, gas",
+        pressure: |c| format!("Sesph(equation: Gas(stiffness: {}))", c * c),
+    },
+    Method {
+        name: "SESPH, Tait",
+        pressure: |c| format!("Sesph(equation: Tait(stiffness: {}))", 1000.0 * c * c / 7.0),
+    },
+    Method {
+        name: "PCISPH",
+        pressure: |_| "Pcisph()".to_owned(),
+    },
+    Method {
+        name: "IISPH",
+        pressure: |_| "Iisph()".to_owned(),
+    },
+    Method {
+        name: "DFSPH",
+        pressure: |_| "Dfsph()".to_owned(),
+    },
+];
+
 /// Prints what a test measured; `cargo test -- --nocapture` shows it.
 #[expect(
     clippy::print_stdout,

@@ -6,7 +6,7 @@
 
 use std::collections::HashMap;
 
-use glam::{DVec3, I64Vec3};
+use glam::{DVec3, I64Vec3, Vec3};
 
 use super::solids::Obstacle;
 use super::{AXIS_NAMES, Checked, Problem, axes, box_is_proper, ensure, is_flat, radius_is_proper};
@@ -40,6 +40,22 @@ pub(super) fn shapes(scene: &Scene) -> Checked {
             }
         }
         is_flat(format!("bodies.{index}.velocity"), body.velocity, dimension)?;
+        for (row, gradient) in body.velocity_gradient.into_iter().enumerate() {
+            let path = format!("bodies.{index}.velocity_gradient");
+            let across = if row == 2 {
+                gradient
+            } else {
+                gradient * Vec3::Z
+            };
+            ensure(
+                dimension == Dimension::Three || across == Vec3::ZERO,
+                path,
+                || {
+                    "a 2-D scene is the plane z = 0; the third row of the gradient, and the third entry of every row, must be 0"
+                    .to_owned()
+                },
+            )?;
+        }
         let amplitude = body.jitter.map_or(0.0, |jitter| jitter.amplitude);
         ensure(
             (0.0..0.5).contains(&amplitude),

@@ -1,0 +1,7 @@
+//! Measures of a fluid that experiments and analytic solutions give, too: free functions over positions and values.
+
+mod fit;
+mod shape;
+
+pub use fit::LineFit;
+pub use shape::{front, height, semi_axes};

@@ -1,0 +1,147 @@
+//! Known answers: every pressure method against every case of `assets/scenes/validation`.
+//!
+//! `cargo bench --bench validation` prints all figures, `-- 0.5` at twice the resolution.
+
+#[path = "physics_support/mod.rs"]
+mod support;
+#[path = "validation_support/mod.rs"]
+mod validation;
+
+use support::{METHODS, measured};
+use validation::{Case, dam_break, elliptic_drop, free_flight, hydrostatic};
+
+/// Bounds on the errors of the figures whose names start so [-], one for each of [`METHODS`].
+type Bounds = &'static [(&'static str, [f64; METHODS.len()])];
+
+/// Runs a case with the method at a place of [`METHODS`]: errors stay within ± their bounds.
+#[track_caller]
+fn holds(case: &Case, method: usize, bounds: Bounds) {
+    let mut missed = Vec::new();
+    for figure in case.run(&METHODS[method], 1.0, 1) {
+        let line = format!(
+            "{}, {}: {} {:.5}, known {:.5}, error {:.6} %",
+            case.scene,
+            METHODS[method].name,
+            figure.quantity,
+            figure.measured,
+            figure.reference,
+            100.0 * figure.error()
+        );
+        measured(&line);
+        let of_figure = bounds
+            .iter()
+            .find(|(name, _)| figure.quantity.starts_with(name));
+        let (_, bound) = of_figure.unwrap_or_else(|| panic!("no bound for {line}"));
+        // What is not a number is not within.
+        let within = figure.error().abs() <= bound[method];
+        if !within {
+            missed.push(format!("{line}, bound {} %", 100.0 * bound[method]));
+        }
+    }
+    assert!(missed.is_empty(), "{missed:#?}");
+}
+
+/// A test for every method, so that they run side by side and a failure names its method.
+macro_rules! for_every_method {
+    ($case:ident, $scene:expr, $bounds:expr) => {
+        mod $case {
+            use super::*;
+
+            #[test]
+            fn sesph_gas() {
+                holds(&$scene, 0, $bounds);
+            }
+
+            #[test]
+            fn sesph_tait() {
+                holds(&$scene, 1, $bounds);
+            }
+
+            #[test]
+            fn pcisph() {
+                holds(&$scene, 2, $bounds);
+            }
+
+            #[test]
+            fn iisph() {
+                holds(&$scene, 3, $bounds);
+            }
+
+            #[test]
+            fn dfsph() {
+                holds(&$scene, 4, $bounds);
+            }
+        }
+    };
+}
+
+// The target is 2 % of the pressure and 1 % of sqrt(g H) for the mean speed. Every method misses the first, and by as much:
+// the slope is 5 to 7 % too steep with 15 spacings between side walls in the plane, 17 to 19 % with 8 × 8. Two parts: PCISPH's
+// 4.6 % are 3.5 % in a tank of 30 spacings, so 2.3 % stay however wide it is, as much as a hexagonal lattice, into which water
+// settles, answers a pressure less than its volume would (at a support of two spacings: a sum over the lattice). The rest goes
+// with the walls: their share of the force has no part along the wall, so particles beside one hang on their neighbours.
+// SESPH misses the second: the sound of the start, when the water falls onto pressure that is not there yet, is damped by
+// viscosity alone.
+const IN_THE_PLANE: Bounds = &[
+    ("-dp/dy", [0.08, 0.07, 0.06, 0.08, 0.08]),
+    ("p at half depth", [0.05; 5]),
+    ("worst layer", [0.07; 5]),
+    ("rms speed", [0.03, 0.03, 0.01, 0.01, 0.01]),
+    ("largest speed", [0.08, 0.08, 0.05, 0.05, 0.05]),
+];
+const IN_SPACE: Bounds = &[
+    ("-dp/dy", [0.22; 5]),
+    ("p at half depth", [0.16; 5]),
+    ("worst layer", [0.17; 5]),
+    ("rms speed", [0.03, 0.03, 0.01, 0.01, 0.01]),
+    ("largest speed", [0.1; 5]),
+];
+
+// The target, 1 % of the semi-major axis at the end, is met by IISPH and DFSPH. What is left is the sum of the density: a
+// square lattice that is drawn out 1.44 times along an axis at constant area has 5.5 % more of it than at rest, and by as much
+// the drop widens. Pressure follows that sum. PCISPH pushes too hard in steps of the default length, and nothing pulls the
+// drop together again: with `time_step: Cfl(factor: 0.05)` it is 1.1 % off, with the default 27 %.
+const DROP: Bounds = &[
+    ("semi-major axis at 0.0008", [0.01; 5]),
+    (
+        "semi-major axis at 0.0038",
+        [0.011, 0.011, 0.18, 0.011, 0.011],
+    ),
+    (
+        "semi-major axis at 0.0076",
+        [0.012, 0.012, 0.28, 0.01, 0.01],
+    ),
+    ("centre pressure", [0.9, 0.9, 1.01, 0.1, 0.6]),
+];
+
+// All methods agree to 2 %, and are as much as 22 % ahead of Koshizuka & Oka where they are within 5 % of the fronts of
+// Martin & Moyce after T = 1.5: in the same units the experiments are 10 % apart (T = 2.7: 3.00 and 3.30 L), and 17 % with
+// the clock of the latter shifted. Ritter's bound holds for all.
+const KOSHIZUKA_OKA: Bounds = &[("front", [0.23; 5]), ("largest way", [1.0; 5])];
+const MARTIN_MOYCE: Bounds = &[
+    ("front", [0.09; 5]),
+    ("height", [0.15; 5]),
+    ("largest way", [1.0; 5]),
+];
+
+// Rounding.
+const FREE_FLIGHT: Bounds = &[("", [1e-5; 5])];
+
+for_every_method!(
+    still_water_in_the_plane,
+    hydrostatic::IN_THE_PLANE,
+    IN_THE_PLANE
+);
+for_every_method!(still_water_in_space, hydrostatic::IN_SPACE, IN_SPACE);
+for_every_method!(drop_keeps_its_axes, elliptic_drop::CASE, DROP);
+for_every_method!(
+    front_of_koshizuka_and_oka,
+    dam_break::KOSHIZUKA_OKA,
+    KOSHIZUKA_OKA
+);
+for_every_method!(
+    column_of_martin_and_moyce,
+    dam_break::MARTIN_MOYCE,
+    MARTIN_MOYCE
+);
+for_every_method!(free_flight_keeps_momenta, free_flight::CASE, FREE_FLIGHT);
