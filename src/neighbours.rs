@@ -101,7 +101,9 @@ impl NeighbourLists {
             start += len;
         }
         if self.rows.len() < start {
-            self.rows.reserve_exact(start - self.rows.len());
+            // A little more, so that lists that lengthen step by step are not moved in every one.
+            self.rows
+                .reserve_exact(start + start / 16 - self.rows.len());
             self.rows.resize(start, 0);
         } else if self.rows.capacity() > start + start / 4 {
             // Regions that ran out of room left holes behind, or the fluid has spread.

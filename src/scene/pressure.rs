@@ -93,7 +93,8 @@ pub struct Dfsph {
     pub max_iterations: u32,
     /// What happens when `max_iterations` do not reach η.
     pub not_converged: NotConverged,
-    /// Share of the last step's pressures that the iterations start from [-].
+    /// Share of the last step's pressures that the iterations start from [-]. Still water moves with 1.7 % of sqrt(g H) at
+    /// 1, with 0.1 % at ½ and at 0.
     pub warm_start: f32,
     /// Relaxation ω of the Jacobi iterations of both solves [-].
     pub relaxation: f32,
@@ -166,7 +167,7 @@ impl Default for Dfsph {
             min_iterations: 2,
             max_iterations: 200,
             not_converged: NotConverged::Stop,
-            warm_start: 1.0,
+            warm_start: 0.5,
             relaxation: 0.5,
             max_divergence_error: 1e-3,
             min_divergence_iterations: 1,

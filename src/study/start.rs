@@ -27,7 +27,8 @@ impl State {
             .iter(world)
             .map(|(entity, x, v)| (entity, (x.0, v.0)))
             .collect();
-        particles.sort_unstable_by_key(|particle| particle.0);
+        // Bevy orders entities the other way round.
+        particles.sort_unstable_by_key(|particle| particle.0.index_u32());
         Self(particles.into_iter().map(|particle| particle.1).collect())
     }
 
