@@ -114,7 +114,7 @@ const GOLDEN: [u64; 4] = [
     0xd053_2f34_9773_0e75,
     0xc4d0_0d6c_8604_af5f,
     0x7c2a_1f7b_a226_9102,
-    0xc33a_5f4c_4ba6_b793,
+    0x32f1_ea2f_f040_e722,
 ];
 
 #[test]
