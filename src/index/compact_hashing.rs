@@ -23,6 +23,7 @@ use super::{
     DomainTooLarge, Grid, SpatialIndex,
     entries::{Entries, NOBODY, PADDING, Run},
     hash::{CellHash, MIN_TABLE},
+    lookups::{self, State},
     z_curve,
 };
 use crate::{
@@ -31,8 +32,6 @@ use crate::{
 };
 
 const EMPTY: u32 = u32::MAX;
-/// Cells whose handles are looked up at a time: all 27 of a neighbourhood in 3-D with d = h.
-const BATCH: usize = 27;
 /// Handles a point (4.4: "a hash table size of two times the number of particles is appropriate").
 const HANDLES_A_POINT: f32 = 2.0;
 
@@ -45,6 +44,8 @@ pub struct CompactHashing {
     table: Vec<u32>,
     cells: Vec<UsedCell>,
     pool: Pool,
+    /// What look-ups were remembered of.
+    state: State,
     /// Number of points.
     len: usize,
     /// Points that changed their cell, by chunk of entries.
@@ -229,6 +230,7 @@ impl CompactHashing {
             table: Vec::new(),
             cells: Vec::new(),
             pool,
+            state: State::new(),
             len: 0,
             movers: Vec::new(),
             handles: Vec::new(),
@@ -288,6 +290,26 @@ impl CompactHashing {
         }
         for (entry, row) in (place..).zip(rows) {
             self.pool.set(entry, row, points[row as usize]);
+        }
+    }
+
+    /// The entries of a spatial cell, which are side by side.
+    fn look_up(&self, cell: IVec3) -> Run {
+        let nothing = Run { start: 0, len: 0 };
+        let handle = self.table[self.hash.of(cell) as usize];
+        match self.cells.get(handle as usize) {
+            Some(used) if used.collision => {
+                let alike = |entry: &usize| self.pool.cell(&self.grid, *entry) == cell;
+                used.range().find(alike).map_or(nothing, |start| Run {
+                    start: start as u32,
+                    len: (start..used.range().end).take_while(alike).count() as u32,
+                })
+            }
+            Some(used) if used.cell == cell => Run {
+                start: used.start,
+                len: used.len,
+            },
+            _ => nothing,
         }
     }
 
@@ -366,6 +388,7 @@ impl CompactHashing {
 
 impl SpatialIndex for CompactHashing {
     fn update(&mut self, points: &[Vec4], execution: &Execution) -> Result<(), DomainTooLarge> {
+        self.state = State::new();
         let hash = self.hash.resized(points.len(), self.handles_a_point);
         if self.len == 0 || points.is_empty() || hash.size != self.hash.size {
             return self.rebuild(points, execution);
@@ -391,6 +414,7 @@ impl SpatialIndex for CompactHashing {
     }
 
     fn rebuild(&mut self, points: &[Vec4], execution: &Execution) -> Result<(), DomainTooLarge> {
+        self.state = State::new();
         self.hash = self.hash.resized(points.len(), self.handles_a_point);
         self.table.clear();
         self.table.resize(self.hash.size, EMPTY);
@@ -445,30 +469,14 @@ impl SpatialIndex for CompactHashing {
         if self.cells.is_empty() {
             return;
         }
-        // Two loops, so that the first's loads, which miss the cache and do not depend on each other, overlap.
-        for offsets in self.grid.neighbourhood.chunks(BATCH) {
-            let mut handles = [EMPTY; BATCH];
-            for (handle, &offset) in handles.iter_mut().zip(offsets) {
-                *handle = self.table[self.hash.of(center.wrapping_add(offset)) as usize];
+        let around = self.grid.neighbourhood.iter();
+        let cells = around.map(|&offset| center.wrapping_add(offset));
+        let look_up = |cell| self.look_up(cell);
+        lookups::each(self.state, cells, look_up, |run| {
+            if run.len > 0 {
+                out.push(run);
             }
-            for (&handle, &offset) in handles.iter().zip(offsets) {
-                if let Some(used) = self.cells.get(handle as usize) {
-                    let (start, len, cell) = (used.start, used.len, center.wrapping_add(offset));
-                    if !used.collision {
-                        if used.cell == cell {
-                            out.push(Run { start, len });
-                        }
-                        continue;
-                    }
-                    for entry in used.range() {
-                        if self.pool.cell(&self.grid, entry) == cell {
-                            let start = entry as u32;
-                            out.push(Run { start, len: 1 });
-                        }
-                    }
-                }
-            }
-        }
+        });
     }
 
     fn bytes(&self) -> usize {
