@@ -124,6 +124,11 @@ pub fn integrate(
 }
 
 impl Motion {
+    /// Row of the fastest particle.
+    pub fn fastest_row(&self) -> usize {
+        self.total().speed_squared.1
+    }
+
     fn fold(&mut self, particle_mass: f32) {
         let total = self.total();
         let mass = f64::from(particle_mass);

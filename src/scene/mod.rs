@@ -106,4 +106,10 @@ impl Scene {
     pub fn support_radius(&self) -> f32 {
         self.support * self.spacing
     }
+
+    /// Speed of the fastest body at the start [m/s].
+    pub fn max_initial_speed(&self) -> f32 {
+        let speeds = self.bodies.iter().map(|body| body.velocity.length());
+        speeds.fold(0.0, f32::max)
+    }
 }
