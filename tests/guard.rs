@@ -153,6 +153,7 @@ fn hopeless(criterion: Criterion, not_converged: NotConverged) -> Scene {
             min_iterations: 1,
             max_iterations: 3,
             not_converged,
+            ..Pcisph::default()
         }),
         ..dam()
     }

@@ -32,7 +32,7 @@ fn splash(pressure: PressureMethod) -> Scene {
                 (shape: Sphere(center: (0.1, 0.16, 0.1), radius: 0.05), velocity: (0, -6, 0)),
             ],
             boundaries: [Tank(min: (0, 0, 0), max: (0.2, 0.4, 0.2))],
-            time_step: Adaptive(max: 5e-3, initial: 2.9e-3),
+            time_step: Adaptive(max: 5e-3, initial: 2.9e-3, density_error: 0.003),
             reorder_interval: 5,
         )"#,
         "splash.ron",
@@ -226,7 +226,7 @@ fn a_fluid_of_other_particles_is_gone_back_to_by_no_more_than_the_step_that_fail
 fn at_the_least_time_step_a_shock_is_an_error_that_says_so() {
     let mut scene = splash(pcisph());
     scene.time_step = TimeStep::Adaptive(Adaptive {
-        min: 4e-3,
+        min: 3.1e-3,
         ..Adaptive::default()
     });
     let mut simulation = simulation(&scene);
