@@ -25,7 +25,7 @@ use super::{Limit, constant_limit};
 use crate::{
     integrate::Motion,
     material::Material,
-    pressure::{PressureSolve, solve::Convergence},
+    pressure::{DensityError, PressureSolve, solve::Convergence},
     scene::{self, Scene},
     step::{Clock, Failure, FailureCause},
 };
@@ -138,10 +138,9 @@ impl AdaptiveTimeStep {
     }
 
     /// The time step [s] behind a good one of `dt`.
-    fn next(&self, dt: f32, h: f32, motion: &Motion, solve: &PressureSolve) -> f32 {
+    fn next(&self, dt: f32, limits: [Limit; 2], error: DensityError) -> f32 {
         let eta = self.scheme.density_error;
-        let [(_, speed), (_, force)] = motion_limits(h, motion.max_speed, motion.max_acceleration);
-        let error = solve.error;
+        let [(_, speed), (_, force)] = limits;
         let errors_are_large =
             self.error_counts && (error.largest > 5.5 * eta || error.mean > eta);
         let errors_are_small =
@@ -157,11 +156,17 @@ impl AdaptiveTimeStep {
     }
 
     /// Takes note that the run goes back from the step behind `clock`, and says the next time step [s].
-    pub(super) fn go_back(&mut self, clock: &Clock, h: f32, motion: &Motion) -> f32 {
+    pub(super) fn go_back(
+        &mut self,
+        clock: &Clock,
+        h: f32,
+        max_speed: f32,
+        max_acceleration: f32,
+    ) -> f32 {
         self.in_a_row += 1;
         self.place = self.place.max(clock.time + f64::from(clock.dt));
         // Of a step that is not finite the motion says nothing, and of no use is a time step of zero.
-        let gentle = gentle(h, motion.max_speed, motion.max_acceleration);
+        let gentle = gentle(h, max_speed, max_acceleration);
         let half = 0.5 * clock.dt;
         self.bounded(if gentle > 0.0 { half.min(gentle) } else { half })
     }
@@ -215,5 +220,84 @@ pub fn choose_adaptive_time_step(
         adaptive.in_a_row = 0;
     }
     let h = material.kernel.support_radius;
-    clock.next_dt = adaptive.next(clock.dt, h, &motion, &solve);
+    let limits = motion_limits(h, motion.max_speed, motion.max_acceleration);
+    clock.next_dt = adaptive.next(clock.dt, limits, solve.error);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::TimeStep;
+
+    fn scheme(pressure: &str) -> AdaptiveTimeStep {
+        let text = format!(
+            "(name: \"t\", spacing: 0.1, time_step: Adaptive(density_error: 0.01), pressure: {pressure},
+              bodies: [(shape: Box(min: (0, 0, 0), max: (1, 1, 1)), velocity: (0, -8, 0))])"
+        );
+        let scene = Scene::parse(&text, "t.ron", &[]).expect("a scene");
+        let TimeStep::Adaptive(adaptive) = scene.time_step else {
+            panic!("an adaptive scene");
+        };
+        let (dt, adaptive) = start(adaptive, &scene);
+        // 0.08 h/v, less than 0.2 sqrt(h/g) = 0.0286 s.
+        assert!((dt - 0.002).abs() < 1e-9, "{dt}");
+        adaptive
+    }
+
+    /// The change of a time step of 1 ms with h = 0.1 m.
+    fn change(adaptive: &AdaptiveTimeStep, speed: f32, acceleration: f32, largest: f32, mean: f32) -> f32 {
+        let error = DensityError {
+            largest,
+            mean,
+            row: 0,
+        };
+        1e3 * adaptive.next(1e-3, motion_limits(0.1, speed, acceleration), error) - 1.0
+    }
+
+    #[test]
+    fn changes_by_the_published_conditions() {
+        let pcisph = scheme("Pcisph()");
+        let (up, down, same) = (0.002, -0.002, 0.0);
+        // The limits of speed are 39 and 40 m/s, those of the acceleration 3610 and 4000 m/s².
+        for (speed, acceleration, largest, mean, expected) in [
+            (38.0, 3500.0, 0.044, 0.0089, up),
+            (39.5, 3500.0, 0.044, 0.0089, same),
+            (40.1, 3500.0, 0.044, 0.0089, down),
+            (38.0, 3700.0, 0.044, 0.0089, same),
+            (38.0, 4100.0, 0.044, 0.0089, down),
+            (38.0, 3500.0, 0.050, 0.0089, same),
+            (38.0, 3500.0, 0.056, 0.0089, down),
+            (38.0, 3500.0, 0.044, 0.0095, same),
+            (38.0, 3500.0, 0.044, 0.0101, down),
+        ] {
+            let found = change(&pcisph, speed, acceleration, largest, mean);
+            assert!(
+                (found - expected).abs() < 1e-5,
+                "{found} for {speed} m/s, {acceleration} m/s², errors {largest} and {mean}"
+            );
+        }
+        let sesph = scheme("Sesph(equation: Tait(stiffness: 1000))");
+        assert!((change(&sesph, 38.0, 3500.0, 0.056, 0.0101) - up).abs() < 1e-5);
+    }
+
+    #[test]
+    fn goes_back_to_the_published_time_step_or_half() {
+        let mut adaptive = scheme("Pcisph()");
+        let mut back = |dt, max_speed, max_acceleration| {
+            let clock = Clock {
+                dt,
+                ..Clock::default()
+            };
+            adaptive.go_back(&clock, 0.1, max_speed, max_acceleration)
+        };
+        assert!((back(4e-3, 8.0, 10.0) - 1e-3).abs() < 1e-9);
+        assert!((back(4e-3, 1.0, 1e5) - 2e-4).abs() < 1e-9);
+        assert!((back(4e-3, 1.0, 10.0) - 2e-3).abs() < 1e-9);
+        for nonsense in [f32::NAN, f32::INFINITY] {
+            assert!((back(4e-3, nonsense, nonsense) - 2e-3).abs() < 1e-9);
+        }
+        // The least time step is a millionth of a second.
+        assert_eq!(back(1.5e-6, 1.0, 10.0), 1e-6);
+        assert!(!adaptive.may_go_back(1e-6) && adaptive.may_go_back(2e-6));
+    }
 }

@@ -93,7 +93,8 @@ pub fn roll_back(world: &mut World) {
             return;
         }
         let h = world.resource::<Material>().kernel.support_radius;
-        let dt = adaptive.go_back(&clock, h, world.resource::<Motion>());
+        let motion = world.resource::<Motion>();
+        let dt = adaptive.go_back(&clock, h, motion.max_speed, motion.max_acceleration);
         let older = world.resource_scope(|world, mut kept: Mut<KeptState>| {
             let restored = std::mem::take(&mut kept.kept) && restore(world, &kept);
             restored.then_some((kept.clock, kept.largest_error))
