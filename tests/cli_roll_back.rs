@@ -27,13 +27,22 @@ const SPLASH: &str = r#"(
 fn standing(history: &str) -> (Vec<(u64, f64)>, u64, u64) {
     let mut lines = history.lines();
     let names: Vec<_> = lines.next().expect("a header").split(',').collect();
-    let column = |name: &str| names.iter().position(|other| *other == name).expect("a column");
+    let column = |name: &str| {
+        names
+            .iter()
+            .position(|other| *other == name)
+            .expect("a column")
+    };
     let columns = ["step", "t_s", "steps_taken_back"].map(column);
-    let (mut steps, mut roll_backs, mut taken_back): (Vec<(u64, f64)>, u64, u64) = (vec![(0, 0.0)], 0, 0);
+    let (mut steps, mut roll_backs, mut taken_back): (Vec<(u64, f64)>, u64, u64) =
+        (vec![(0, 0.0)], 0, 0);
     for line in lines {
         let values: Vec<_> = line.split(',').collect();
         let [step, time, back] = columns.map(|column| values[column]);
-        let (step, back): (u64, u64) = (step.parse().expect("a step"), back.parse().expect("a count"));
+        let (step, back): (u64, u64) = (
+            step.parse().expect("a step"),
+            back.parse().expect("a count"),
+        );
         let time: f64 = time.parse().expect("a time");
         if back > 0 {
             (roll_backs, taken_back) = (roll_backs + 1, taken_back + back);
@@ -50,7 +59,9 @@ fn standing(history: &str) -> (Vec<(u64, f64)>, u64, u64) {
 fn names(folder: &Path) -> BTreeSet<String> {
     let entries = fs::read_dir(folder).expect("a folder");
     let names = entries.map(|entry| entry.expect("a file").file_name());
-    names.map(|name| name.into_string().expect("text")).collect()
+    names
+        .map(|name| name.into_string().expect("text"))
+        .collect()
 }
 
 #[test]
@@ -63,16 +74,30 @@ fn output_of_steps_taken_back_is_withdrawn_and_the_history_shows_it() {
         .output()
         .expect("overfall starts");
     let told = String::from_utf8_lossy(&output.stdout);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
     assert!(told.contains("went back"), "{told}");
 
     let out = folder.path().join("out");
     let history = fs::read_to_string(out.join("history.csv")).expect("a history");
     let (steps, roll_backs, taken_back) = standing(&history);
-    assert!(taken_back > roll_backs && roll_backs > 0, "a step with a frame was taken back");
-    assert!(steps.windows(2).all(|pair| pair[0].0 + 1 == pair[1].0 && pair[0].1 < pair[1].1));
+    assert!(
+        taken_back > roll_backs && roll_backs > 0,
+        "a step with a frame was taken back"
+    );
+    assert!(
+        steps
+            .windows(2)
+            .all(|pair| pair[0].0 + 1 == pair[1].0 && pair[0].1 < pair[1].1)
+    );
     let summary = Summary::read(&out.join("summary.json")).expect("a summary");
-    assert_eq!((summary.roll_backs, summary.steps_taken_back), (roll_backs, taken_back));
+    assert_eq!(
+        (summary.roll_backs, summary.steps_taken_back),
+        (roll_backs, taken_back)
+    );
     assert_eq!(summary.steps + 1, steps.len() as u64);
     assert_eq!(summary.simulated_s, steps[steps.len() - 1].1);
     // Where the run went back, the frame before stands for the steps that are shorter now, and the last but one is left
@@ -89,7 +114,10 @@ fn output_of_steps_taken_back_is_withdrawn_and_the_history_shows_it() {
         for file in [entry.file.clone(), entry.file.replace(".vtu", ".ply")] {
             let frame = Frame::read(&out.join(&file)).expect("a frame");
             assert_eq!(frame.time, entry.time, "{file}");
-            assert!(steps.contains(&(frame.step, frame.time)), "{file} is of a step taken back");
+            assert!(
+                steps.contains(&(frame.step, frame.time)),
+                "{file} is of a step taken back"
+            );
             frames.insert(file.replace("frames/", ""));
         }
     }

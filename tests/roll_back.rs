@@ -8,9 +8,7 @@ use glam::Vec3;
 use overfall::{
     Simulation, StepReport,
     particle::{Density, Fluid, Position, Pressure, Velocity},
-    scene::{
-        Adaptive, Dfsph, Iisph, IndexStructure, Neighbours, PressureMethod, Scene, TimeStep,
-    },
+    scene::{Adaptive, Dfsph, Iisph, IndexStructure, Neighbours, PressureMethod, Scene, TimeStep},
     step::{Clock, FailureCause},
     time_step::{AdaptiveTimeStep, adaptive::MOST_IN_A_ROW, roll_back::KeptState},
 };
@@ -92,7 +90,9 @@ fn a_violent_impact_takes_steps_back_and_ends_well() {
         let mut roll_backs = 0;
         for _ in 0..150 {
             let failed_dt = clock(&simulation).next_dt;
-            let report = simulation.step().unwrap_or_else(|error| panic!("{pressure:?}: {error}"));
+            let report = simulation
+                .step()
+                .unwrap_or_else(|error| panic!("{pressure:?}: {error}"));
             let now = clock(&simulation);
             assert_eq!((report.step, report.time), (now.step, now.time));
             assert!(now.next_dt >= scheme.min && now.next_dt <= scheme.max);
@@ -119,7 +119,10 @@ fn a_violent_impact_takes_steps_back_and_ends_well() {
             assert_eq!(now.time, steps.last().map_or(0.0, |last| last.time));
         }
         assert!(roll_backs > 0, "{pressure:?}: nothing went wrong");
-        assert!(now_slower(&mut simulation), "{pressure:?}: the drop was not stopped");
+        assert!(
+            now_slower(&mut simulation),
+            "{pressure:?}: the drop was not stopped"
+        );
     }
 }
 
@@ -260,7 +263,9 @@ fn where_nothing_happens_the_time_step_grows_to_its_limit_and_nothing_is_taken_b
         let mut simulation = simulation(&scene);
         let mut dt = 0.0;
         for _ in 0..200 {
-            let report = simulation.step().unwrap_or_else(|error| panic!("{pressure:?}: {error}"));
+            let report = simulation
+                .step()
+                .unwrap_or_else(|error| panic!("{pressure:?}: {error}"));
             assert_eq!(report.taken_back, None, "{pressure:?}");
             assert!(report.dt >= dt, "{pressure:?}: {} after {dt}", report.dt);
             dt = report.dt;

@@ -59,7 +59,10 @@ impl Progress {
         };
         self.pace.steps += 1;
         self.pace.stepping += taken;
-        self.pace.taken_back += report.taken_back.as_ref().map_or(0, |back| u64::from(back.steps));
+        self.pace.taken_back += report
+            .taken_back
+            .as_ref()
+            .map_or(0, |back| u64::from(back.steps));
         let elapsed = self.shown.elapsed();
         if elapsed < interval {
             return;

@@ -116,7 +116,10 @@ impl Writer {
         self.series.withdraw_after(time)?;
         while self.times.pop_if(|last| *last > time).is_some() {
             let number = self.times.len() as u64;
-            let files = self.formats.iter().map(|&format| self.folder.frame(number, format));
+            let files = self
+                .formats
+                .iter()
+                .map(|&format| self.folder.frame(number, format));
             let frames = files.map(|file| self.folder.root().join(file));
             let picture = self.painter.iter().map(|_| self.folder.picture(number));
             for path in frames.chain(picture) {

@@ -212,7 +212,9 @@ impl CompactHashing {
         let mut rows = rows.peekable();
         let mut place = old.end;
         let is_kin = |entry: usize| self.pool.cell(&self.grid, entry) == cell;
-        if used.collision && let Some(kin) = old.clone().rfind(|&entry| is_kin(entry)) {
+        if used.collision
+            && let Some(kin) = old.clone().rfind(|&entry| is_kin(entry))
+        {
             place = kin + 1;
         }
         if let Some(&first) = rows.peek() {

@@ -150,7 +150,9 @@ fn push_row(text: &mut String, r: &StepReport) {
         r.max_speed,
         r.particles,
         r.mean_neighbours,
-        r.taken_back.as_ref().map_or(0, |taken_back| taken_back.steps),
+        r.taken_back
+            .as_ref()
+            .map_or(0, |taken_back| taken_back.steps),
     );
     for seconds in r.phase_seconds {
         let _ = write!(text, ",{:.4}", seconds * 1e3);

@@ -21,7 +21,7 @@
 use bevy_ecs::prelude::*;
 use glam::Vec3;
 
-use super::{Limit, constant_limit};
+use super::{ITERATIONS, Limit, constant_limit};
 use crate::{
     integrate::Motion,
     material::Material,
@@ -70,7 +70,9 @@ pub struct TakenBack {
 #[non_exhaustive]
 pub enum Shock {
     /// The largest density error grew by more than 8 η in a step.
-    #[error("the largest density error jumped from {before:.3e} to {error:.3e}, by more than 8 η = {limit:.3e}")]
+    #[error(
+        "the largest density error jumped from {before:.3e} to {error:.3e}, by more than 8 η = {limit:.3e}"
+    )]
     ErrorJumped {
         /// Largest error before [-].
         before: f32,
@@ -80,7 +82,9 @@ pub enum Shock {
         limit: f32,
     },
     /// The largest density error is above the scene's limit.
-    #[error("the largest density error {error:.3e} is above `time_step.max_density_error` = {limit:.3e}")]
+    #[error(
+        "the largest density error {error:.3e} is above `time_step.max_density_error` = {limit:.3e}"
+    )]
     ErrorTooLarge {
         /// Largest error [-].
         error: f32,
@@ -108,7 +112,11 @@ pub(super) fn start(scheme: scene::Adaptive, scene: &Scene) -> (f32, AdaptiveTim
         place: 0.0,
         taken_back: None,
     };
-    let gentle = gentle(scene.support_radius(), scene.max_initial_speed(), scene.gravity.length());
+    let gentle = gentle(
+        scene.support_radius(),
+        scene.max_initial_speed(),
+        scene.gravity.length(),
+    );
     let dt = adaptive.bounded(scheme.initial.unwrap_or(gentle));
     (dt, adaptive)
 }
@@ -138,14 +146,14 @@ impl AdaptiveTimeStep {
     }
 
     /// The time step [s] behind a good one of `dt`.
-    fn next(&self, dt: f32, limits: [Limit; 2], error: DensityError) -> f32 {
+    fn next(&self, dt: f32, limits: [Limit; 2], error: DensityError, iterations: u32) -> f32 {
         let eta = self.scheme.density_error;
         let [(_, speed), (_, force)] = limits;
-        let errors_are_large =
-            self.error_counts && (error.largest > 5.5 * eta || error.mean > eta);
+        let errors_are_large = self.error_counts && (error.largest > 5.5 * eta || error.mean > eta);
         let errors_are_small =
             !self.error_counts || error.largest < 4.5 * eta && error.mean < 0.9 * eta;
-        let change = if force < dt || speed <= dt || errors_are_large {
+        let shrinks = force < dt || speed <= dt || errors_are_large || iterations > ITERATIONS;
+        let change = if shrinks {
             SHRINKAGE
         } else if 0.19 / 0.2 * force > dt && 0.39 / 0.4 * speed > dt && errors_are_small {
             GROWTH
@@ -221,7 +229,7 @@ pub fn choose_adaptive_time_step(
     }
     let h = material.kernel.support_radius;
     let limits = motion_limits(h, motion.max_speed, motion.max_acceleration);
-    clock.next_dt = adaptive.next(clock.dt, limits, solve.error);
+    clock.next_dt = adaptive.next(clock.dt, limits, solve.error, solve.iterations);
 }
 
 #[cfg(test)]
@@ -245,13 +253,19 @@ mod tests {
     }
 
     /// The change of a time step of 1 ms with h = 0.1 m.
-    fn change(adaptive: &AdaptiveTimeStep, speed: f32, acceleration: f32, largest: f32, mean: f32) -> f32 {
+    fn change(
+        adaptive: &AdaptiveTimeStep,
+        speed: f32,
+        acceleration: f32,
+        largest: f32,
+        mean: f32,
+    ) -> f32 {
         let error = DensityError {
             largest,
             mean,
             row: 0,
         };
-        1e3 * adaptive.next(1e-3, motion_limits(0.1, speed, acceleration), error) - 1.0
+        1e3 * adaptive.next(1e-3, motion_limits(0.1, speed, acceleration), error, 10) - 1.0
     }
 
     #[test]
@@ -276,6 +290,10 @@ mod tests {
                 "{found} for {speed} m/s, {acceleration} m/s², errors {largest} and {mean}"
             );
         }
+        let error = DensityError::default();
+        let change_by_iterations =
+            1e3 * pcisph.next(1e-3, motion_limits(0.1, 1.0, 1.0), error, 11) - 1.0;
+        assert!((change_by_iterations - down).abs() < 1e-5);
         let sesph = scheme("Sesph(equation: Tait(stiffness: 1000))");
         assert!((change(&sesph, 38.0, 3500.0, 0.056, 0.0101) - up).abs() < 1e-5);
     }

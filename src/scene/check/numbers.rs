@@ -1,11 +1,12 @@
 //! Single numbers and pairs of them.
 
 use super::{Checked, Problem, ensure, is_flat};
+use crate::pressure::solve::Convergence;
 use crate::scene::load::options;
 use crate::scene::spans::scan;
-use crate::pressure::solve::Convergence;
 use crate::scene::{
-    Adaptive, Cfl, Dfsph, Iisph, PressureMethod, Scene, StateEquation, SurfaceTension, TimeStep, Viscosity,
+    Adaptive, Cfl, Dfsph, Iisph, PressureMethod, Scene, StateEquation, SurfaceTension, TimeStep,
+    Viscosity,
 };
 
 /// Every number of the scene is finite: asked of the written scene, so a field added later is asked, too.
@@ -173,7 +174,9 @@ fn adaptive(scheme: Adaptive) -> Checked {
     bounds(min, max)?;
     let initial = scheme.initial.unwrap_or(max);
     ensure((min..=max).contains(&initial), "time_step.initial", || {
-        format!("the first time step is {initial} s; it must be from {min} (`min`) to {max} s (`max`)")
+        format!(
+            "the first time step is {initial} s; it must be from {min} (`min`) to {max} s (`max`)"
+        )
     })?;
     error_limit(
         "time_step.density_error",
