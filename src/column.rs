@@ -84,7 +84,7 @@ impl Default for Velocities {
 
 /// Tables in one order for all queries. Bevy goes through new tables in the order of a hash map: a query that saw them
 /// in one go (its system skipped a failed step) has another order than one that saw them in two.
-fn in_order<T>(
+pub(crate) fn in_order<T>(
     tables: impl IntoIterator<Item = T>,
     entities: impl Fn(&T) -> &[Entity],
 ) -> impl Iterator<Item = T> {

@@ -164,6 +164,11 @@ pub fn measure(
 }
 
 impl Motion {
+    /// Row of the fastest particle.
+    pub fn fastest_row(&self) -> usize {
+        self.total().speed_squared.1
+    }
+
     /// All chunks, folded in their order.
     fn total(&self) -> ChunkMotion {
         let larger = |a: (f32, usize), b: (f32, usize)| if b.0 > a.0 { b } else { a };

@@ -29,7 +29,7 @@ pub struct ReorderState {
     /// Whether rows lie in the tables with the marker.
     marked: bool,
     /// Whether rows lie against the Z-curve.
-    downwards: bool,
+    pub(crate) downwards: bool,
     handles: Vec<z_curve::Handle>,
     entities: Vec<Entity>,
     points: Vec<Vec4>,
@@ -71,28 +71,39 @@ pub fn reorder(world: &mut World) {
         }
         let grid = world.resource::<FluidIndex>().structure.grid();
         z_curve::sort_handles(&state.points, grid, &execution, &mut state.handles);
-        let mut move_row = |row: u32| {
-            if let Ok(mut particle) = world.get_entity_mut(state.entities[row as usize]) {
-                if state.marked {
-                    particle.remove::<Reordered>();
-                } else {
-                    particle.insert(Reordered);
-                }
-            }
-        };
+        let entity = |handle: &z_curve::Handle| state.entities[handle.1 as usize];
         if state.downwards {
-            state.handles.iter().for_each(|handle| move_row(handle.1));
+            move_rows(world, state.marked, state.handles.iter().map(entity));
         } else {
-            state
-                .handles
-                .iter()
-                .rev()
-                .for_each(|handle| move_row(handle.1));
+            move_rows(world, state.marked, state.handles.iter().rev().map(entity));
         }
         state.marked = !state.marked;
         state.downwards = !state.downwards;
     });
     world.resource_mut::<FluidIndex>().reordered = true;
+}
+
+/// Moves every row to the place it had when the rows were of `entities`.
+pub(crate) fn bring_back(world: &mut World, entities: &[Entity], downwards: bool) {
+    world.resource_scope(|world, mut state: Mut<ReorderState>| {
+        gather_strays(world, state.marked);
+        move_rows(world, state.marked, entities.iter().copied());
+        state.marked = !state.marked;
+        state.downwards = downwards;
+    });
+}
+
+/// Moves the rows of `entities`, in this order, from the one side to the other.
+fn move_rows(world: &mut World, marked: bool, entities: impl Iterator<Item = Entity>) {
+    for entity in entities {
+        if let Ok(mut particle) = world.get_entity_mut(entity) {
+            if marked {
+                particle.remove::<Reordered>();
+            } else {
+                particle.insert(Reordered);
+            }
+        }
+    }
 }
 
 /// Brings particles that a host spawned since the last time to the side where the others are, so that no row waits in

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use overfall::Plan;
-use overfall::scene::Scene;
+use overfall::scene::{Cfl, Scene, TimeStep};
 
 use super::report::size;
 use super::{Exit, Failure, console, options};
@@ -45,7 +45,7 @@ fn text(scene: &Scene, plan: &Plan, threads: usize) -> String {
         let _ = writeln!(text, "  {name:<15} {value}");
     }
     text.push_str(&phases(plan));
-    text.push_str(&time_step(plan));
+    text.push_str(&time_step(scene, plan));
     text.push_str(&memory(plan));
     text
 }
@@ -62,8 +62,21 @@ fn phases(plan: &Plan) -> String {
     text
 }
 
-fn time_step(plan: &Plan) -> String {
-    let mut text = "\nThe time step is at most\n".to_owned();
+fn time_step(scene: &Scene, plan: &Plan) -> String {
+    let mut text = match scene.time_step {
+        TimeStep::Fixed(dt) => format!("\nThe time step is {dt:e} s; it should be at most\n"),
+        TimeStep::Cfl(Cfl { min, max, .. }) => {
+            format!("\nThe time step is from {min:e} to {max:e} s, and at most\n")
+        }
+        TimeStep::Adaptive(scheme) => format!(
+            "\nThe time step is from {:e} to {:e} s; steps are taken back where the largest density error jumps by {:.1} % or \
+             is above {:.1} %\nIt shrinks above\n",
+            scheme.min,
+            scheme.max,
+            800.0 * scheme.density_error,
+            100.0 * scheme.max_density_error,
+        ),
+    };
     for (name, limit) in &plan.time_step_limits {
         let limit = if limit.is_finite() {
             format!("{limit:.3e} s")

@@ -59,6 +59,10 @@ impl Progress {
         };
         self.pace.steps += 1;
         self.pace.stepping += taken;
+        self.pace.taken_back += report
+            .taken_back
+            .as_ref()
+            .map_or(0, |back| u64::from(back.steps));
         let elapsed = self.shown.elapsed();
         if elapsed < interval {
             return;
@@ -129,6 +133,8 @@ struct Pace {
     stepping: Duration,
     /// Wall time a step, over the steps before the last showing [ms].
     ms_per_step: f64,
+    /// Steps taken back in all.
+    taken_back: u64,
 }
 
 impl Pace {
@@ -169,13 +175,17 @@ fn state(goal: Goal, report: &StepReport, pace: &Pace) -> String {
         ),
         Goal::Steps(end) => format!("step {}/{end}, t {:.4} s", report.step, report.time),
     };
-    format!(
+    let mut state = format!(
         "{at}, dt {:.1e} s, {} iterations, error {:.2} %, {:.1} ms/step",
         report.dt,
         report.iterations,
         100.0 * report.max_density_error,
         pace.ms_per_step,
-    )
+    );
+    if pace.taken_back > 0 {
+        state.push_str(&format!(", {} taken back", pace.taken_back));
+    }
+    state
 }
 
 /// Seconds as `h:mm:ss`, `m:ss` under an hour.

@@ -1,5 +1,6 @@
 //! Frames and pictures, written beside the steps that follow.
 
+use std::fs;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::{Builder, JoinHandle};
 
@@ -16,8 +17,15 @@ const WAITING: usize = 1;
 
 /// Writes the frames it is given, in a thread of its own.
 pub(super) struct Recorder {
-    sender: SyncSender<Frame>,
+    sender: SyncSender<Task>,
     writer: JoinHandle<Recorded>,
+}
+
+/// What the writer is to do.
+enum Task {
+    Write(Frame),
+    /// The run went back to this time [s]: frames after it never were.
+    WithdrawAfter(f64),
 }
 
 /// What came of the frames.
@@ -42,6 +50,7 @@ impl Recorder {
             formats: scene.output.formats.clone(),
             series: Series::new(folder.series()),
             painter: scene.output.pictures.then(|| Painter::new(scene)),
+            times: Vec::new(),
         };
         let writer = Builder::new()
             .name("frame writer".to_owned())
@@ -54,7 +63,13 @@ impl Recorder {
 
     /// Hands over a frame; waits while an earlier one is still waiting.
     pub(super) fn record(&self, frame: Frame) -> Result<(), GaveUp> {
-        self.sender.send(frame).map_err(|_| GaveUp)
+        self.sender.send(Task::Write(frame)).map_err(|_| GaveUp)
+    }
+
+    /// Takes back the frames after a time [s]: their files go.
+    pub(super) fn withdraw_after(&self, time: f64) -> Result<(), GaveUp> {
+        let task = Task::WithdrawAfter(time);
+        self.sender.send(task).map_err(|_| GaveUp)
     }
 
     /// Waits until all frames are written.
@@ -73,23 +88,49 @@ struct Writer {
     formats: Vec<FrameFormat>,
     series: Series,
     painter: Option<Painter>,
+    /// Times of the frames that are written [s], by number.
+    times: Vec<f64>,
 }
 
 impl Writer {
-    fn write_all(mut self, frames: &Receiver<Frame>) -> Recorded {
-        let mut recorded = Recorded::default();
+    fn write_all(mut self, tasks: &Receiver<Task>) -> Recorded {
+        let mut failure = None;
         // Returning drops the receiver, which tells the run that there is no use in going on.
-        while let Ok(frame) = frames.recv() {
-            if let Err(error) = self.write(recorded.frames, &frame) {
-                recorded.failure = Some(format!("cannot write {error}"));
+        while let Ok(task) = tasks.recv() {
+            let done = match task {
+                Task::Write(frame) => self.write(&frame),
+                Task::WithdrawAfter(time) => self.withdraw_after(time),
+            };
+            if let Err(error) = done {
+                failure = Some(format!("cannot write {error}"));
                 break;
             }
-            recorded.frames += 1;
         }
-        recorded
+        Recorded {
+            frames: self.times.len() as u64,
+            failure,
+        }
     }
 
-    fn write(&mut self, number: u64, frame: &Frame) -> Result<(), OutputError> {
+    fn withdraw_after(&mut self, time: f64) -> Result<(), OutputError> {
+        self.series.withdraw_after(time)?;
+        while self.times.pop_if(|last| *last > time).is_some() {
+            let number = self.times.len() as u64;
+            let files = self
+                .formats
+                .iter()
+                .map(|&format| self.folder.frame(number, format));
+            let frames = files.map(|file| self.folder.root().join(file));
+            let picture = self.painter.iter().map(|_| self.folder.picture(number));
+            for path in frames.chain(picture) {
+                fs::remove_file(&path).map_err(|source| OutputError::Io { path, source })?;
+            }
+        }
+        Ok(())
+    }
+
+    fn write(&mut self, frame: &Frame) -> Result<(), OutputError> {
+        let number = self.times.len() as u64;
         for &format in &self.formats {
             let file = self.folder.frame(number, format);
             frame.write(&self.folder.root().join(&file), format)?;
@@ -98,9 +139,10 @@ impl Writer {
                 self.series.push(frame.time, &file)?;
             }
         }
-        match &self.painter {
-            Some(painter) => painter.paint(frame, &self.folder.picture(number)),
-            None => Ok(()),
+        if let Some(painter) = &self.painter {
+            painter.paint(frame, &self.folder.picture(number))?;
         }
+        self.times.push(frame.time);
+        Ok(())
     }
 }

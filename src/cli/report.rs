@@ -46,6 +46,16 @@ pub(super) fn text(summary: &Summary, scene: &Scene, folder: &RunFolder) -> Stri
             summary.mean_iterations
         ),
     ));
+    if summary.roll_backs > 0 {
+        rows.push((
+            "went back",
+            format!(
+                "{}, {} taken back",
+                count(summary.roll_backs, "time"),
+                count(summary.steps_taken_back, "step")
+            ),
+        ));
+    }
     if let Some(bytes) = summary.peak_rss_bytes {
         rows.push(("memory", format!("{} at most", size(bytes as f64))));
     }

@@ -45,7 +45,7 @@ pub(super) fn run(options: &options::Run) -> Result<Exit, Failure> {
         progress,
         totals: RunTotals::default(),
         stepping: Duration::ZERO,
-        recorded_step: None,
+        recorded_steps: Vec::new(),
     };
     let ended = run.step_to_the_end();
     let mut summary = run.finish(ended, &scene, &folder);
@@ -81,8 +81,8 @@ struct Run {
     totals: RunTotals,
     /// Wall time within the steps: unlike the run's wall time, without waiting for the recorder.
     stepping: Duration,
-    /// The step whose frame was recorded last.
-    recorded_step: Option<u64>,
+    /// The steps that have a frame.
+    recorded_steps: Vec<u64>,
 }
 
 /// Why a run stops before its goal.
@@ -113,6 +113,11 @@ impl Run {
             self.totals.add(&report);
             self.history.push(&report)?;
             dt = report.dt.into();
+            if report.taken_back.is_some() {
+                self.withdraw(report.time)?;
+                self.progress.update(&report, taken);
+                continue;
+            }
             let next_dt = self.simulation.world().resource::<Clock>().next_dt;
             if self.clock.is_due(report.time, next_dt.into()) {
                 self.record()?;
@@ -124,12 +129,24 @@ impl Run {
     /// Hands the present state to the recorder, unless it has it.
     fn record(&mut self) -> Result<(), GaveUp> {
         let step = self.totals.steps();
-        if self.recorded_step == Some(step) {
+        if self.recorded_steps.last() == Some(&step) {
             return Ok(());
         }
-        self.recorded_step = Some(step);
+        self.recorded_steps.push(step);
         let frame = Frame::from_world(self.simulation.world_mut());
         self.recorder.record(frame)
+    }
+
+    /// Takes back what was written of steps after `time` [s], where the run stands again.
+    fn withdraw(&mut self, time: f64) -> Result<(), GaveUp> {
+        self.clock.set_back(time);
+        let step = self.totals.steps();
+        let frames = self.recorded_steps.len();
+        self.recorded_steps.retain(|&recorded| recorded <= step);
+        if self.recorded_steps.len() < frames {
+            self.recorder.withdraw_after(time)?;
+        }
+        Ok(())
     }
 
     /// Writes all that is left to write, and sums up.

@@ -44,6 +44,8 @@ pub(super) struct FrameClock {
     next: f64,
     /// Multiples from here on are left to the last frame [s].
     end: f64,
+    /// Time of the last frame [s], and the multiple that was next before it.
+    last: Option<(f64, f64)>,
 }
 
 impl FrameClock {
@@ -56,6 +58,7 @@ impl FrameClock {
                 Goal::Time(end) => end,
                 Goal::Steps(_) => f64::INFINITY,
             },
+            last: None,
         }
     }
 
@@ -69,9 +72,18 @@ impl FrameClock {
         let reached = ((time + 0.5 * next_dt) * self.per_second).floor();
         let is_due = reached >= self.next;
         if is_due {
+            self.last = Some((time, self.next));
             self.next = reached + 1.0;
         }
         is_due
+    }
+
+    /// Takes note that the run went back to `time`: a frame after it is due again. The last suffices, as a run goes back
+    /// over one step that may have had a frame.
+    pub(super) fn set_back(&mut self, time: f64) {
+        if let Some((_, next)) = self.last.take_if(|last| last.0 > time) {
+            self.next = next;
+        }
     }
 }
 
@@ -120,6 +132,17 @@ mod tests {
         assert_eq!(run(25.0, f64::from(0.001_f32), 0.4).1.len(), 9);
         // The multiple at the end is nearest to the step before the last.
         assert_eq!(run(1.0, 0.3, 1.0).1.len(), 0);
+    }
+
+    #[test]
+    fn a_frame_of_a_step_taken_back_is_due_again() {
+        let mut clock = FrameClock::new(10.0, Goal::Time(1.0));
+        assert!(clock.is_due(0.1, 0.02));
+        clock.set_back(0.1);
+        assert!(!clock.is_due(0.12, 0.02), "the frame stands");
+        clock.set_back(0.08);
+        assert!(clock.is_due(0.099, 0.005));
+        assert!(!clock.is_due(0.104, 0.005));
     }
 
     #[test]

@@ -279,15 +279,25 @@ impl CompactHashing {
         used.collision |= used.cell != cell;
         let old = used.range();
         used.len = needed;
+        // Points of one spatial cell stay side by side, so that they can be handed out as a slice, and in the order of
+        // their rows, so that neighbours come in one order however the points got there.
+        let mut rows = rows.peekable();
         let mut place = old.end;
-        // Points of one spatial cell stay side by side, so that they can be handed out as a slice.
-        if used.collision {
-            let mut entries = old.clone();
-            if let Some(kin) = entries.rfind(|&entry| self.pool.cell(&self.grid, entry) == cell) {
-                place = kin + 1;
-                self.pool.shift(place..old.end, place + rows.len());
+        let is_kin = |entry: usize| self.pool.cell(&self.grid, entry) == cell;
+        if used.collision
+            && let Some(kin) = old.clone().rfind(|&entry| is_kin(entry))
+        {
+            place = kin + 1;
+        }
+        if let Some(&first) = rows.peek() {
+            while place > old.start
+                && self.pool.entries.rows[place - 1] > first
+                && (!used.collision || is_kin(place - 1))
+            {
+                place -= 1;
             }
         }
+        self.pool.shift(place..old.end, place + rows.len());
         for (entry, row) in (place..).zip(rows) {
             self.pool.set(entry, row, points[row as usize]);
         }

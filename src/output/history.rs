@@ -16,7 +16,7 @@ const BUFFER_BYTES: usize = 1 << 16;
 const BUFFER_TIME: Duration = Duration::from_secs(1);
 
 /// Columns before the phases; their names end in their SI unit where they have one.
-const COLUMNS: [&str; 12] = [
+const COLUMNS: [&str; 13] = [
     "step",
     "t_s",
     "dt_s",
@@ -29,9 +29,14 @@ const COLUMNS: [&str; 12] = [
     "max_speed_m_per_s",
     "particles",
     "mean_neighbours",
+    "steps_taken_back",
 ];
 
 /// Writes `history.csv`: a row a step, wall time of the phases in milliseconds (`rebuild_index_ms`, …).
+///
+/// `steps_taken_back` is 0 in the row of a step. Where the run went back (`time_step: Adaptive`) it is not, and the row is of no
+/// step: `step` and `t_s` are those where the run stands again, the rest is of the step that went wrong. The rows above
+/// it with a later `step` are of steps that were taken back; they stay, the rows below take their place.
 ///
 /// Only whole rows ever go to the file: what an interruption leaves is valid. Rows that wait are written by
 /// [`flush`](Self::flush) or when the history is dropped.
@@ -52,7 +57,7 @@ impl History {
         Self::start(path, &header())
     }
 
-    /// Goes on with the history of a run that resumes after a step: the rows up to that step stay. A missing
+    /// Goes on with the history of a run that resumes after a step: the rows up to the last of that step stay. A missing
     /// file, or one with other columns, is started afresh.
     ///
     /// # Errors
@@ -65,10 +70,11 @@ impl History {
         };
         let mut kept = header();
         if let Some(rows) = old.strip_prefix(&header()) {
-            rows.split_inclusive('\n')
-                .filter(|row| row.ends_with('\n'))
-                .take_while(|row| step_of(row).is_some_and(|step| step <= after_step))
-                .for_each(|row| kept.push_str(row));
+            let rows = rows.split_inclusive('\n').filter(|row| row.ends_with('\n'));
+            let rows: Vec<_> = rows.map_while(|row| Some((step_of(row)?, row))).collect();
+            let last = rows.iter().rposition(|&(step, _)| step <= after_step);
+            let stay = &rows[..last.map_or(0, |last| last + 1)];
+            stay.iter().for_each(|(_, row)| kept.push_str(row));
         }
         Self::start(path, &kept)
     }
@@ -133,7 +139,7 @@ fn push_row(text: &mut String, r: &StepReport) {
     // Writing to a String cannot fail.
     let _ = write!(
         text,
-        "{},{},{:e},{},{},{:e},{:e},{:e},{:e},{},{},{}",
+        "{},{},{:e},{},{},{:e},{:e},{:e},{:e},{},{},{},{}",
         r.step,
         r.time,
         r.dt,
@@ -146,6 +152,9 @@ fn push_row(text: &mut String, r: &StepReport) {
         r.max_speed,
         r.particles,
         r.mean_neighbours,
+        r.taken_back
+            .as_ref()
+            .map_or(0, |taken_back| taken_back.steps),
     );
     for seconds in r.phase_seconds {
         let _ = write!(text, ",{:.4}", seconds * 1e3);

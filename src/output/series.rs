@@ -57,8 +57,25 @@ impl Series {
             time,
             file: file.to_owned(),
         });
+        self.write()
+    }
+
+    fn write(&self) -> Result<(), OutputError> {
         let text = self.text();
         write_atomically(&self.path, |out| out.write_all(text.as_bytes()))
+    }
+
+    /// Takes back the frames after a time [s] and writes the file, if there are some.
+    ///
+    /// # Errors
+    /// As [`push`](Self::push).
+    pub fn withdraw_after(&mut self, time: f64) -> Result<(), OutputError> {
+        let frames = self.entries.len();
+        self.entries.retain(|entry| entry.time <= time);
+        if self.entries.len() == frames {
+            return Ok(());
+        }
+        self.write()
     }
 
     /// The frames, in the order of their times.

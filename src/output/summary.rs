@@ -46,8 +46,14 @@ pub struct Summary {
     pub threads: usize,
     /// Which SIMD path ran.
     pub instruction_set: String,
-    /// Steps of this run.
+    /// Steps of this run, without those that were taken back.
     pub steps: u64,
+    /// Times that the run went back (`time_step: Adaptive`).
+    #[serde(default)]
+    pub roll_backs: u64,
+    /// Steps taken back by that, those that went wrong included. Their cost is part of the means.
+    #[serde(default)]
+    pub steps_taken_back: u64,
     /// Frames written.
     pub frames: u64,
     /// Simulated time at the end [s].
@@ -108,26 +114,47 @@ pub struct RunTotals {
     iterations: u64,
     time: f64,
     particles: usize,
-    max_density_error: f32,
-    mean_density_error: f64,
+    roll_backs: u64,
+    steps_taken_back: u64,
+    errors: Errors,
+    /// Of all steps but the last, which may be taken back.
+    errors_before: Errors,
     phase_seconds: [f64; Phase::ALL.len()],
 }
 
+/// Density errors of all steps.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+struct Errors {
+    largest: f32,
+    mean_sum: f64,
+}
+
 impl RunTotals {
-    /// Adds a step.
+    /// Adds a step, or takes some back.
     pub fn add(&mut self, report: &StepReport) {
-        self.steps += 1;
         self.iterations += u64::from(report.iterations);
         self.time = report.time;
         self.particles = report.particles;
-        self.max_density_error = self.max_density_error.max(report.max_density_error);
-        self.mean_density_error += f64::from(report.mean_density_error);
+        if let Some(taken_back) = &report.taken_back {
+            self.roll_backs += 1;
+            self.steps_taken_back += u64::from(taken_back.steps);
+            // The step that went wrong was never added.
+            if taken_back.steps > 1 {
+                self.steps -= u64::from(taken_back.steps - 1).min(self.steps);
+                self.errors = self.errors_before;
+            }
+        } else {
+            self.steps += 1;
+            self.errors_before = self.errors;
+            self.errors.largest = self.errors.largest.max(report.max_density_error);
+            self.errors.mean_sum += f64::from(report.mean_density_error);
+        }
         for (sum, seconds) in self.phase_seconds.iter_mut().zip(report.phase_seconds) {
             *sum += seconds;
         }
     }
 
-    /// Steps added.
+    /// Steps added and not taken back.
     pub fn steps(&self) -> u64 {
         self.steps
     }
@@ -141,14 +168,16 @@ impl RunTotals {
             output_version: OUTPUT_VERSION,
             particles: self.particles,
             steps: self.steps,
+            roll_backs: self.roll_backs,
+            steps_taken_back: self.steps_taken_back,
             simulated_s: self.time,
             ms_per_step: 1e3 * mean(self.phase_seconds.iter().sum()),
             ms_per_phase: phases
                 .map(|(phase, seconds)| (phase.name().to_owned(), 1e3 * mean(seconds)))
                 .collect(),
             mean_iterations: mean(self.iterations as f64),
-            max_density_error: self.max_density_error,
-            mean_density_error: mean(self.mean_density_error),
+            max_density_error: self.errors.largest,
+            mean_density_error: mean(self.errors.mean_sum),
             peak_rss_bytes: peak_rss_bytes(),
             ..Summary::default()
         }

@@ -12,7 +12,7 @@ use crate::{
     material::Material,
     scene::{Criterion, Dfsph, Iisph, NotConverged, Pcisph, PressureMethod},
     step::{Clock, Failure, FailureCause},
-    time_step::TimeStepControl,
+    time_step::{AdaptiveTimeStep, TimeStepControl},
 };
 
 /// One iteration of the pressure loop. A chain of systems without anything to overlap: it runs on one thread, whose
@@ -96,8 +96,9 @@ pub(super) fn has_pressure(solve: Res<PressureSolve>) -> bool {
 
 /// Iterates until the density error is small enough (phase `Pressure`).
 ///
-/// With an adaptive time step, one that turns out too long is halved and solved again before anything has moved: when
-/// the iterations take too many or a particle would move more than the paper's h/2.
+/// With a time step that follows the motion (`Cfl`), one that turns out too long is halved and solved again before
+/// anything has moved: when the iterations take too many or a particle would move more than the paper's h/2. With one that
+/// goes back (`Adaptive`) the iterations give up as early, and the step is taken back.
 pub fn solve_pressure(world: &mut World) {
     let convergence = *world.resource::<Convergence>();
     let mut warm_start = convergence.warm_start;
@@ -105,7 +106,11 @@ pub fn solve_pressure(world: &mut World) {
         let shorter = world
             .get_resource::<TimeStepControl>()
             .and_then(|control| control.shorter(world.resource::<Clock>().dt));
-        let max_iterations = if shorter.is_some() {
+        let goes_back = convergence.not_converged == NotConverged::Stop
+            && world
+                .get_resource::<AdaptiveTimeStep>()
+                .is_some_and(|scheme| scheme.may_go_back(world.resource::<Clock>().dt));
+        let max_iterations = if shorter.is_some() || goes_back {
             PATIENCE.min(convergence.max_iterations)
         } else {
             convergence.max_iterations
@@ -141,7 +146,7 @@ pub fn solve_pressure(world: &mut World) {
     }
 }
 
-/// Iterations after which a time step that may be halved is; the median step takes 3 to 10.
+/// Iterations after which a time step that may be shorter is; the median step takes 3 to 10.
 const PATIENCE: u32 = 50;
 
 /// Runs `iteration` until the error comes under its limit, which it says, or the iterations are too many.

@@ -117,4 +117,10 @@ impl Scene {
         matches!(self.boundary_handling, BoundaryHandling::DirectForcing(_))
             && !self.boundaries.is_empty()
     }
+
+    /// Largest speed that a particle starts with [m/s].
+    pub fn max_initial_speed(&self) -> f32 {
+        let speeds = self.bodies.iter().map(FluidBody::greatest_speed);
+        speeds.fold(0.0, f32::max)
+    }
 }

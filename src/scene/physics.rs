@@ -79,9 +79,12 @@ pub enum TimeStep {
     Fixed(f32),
     /// From the speeds, forces and viscosity of the last step.
     Cfl(Cfl),
+    /// From the speeds, forces and density errors of the last step, a little at a time; a step that meets a shock is
+    /// taken back and the one before it, too (Ihmsen et al. 2010).
+    Adaptive(Adaptive),
 }
 
-/// Limits of an adaptive time step (see `time_step`).
+/// Limits of a time step that follows the motion (see `time_step`).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Cfl {
@@ -91,6 +94,23 @@ pub struct Cfl {
     pub min: f32,
     /// Never above [s].
     pub max: f32,
+}
+
+/// Limits of the time step that goes back from a shock (see `time_step::adaptive`).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Adaptive {
+    /// Never below [s]. A step that goes wrong in spite of it fails.
+    pub min: f32,
+    /// Never above [s].
+    pub max: f32,
+    /// The first time step [s]; if absent, what the speeds and gravity at the start allow.
+    pub initial: Option<f32>,
+    /// η, the mean density error `(ρ − ρ0)/ρ0` up to which the time step grows [-]; a largest error that jumps by
+    /// more than 8 η is a shock. It is the scheme's own, whatever the pressure method limits.
+    pub density_error: f32,
+    /// A largest density error above it is a shock [-].
+    pub max_density_error: f32,
 }
 
 /// Structure that finds neighbours.
@@ -192,6 +212,19 @@ impl Default for Cfl {
             factor: 0.2,
             min: 1e-6,
             max: 5e-3,
+        }
+    }
+}
+
+impl Default for Adaptive {
+    fn default() -> Self {
+        let Cfl { min, max, .. } = Cfl::default();
+        Self {
+            min,
+            max,
+            initial: None,
+            density_error: 0.01,
+            max_density_error: 0.2,
         }
     }
 }

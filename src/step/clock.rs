@@ -39,6 +39,28 @@ impl Failure {
         }
     }
 
+    /// Whether something went wrong that goes right, perhaps, in a shorter step.
+    pub(crate) fn depends_on_the_time_step(&self) -> bool {
+        match &self.cause {
+            None | Some(FailureCause::LeftDomain | FailureCause::DomainTooLarge(_)) => false,
+            Some(
+                FailureCause::NotFinite { .. }
+                | FailureCause::TooFast { .. }
+                | FailureCause::OverCompressed { .. }
+                | FailureCause::NotConverged { .. }
+                | FailureCause::Shock(_),
+            ) => true,
+        }
+    }
+
+    /// Takes the failure away, and says what it was and of which particle.
+    pub(crate) fn forgive(&mut self) -> Option<(FailureCause, Option<(Entity, Vec3)>)> {
+        let Self {
+            cause, particle, ..
+        } = std::mem::take(self);
+        cause.map(|cause| (cause, particle))
+    }
+
     /// The failure as an error of this step.
     pub(super) fn error(&self, clock: &Clock) -> Option<StepError> {
         self.cause.clone().map(|cause| StepError {

@@ -33,7 +33,7 @@ use crate::{
         BoundaryHandling, Neighbours, PressureMethod, Scene, SceneError, SurfaceTension, Viscosity,
         shapes,
     },
-    time_step::TimeStepControl,
+    time_step,
 };
 
 /// Why a scene could not be set up.
@@ -165,10 +165,7 @@ fn spawn_fluid(
 }
 
 fn insert_step_resources(world: &mut World, scene: &Scene, material: &Material) {
-    let (dt, control) = TimeStepControl::new(scene);
-    if let Some(control) = control {
-        world.insert_resource(control);
-    }
+    let dt = time_step::install(world, scene);
     if let Some(bounds) = scene.domain {
         world.insert_resource(Domain(bounds));
     }

@@ -5,7 +5,7 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 use super::stage::{Datum, Stage};
-use crate::scene::Scene;
+use crate::scene::{Scene, TimeStep};
 
 /// An order file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -70,6 +70,17 @@ pub enum OrderError {
         maker: &'static str,
         /// Whether it exists but is out of date.
         stale: bool,
+    },
+    /// A stage uses what is left over, and steps may be taken back.
+    #[error(
+        "stage `{stage}` uses {datum} left over from an earlier step, which `time_step: Adaptive` may have taken back; \
+         use `Cfl` or `Fixed`"
+    )]
+    CannotGoBack {
+        /// The stage.
+        stage: &'static str,
+        /// What is left over.
+        datum: Datum,
     },
     /// No stage moves the particles.
     #[error("the order never runs `integrate`: time would stand still")]
@@ -196,6 +207,12 @@ impl Checker<'_> {
                     maker,
                     stale: exists,
                 });
+            }
+            if !self.current.contains(&datum)
+                && matches!(self.scene.time_step, TimeStep::Adaptive(_))
+            {
+                let stage = stage.name;
+                return Err(OrderError::CannotGoBack { stage, datum });
             }
         }
         if stage.spoils_all {

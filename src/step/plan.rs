@@ -13,7 +13,7 @@ use crate::{
     index,
     material::Material,
     scene::{IndexStructure, Neighbours, PressureMethod, Scene, TimeStep, shapes},
-    time_step,
+    time_step::{self, adaptive, roll_back::KEPT_BYTES},
 };
 
 /// The plan of a scene.
@@ -97,6 +97,9 @@ fn bytes_per_particle(scene: &Scene, neighbours: f32) -> Vec<(String, f64)> {
             f64::from(neighbours) * 4.0 * 17.0 / 16.0 + 16.0,
         ));
     }
+    if let TimeStep::Adaptive(_) = scene.time_step {
+        bytes.push(("state to go back to".to_owned(), KEPT_BYTES as f64));
+    }
     match scene.pressure {
         PressureMethod::Sesph(_) => {}
         PressureMethod::Pcisph(_) => {
@@ -149,18 +152,15 @@ fn time_step_limits(
         (low.min(x), high.max(x))
     });
     let gravity = scene.gravity.length();
-    let start = scene
-        .bodies
-        .iter()
-        .map(|body| body.greatest_speed())
-        .fold(0.0, f32::max);
+    let start = scene.max_initial_speed();
     let fall = (2.0 * gravity * (high - low).max(0.0) + start * start).sqrt();
-    let factor = match scene.time_step {
-        TimeStep::Cfl(cfl) => cfl.factor,
+    let h = scene.support_radius();
+    let [speed, force] = match scene.time_step {
+        TimeStep::Cfl(cfl) => time_step::motion_limits(cfl.factor, h, fall, gravity),
         // The hard limit: nothing moves more than h/2.
-        TimeStep::Fixed(_) => 0.5,
+        TimeStep::Fixed(_) => time_step::motion_limits(0.5, h, fall, gravity),
+        TimeStep::Adaptive(_) => adaptive::motion_limits(h, fall, gravity),
     };
-    let [speed, force] = time_step::motion_limits(factor, scene.support_radius(), fall, gravity);
     let mut limits = vec![
         (
             format!(

@@ -14,9 +14,12 @@ use crate::{
     integrate::Motion,
     neighbours::{BoundaryNeighbours, FluidNeighbours},
     pressure::PressureSolve,
+    time_step::{AdaptiveTimeStep, Shock, TakenBack},
 };
 
-/// What one step did.
+/// What one step did. A step that was taken back is counted in no measure of the next, but is reported: number and time are
+/// those where the run stands now, length, errors and iterations those of the step that went wrong, and so are the
+/// energies and the speed if it came so far, else those of the step before.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct StepReport {
     /// Number of the step, from 1.
@@ -45,6 +48,8 @@ pub struct StepReport {
     pub mean_neighbours: f32,
     /// Wall time of every phase [s], in the order of [`Phase::ALL`].
     pub phase_seconds: [f64; Phase::ALL.len()],
+    /// Steps taken back, and why, with a time step that is `Adaptive`; then this was no step forwards.
+    pub taken_back: Option<TakenBack>,
 }
 
 /// Why a step failed. The columns keep the last good state.
@@ -109,6 +114,9 @@ pub enum FailureCause {
         /// The limit [-].
         limit: f32,
     },
+    /// The step met a shock, and the time step could not be made smaller (`time_step: Adaptive` only).
+    #[error("shock: {0}")]
+    Shock(Shock),
 }
 
 fn place(particle: &Option<(Entity, Vec3)>) -> String {
@@ -134,7 +142,7 @@ impl Default for StepOutcome {
 pub(super) fn finish(
     mut outcome: ResMut<StepOutcome>,
     failure: Res<Failure>,
-    clock: Res<Clock>,
+    (clock, adaptive): (Res<Clock>, Option<Res<AdaptiveTimeStep>>),
     timer: Res<PhaseTimer>,
     solve: Res<PressureSolve>,
     motion: Res<Motion>,
@@ -166,5 +174,6 @@ pub(super) fn finish(
         particles,
         mean_neighbours: pairs as f32 / particles.max(1) as f32,
         phase_seconds: timer.seconds,
+        taken_back: adaptive.and_then(|adaptive| adaptive.taken_back.clone()),
     });
 }

@@ -24,7 +24,8 @@ use crate::{
         iisph, pcisph,
         solve::PressureIteration,
     },
-    scene::{Executor, PressureMethod, Scene},
+    scene::{Executor, PressureMethod, Scene, TimeStep},
+    time_step::roll_back,
 };
 
 /// The schedule of one step. A host runs it, and may add systems before, after and between its [`Phase`]s.
@@ -59,8 +60,12 @@ pub(super) fn add_schedules(
     }
     let mut configs = vec![(clock::begin, start_timer).chain()];
     add_stages(&order.stages, scene, None, &mut configs);
+    configs.push(clock::name_the_particle.in_set(Phase::Observe));
+    if matches!(scene.time_step, TimeStep::Adaptive(_)) {
+        configs.push(roll_back::roll_back.in_set(Phase::Observe));
+    }
     configs.push(
-        (clock::name_the_particle, stop_watch(Phase::Observe), finish)
+        (stop_watch(Phase::Observe), finish)
             .chain()
             .in_set(Phase::Observe),
     );

@@ -7,7 +7,7 @@ use crate::{
     boundary::{contact, direct_forcing},
     column, density, force, index, integrate, neighbours, pressure, reorder,
     scene::{Neighbours, PressureMethod, Scene, SurfaceTension, TimeStep, Viscosity},
-    time_step,
+    time_step::{self, adaptive, roll_back},
 };
 
 /// Something that a stage makes and others need.
@@ -165,12 +165,22 @@ impl Stage {
             spoils_all: true,
             wanted: |_| true,
             systems: |scene| {
+                let guard = integrate::guard.into_configs();
                 let accept = (column::scatter_columns, clock::advance_clock).chain();
-                let accept = match scene.time_step {
-                    TimeStep::Fixed(_) => accept,
-                    TimeStep::Cfl(_) => (accept, time_step::choose_time_step).chain(),
+                let (guard, accept) = match scene.time_step {
+                    TimeStep::Fixed(_) => (guard, accept),
+                    TimeStep::Cfl(_) => (guard, (accept, time_step::choose_time_step).chain()),
+                    TimeStep::Adaptive(_) => (
+                        (guard, adaptive::detect_shock.run_if(clock::healthy)).chain(),
+                        (
+                            roll_back::keep_state,
+                            accept,
+                            adaptive::choose_adaptive_time_step,
+                        )
+                            .chain(),
+                    ),
                 };
-                let guard = (integrate::guard, accept.run_if(clock::healthy)).chain();
+                let guard = (guard, accept.run_if(clock::healthy)).chain();
                 let moved = if scene.boundaries.is_empty() {
                     integrate::integrate.into_configs()
                 } else if scene.forces_directly() {

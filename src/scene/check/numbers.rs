@@ -5,8 +5,8 @@ use crate::pressure::solve::Convergence;
 use crate::scene::load::options;
 use crate::scene::spans::scan;
 use crate::scene::{
-    BoundaryHandling, Cfl, Dfsph, Iisph, PressureMethod, Scene, StateEquation, SurfaceTension,
-    TimeStep, Viscosity,
+    Adaptive, BoundaryHandling, Cfl, Dfsph, Iisph, PressureMethod, Scene, StateEquation,
+    SurfaceTension, TimeStep, Viscosity,
 };
 
 /// Every number of the scene is finite: asked of the written scene, so a field added later is asked, too.
@@ -79,7 +79,8 @@ pub(super) fn numbers(scene: &Scene) -> Checked {
     }
     match scene.time_step {
         TimeStep::Fixed(dt) => positive("time_step.0", dt, "s")?,
-        TimeStep::Cfl(cfl) => adaptive(cfl)?,
+        TimeStep::Cfl(cfl) => follows_the_motion(cfl)?,
+        TimeStep::Adaptive(scheme) => adaptive(scheme)?,
     }
     let cell_size = scene.index.cell_size;
     ensure(
@@ -183,17 +184,49 @@ fn fluid(scene: &Scene) -> Checked {
     }
 }
 
-fn adaptive(cfl: Cfl) -> Checked {
+fn follows_the_motion(cfl: Cfl) -> Checked {
     let factor = cfl.factor;
     ensure(factor > 0.0 && factor <= 1.0, "time_step.factor", || {
         format!("the factor is {factor}; it must be above 0 and at most 1 (0.2 is usual)")
     })?;
-    positive("time_step.min", cfl.min, "s")?;
-    ensure(cfl.min <= cfl.max, "time_step.max", || {
+    bounds(cfl.min, cfl.max)
+}
+
+fn adaptive(scheme: Adaptive) -> Checked {
+    let Adaptive { min, max, .. } = scheme;
+    bounds(min, max)?;
+    let initial = scheme.initial.unwrap_or(max);
+    ensure((min..=max).contains(&initial), "time_step.initial", || {
         format!(
-            "the largest time step, {} s, is below the smallest, {} s",
-            cfl.max, cfl.min
+            "the first time step is {initial} s; it must be from {min} (`min`) to {max} s (`max`)"
         )
+    })?;
+    error_limit(
+        "time_step.density_error",
+        "mean density error up to which the time step grows",
+        scheme.density_error,
+    )?;
+    error_limit(
+        "time_step.max_density_error",
+        "largest density error that is no shock",
+        scheme.max_density_error,
+    )?;
+    ensure(
+        scheme.density_error <= scheme.max_density_error,
+        "time_step.max_density_error",
+        || {
+            format!(
+                "the largest density error, {}, is below the mean, {} (`density_error`)",
+                scheme.max_density_error, scheme.density_error
+            )
+        },
+    )
+}
+
+fn bounds(min: f32, max: f32) -> Checked {
+    positive("time_step.min", min, "s")?;
+    ensure(min <= max, "time_step.max", || {
+        format!("the largest time step, {max} s, is below the smallest, {min} s")
     })
 }
 

@@ -1,4 +1,5 @@
-//! The time step: fixed, or as large as speeds, forces, viscosity and sound allow.
+//! The time step: fixed, as large as speeds, forces, viscosity and sound allow, or the scheme of [`adaptive`] that goes
+//! back from a shock.
 //!
 //! | limit | dt at most | source |
 //! | --- | --- | --- |
@@ -7,17 +8,22 @@
 //! | viscosity | h²/(32 ν), 1/8 of the square of the smoothing length h/2 | Morris et al. 1997, eq. 23 |
 //! | sound | 0.4 h/c | Becker & Teschner 2007, eq. 18 |
 //!
-//! Speeds and forces are those of the step before. PCISPH adds a limit of its own: what an iteration costs is fixed,
+//! These are the limits of `Cfl`. Speeds and forces are those of the step before. PCISPH adds a limit of its own: what an iteration costs is fixed,
 //! how many a step needs grows faster than its length, so a step that took more than [`ITERATIONS`] is followed by a
 //! shorter one, and one that does not converge is halved before anything moves.
 
+pub mod adaptive;
+pub mod roll_back;
+
 use bevy_ecs::prelude::*;
+
+pub use adaptive::{AdaptiveTimeStep, Shock, TakenBack};
 
 use crate::{
     integrate::Motion,
     material::Material,
     pressure::{PressureSolve, state_equation::EquationOfState},
-    scene::{Cfl, FluidBody, PressureMethod, Scene, TimeStep, Viscosity},
+    scene::{Cfl, PressureMethod, Scene, TimeStep, Viscosity},
     step::Clock,
 };
 
@@ -32,7 +38,7 @@ const GROWTH: f32 = 1.1;
 const ITERATIONS: u32 = 10;
 const SHRINKAGE: f32 = 0.9;
 
-/// How the scene wants its time step.
+/// The control of a scene with `Cfl`.
 #[derive(Resource, Debug, Clone, Copy, PartialEq)]
 pub struct TimeStepControl {
     cfl: Cfl,
@@ -65,6 +71,13 @@ pub fn constant_limits(scene: &Scene) -> Vec<Limit> {
     limits
 }
 
+fn constant_limit(scene: &Scene) -> f32 {
+    let limits = constant_limits(scene);
+    limits
+        .iter()
+        .fold(f32::INFINITY, |least, limit| least.min(limit.1))
+}
+
 /// Limits by the motion, for a factor λ of the speed.
 pub fn motion_limits(factor: f32, h: f32, max_speed: f32, max_acceleration: f32) -> [Limit; 2] {
     [
@@ -73,34 +86,38 @@ pub fn motion_limits(factor: f32, h: f32, max_speed: f32, max_acceleration: f32)
     ]
 }
 
-impl TimeStepControl {
-    /// The first time step [s] of a scene, and the control of the next ones if they are not fixed.
-    pub fn new(scene: &Scene) -> (f32, Option<Self>) {
-        match scene.time_step {
-            TimeStep::Fixed(dt) => (dt, None),
-            TimeStep::Cfl(cfl) => {
-                let limits = constant_limits(scene);
-                let constant_limit = limits
-                    .iter()
-                    .fold(f32::INFINITY, |least, limit| least.min(limit.1));
-                let control = Self {
-                    cfl,
-                    constant_limit,
-                };
-                let speed = scene
-                    .bodies
-                    .iter()
-                    .map(FluidBody::greatest_speed)
-                    .fold(0.0, f32::max);
-                let dt = control.choose(
-                    scene.support_radius(),
-                    speed,
-                    scene.gravity.length(),
-                    f32::INFINITY,
-                );
-                (dt, Some(control))
-            }
+/// Inserts what the control of a scene's time step needs, and gives the first time step [s].
+pub fn install(world: &mut World, scene: &Scene) -> f32 {
+    match scene.time_step {
+        TimeStep::Fixed(dt) => dt,
+        TimeStep::Cfl(cfl) => {
+            let (dt, control) = TimeStepControl::new(cfl, scene);
+            world.insert_resource(control);
+            dt
         }
+        TimeStep::Adaptive(scheme) => {
+            let (dt, control) = adaptive::start(scheme, scene);
+            world.insert_resource(control);
+            world.init_resource::<roll_back::KeptState>();
+            dt
+        }
+    }
+}
+
+impl TimeStepControl {
+    /// The first time step [s] of a scene, and the control of the next ones.
+    fn new(cfl: Cfl, scene: &Scene) -> (f32, Self) {
+        let control = Self {
+            cfl,
+            constant_limit: constant_limit(scene),
+        };
+        let dt = control.choose(
+            scene.support_radius(),
+            scene.max_initial_speed(),
+            scene.gravity.length(),
+            f32::INFINITY,
+        );
+        (dt, control)
     }
 
     /// Half a time step [s], if the scene allows it.
@@ -119,7 +136,7 @@ impl TimeStepControl {
     }
 }
 
-/// Chooses the next step's length (phase `Integrate`; only if it is not fixed).
+/// Chooses the next step's length (phase `Integrate`; with `Cfl` only).
 pub fn choose_time_step(
     mut clock: ResMut<Clock>,
     control: Res<TimeStepControl>,

@@ -1,0 +1,321 @@
+//! The adaptive time step of Ihmsen, Akinci, Gissler & Teschner 2010 (*Boundary Handling and Adaptive Time-stepping for
+//! PCISPH*): it grows and shrinks by 0.2 % a step, and goes back where that was too slow.
+//!
+//! | | if |
+//! | --- | --- |
+//! | grows | 0.19 sqrt(h/a_max) > dt and 0.39 h/v_max > dt and e_max < 4.5 η and e_mean < 0.9 η |
+//! | shrinks | 0.2 sqrt(h/a_max) < dt or 0.4 h/v_max ≤ dt or e_max > 5.5 η or e_mean > η |
+//! | goes back | e_max is 8 η above that of the step before, or above the scene's limit, or 0.45 h/v_max < dt |
+//!
+//! e are the density errors that remain at the end of a step, η is the scene's `density_error`. Going back, the run
+//! stands where it stood two steps before ([`roll_back`](super::roll_back)) and goes on with
+//! min(0.2 sqrt(h/a_max), 0.08 h/v_max).
+//!
+//! Deviations. The error that a pressure method limits is not taken for η: one that limits the largest error would never
+//! see it reach 4.5 η, one that limits the mean to 0.01 % would always. With an equation of state the error does not
+//! depend on the time step, so there it neither grows nor shrinks it. A step that fails (not finite, too fast,
+//! over-compressed, not converged) is gone back from as from a shock. The time step behind a step taken back is at most
+//! half of that step's, so that going back comes to an end: at the scene's least time step, or after
+//! [`MOST_IN_A_ROW`] times before the place is passed, the step fails as it does without this scheme.
+
+use bevy_ecs::prelude::*;
+use glam::Vec3;
+
+use super::{ITERATIONS, Limit, constant_limit};
+use crate::{
+    integrate::Motion,
+    material::Material,
+    pressure::{DensityError, PressureSolve, solve::Convergence},
+    scene::{self, Scene},
+    step::{Clock, Failure, FailureCause},
+};
+
+const GROWTH: f32 = 1.002;
+const SHRINKAGE: f32 = 0.998;
+
+/// Times in a row that a run goes back before a step fails for good.
+pub const MOST_IN_A_ROW: u32 = 12;
+
+/// The scheme and what it remembers.
+#[derive(Resource, Debug, Clone, PartialEq)]
+pub struct AdaptiveTimeStep {
+    scheme: scene::Adaptive,
+    /// What viscosity and sound allow [s].
+    constant_limit: f32,
+    /// Whether the density error depends on the time step.
+    error_counts: bool,
+    /// Largest density error of the last step [-]; infinite before the first.
+    pub(super) largest_error: f32,
+    /// Times that the run went back and has not passed the place since.
+    in_a_row: u32,
+    /// The place: simulated time at the end of the step that failed last [s].
+    place: f64,
+    /// What the last run of the step's schedule took back.
+    pub(crate) taken_back: Option<TakenBack>,
+}
+
+/// Steps taken back.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TakenBack {
+    /// How many, the one that went wrong included: 2, or 1 where no older state is left to go back to.
+    pub steps: u32,
+    /// What went wrong.
+    pub cause: FailureCause,
+    /// The particle concerned and where it was [m], if one is.
+    pub particle: Option<(Entity, Vec3)>,
+}
+
+/// What makes a step one to go back from, though none of the failure guard's limits is broken.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Shock {
+    /// The largest density error grew by more than 8 η in a step.
+    #[error(
+        "the largest density error jumped from {before:.3e} to {error:.3e}, by more than 8 η = {limit:.3e}"
+    )]
+    ErrorJumped {
+        /// Largest error before [-].
+        before: f32,
+        /// Largest error of this step [-].
+        error: f32,
+        /// The largest jump, 8 η [-].
+        limit: f32,
+    },
+    /// The largest density error is above the scene's limit.
+    #[error(
+        "the largest density error {error:.3e} is above `time_step.max_density_error` = {limit:.3e}"
+    )]
+    ErrorTooLarge {
+        /// Largest error [-].
+        error: f32,
+        /// The limit [-].
+        limit: f32,
+    },
+    /// A particle moved more than 0.45 h.
+    #[error("a particle moved {displacement:.3e} m in one step, more than 0.45 h = {limit:.3e} m")]
+    TooFast {
+        /// Length of the movement [m].
+        displacement: f32,
+        /// The limit [m].
+        limit: f32,
+    },
+}
+
+/// The first time step [s] and the scheme of a scene.
+pub(super) fn start(scheme: scene::Adaptive, scene: &Scene) -> (f32, AdaptiveTimeStep) {
+    let adaptive = AdaptiveTimeStep {
+        scheme,
+        constant_limit: constant_limit(scene),
+        error_counts: Convergence::of(&scene.pressure).is_some(),
+        largest_error: f32::INFINITY,
+        in_a_row: 0,
+        place: 0.0,
+        taken_back: None,
+    };
+    let gentle = gentle(
+        scene.support_radius(),
+        scene.max_initial_speed(),
+        scene.gravity.length(),
+    );
+    let dt = adaptive.bounded(scheme.initial.unwrap_or(gentle));
+    (dt, adaptive)
+}
+
+/// The time step behind a shock [s], and the first.
+fn gentle(h: f32, max_speed: f32, max_acceleration: f32) -> f32 {
+    (0.2 * (h / max_acceleration).sqrt()).min(0.08 * h / max_speed)
+}
+
+/// Limits by the motion, above which the time step shrinks.
+pub fn motion_limits(h: f32, max_speed: f32, max_acceleration: f32) -> [Limit; 2] {
+    [
+        ("speed", 0.4 * h / max_speed),
+        ("force", 0.2 * (h / max_acceleration).sqrt()),
+    ]
+}
+
+impl AdaptiveTimeStep {
+    fn bounded(&self, dt: f32) -> f32 {
+        let scene::Adaptive { min, max, .. } = self.scheme;
+        dt.min(self.constant_limit).clamp(min, max)
+    }
+
+    /// Whether a step of this length [s] that goes wrong may be tried again with a shorter one.
+    pub fn may_go_back(&self, dt: f32) -> bool {
+        dt > self.scheme.min && self.in_a_row < MOST_IN_A_ROW
+    }
+
+    /// The time step [s] behind a good one of `dt`.
+    fn next(&self, dt: f32, limits: [Limit; 2], error: DensityError, iterations: u32) -> f32 {
+        let eta = self.scheme.density_error;
+        let [(_, speed), (_, force)] = limits;
+        let errors_are_large = self.error_counts && (error.largest > 5.5 * eta || error.mean > eta);
+        let errors_are_small =
+            !self.error_counts || error.largest < 4.5 * eta && error.mean < 0.9 * eta;
+        let shrinks = force < dt || speed <= dt || errors_are_large || iterations > ITERATIONS;
+        let change = if shrinks {
+            SHRINKAGE
+        } else if 0.19 / 0.2 * force > dt && 0.39 / 0.4 * speed > dt && errors_are_small {
+            GROWTH
+        } else {
+            1.0
+        };
+        self.bounded(change * dt)
+    }
+
+    /// Takes note that the run goes back from the step behind `clock`, and says the next time step [s].
+    pub(super) fn go_back(
+        &mut self,
+        clock: &Clock,
+        h: f32,
+        max_speed: f32,
+        max_acceleration: f32,
+    ) -> f32 {
+        self.in_a_row += 1;
+        self.place = self.place.max(clock.time + f64::from(clock.dt));
+        // Of a step that is not finite the motion says nothing, and of no use is a time step of zero.
+        let gentle = gentle(h, max_speed, max_acceleration);
+        let half = 0.5 * clock.dt;
+        self.bounded(if gentle > 0.0 { half.min(gentle) } else { half })
+    }
+}
+
+/// Refuses a step that met a shock (phase `Integrate`).
+pub fn detect_shock(
+    mut failure: ResMut<Failure>,
+    adaptive: Res<AdaptiveTimeStep>,
+    motion: Res<Motion>,
+    solve: Res<PressureSolve>,
+    material: Res<Material>,
+    clock: Res<Clock>,
+) {
+    let (error, before) = (solve.error.largest, adaptive.largest_error);
+    let mut shock = |shock, row| failure.record(FailureCause::Shock(shock), Some(row));
+    let limit = 0.45 * material.kernel.support_radius;
+    let displacement = clock.dt * motion.max_speed;
+    if displacement > limit {
+        let cause = Shock::TooFast {
+            displacement,
+            limit,
+        };
+        return shock(cause, motion.fastest_row());
+    }
+    let limit = adaptive.scheme.max_density_error;
+    if error > limit {
+        return shock(Shock::ErrorTooLarge { error, limit }, solve.error.row);
+    }
+    let limit = 8.0 * adaptive.scheme.density_error;
+    if error - before > limit {
+        let cause = Shock::ErrorJumped {
+            before,
+            error,
+            limit,
+        };
+        shock(cause, solve.error.row);
+    }
+}
+
+/// Chooses the next step's length (phase `Integrate`, when the step is good).
+pub fn choose_adaptive_time_step(
+    mut clock: ResMut<Clock>,
+    mut adaptive: ResMut<AdaptiveTimeStep>,
+    motion: Res<Motion>,
+    solve: Res<PressureSolve>,
+    material: Res<Material>,
+) {
+    adaptive.largest_error = solve.error.largest;
+    if clock.time >= adaptive.place {
+        adaptive.in_a_row = 0;
+    }
+    let h = material.kernel.support_radius;
+    let limits = motion_limits(h, motion.max_speed, motion.max_acceleration);
+    clock.next_dt = adaptive.next(clock.dt, limits, solve.error, solve.iterations);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::TimeStep;
+
+    fn scheme(pressure: &str) -> AdaptiveTimeStep {
+        let text = format!(
+            "(name: \"t\", spacing: 0.1, time_step: Adaptive(density_error: 0.01), pressure: {pressure},
+              bodies: [(shape: Box(min: (0, 0, 0), max: (1, 1, 1)), velocity: (0, -8, 0))])"
+        );
+        let scene = Scene::parse(&text, "t.ron", &[]).expect("a scene");
+        let TimeStep::Adaptive(adaptive) = scene.time_step else {
+            panic!("an adaptive scene");
+        };
+        let (dt, adaptive) = start(adaptive, &scene);
+        // 0.08 h/v, less than 0.2 sqrt(h/g) = 0.0286 s.
+        assert!((dt - 0.002).abs() < 1e-9, "{dt}");
+        adaptive
+    }
+
+    /// The change of a time step of 1 ms with h = 0.1 m.
+    fn change(
+        adaptive: &AdaptiveTimeStep,
+        speed: f32,
+        acceleration: f32,
+        largest: f32,
+        mean: f32,
+    ) -> f32 {
+        let error = DensityError {
+            largest,
+            mean,
+            row: 0,
+        };
+        1e3 * adaptive.next(1e-3, motion_limits(0.1, speed, acceleration), error, 10) - 1.0
+    }
+
+    #[test]
+    fn changes_by_the_published_conditions() {
+        let pcisph = scheme("Pcisph()");
+        let (up, down, same) = (0.002, -0.002, 0.0);
+        // The limits of speed are 39 and 40 m/s, those of the acceleration 3610 and 4000 m/s².
+        for (speed, acceleration, largest, mean, expected) in [
+            (38.0, 3500.0, 0.044, 0.0089, up),
+            (39.5, 3500.0, 0.044, 0.0089, same),
+            (40.1, 3500.0, 0.044, 0.0089, down),
+            (38.0, 3700.0, 0.044, 0.0089, same),
+            (38.0, 4100.0, 0.044, 0.0089, down),
+            (38.0, 3500.0, 0.050, 0.0089, same),
+            (38.0, 3500.0, 0.056, 0.0089, down),
+            (38.0, 3500.0, 0.044, 0.0095, same),
+            (38.0, 3500.0, 0.044, 0.0101, down),
+        ] {
+            let found = change(&pcisph, speed, acceleration, largest, mean);
+            assert!(
+                (found - expected).abs() < 1e-5,
+                "{found} for {speed} m/s, {acceleration} m/s², errors {largest} and {mean}"
+            );
+        }
+        let error = DensityError::default();
+        let change_by_iterations =
+            1e3 * pcisph.next(1e-3, motion_limits(0.1, 1.0, 1.0), error, 11) - 1.0;
+        assert!((change_by_iterations - down).abs() < 1e-5);
+        let sesph = scheme("Sesph(equation: Tait(stiffness: 1000))");
+        assert!((change(&sesph, 38.0, 3500.0, 0.056, 0.0101) - up).abs() < 1e-5);
+    }
+
+    #[test]
+    fn goes_back_to_the_published_time_step_or_half() {
+        let mut adaptive = scheme("Pcisph()");
+        let mut back = |dt, max_speed, max_acceleration| {
+            let clock = Clock {
+                dt,
+                ..Clock::default()
+            };
+            adaptive.go_back(&clock, 0.1, max_speed, max_acceleration)
+        };
+        assert!((back(4e-3, 8.0, 10.0) - 1e-3).abs() < 1e-9);
+        assert!((back(4e-3, 1.0, 1e5) - 2e-4).abs() < 1e-9);
+        assert!((back(4e-3, 1.0, 10.0) - 2e-3).abs() < 1e-9);
+        for nonsense in [f32::NAN, f32::INFINITY] {
+            assert!((back(4e-3, nonsense, nonsense) - 2e-3).abs() < 1e-9);
+        }
+        // The least time step is a millionth of a second.
+        assert_eq!(back(1.5e-6, 1.0, 10.0), 1e-6);
+        assert!(!adaptive.may_go_back(1e-6) && adaptive.may_go_back(2e-6));
+    }
+}

@@ -1,0 +1,147 @@
+//! Going back: the state before the last step is kept, and taken over again when the step after it goes wrong.
+//!
+//! A step that goes wrong is refused before the tables see it, so they are one step back already; with the state kept
+//! here it is two. It goes by entity, and rows that were reordered in between go back to their old order: sums over
+//! neighbours are folded in the order of the rows, so a step taken again with the same dt gives the same bits. What a
+//! host changed since is taken back with the rest.
+//!
+//! If particles came or went since, the state kept is of another fluid: then the step that went wrong alone is
+//! taken back.
+//!
+//! A method that keeps something from step to step keeps it as a component, and so here: pressures to start from.
+
+use bevy_ecs::prelude::*;
+
+use super::AdaptiveTimeStep;
+use super::adaptive::TakenBack;
+use crate::{
+    column::in_order,
+    index::FluidIndex,
+    integrate::Motion,
+    material::Material,
+    particle::{Density, Fluid, Position, Pressure, Velocity},
+    reorder::{self, ReorderState},
+    step::{Clock, Failure},
+};
+
+/// The state before the last good step, and where the run stood.
+#[derive(Resource, Debug, Default)]
+pub struct KeptState {
+    /// Whether there is one: not at the start, and not after it was gone back to.
+    kept: bool,
+    clock: Clock,
+    largest_error: f32,
+    downwards: bool,
+    /// In the order of the rows, as all columns.
+    entities: Vec<Entity>,
+    positions: Vec<Position>,
+    velocities: Vec<Velocity>,
+    densities: Vec<Density>,
+    pressures: Vec<Pressure>,
+}
+
+/// Bytes a fluid particle of the state that is kept.
+pub const KEPT_BYTES: usize = size_of::<Entity>()
+    + size_of::<Position>()
+    + size_of::<Velocity>()
+    + size_of::<Density>()
+    + size_of::<Pressure>();
+
+type Columns = (
+    Entity,
+    &'static Position,
+    &'static Velocity,
+    &'static Density,
+    &'static Pressure,
+);
+
+/// Keeps what the tables hold before they take a new state (phase `Integrate`, when the step is good).
+pub fn keep_state(
+    mut kept: ResMut<KeptState>,
+    fluid: Query<Columns, With<Fluid>>,
+    adaptive: Res<AdaptiveTimeStep>,
+    reorder: Option<Res<ReorderState>>,
+    clock: Res<Clock>,
+) {
+    let kept = &mut *kept;
+    kept.kept = true;
+    kept.clock = *clock;
+    kept.largest_error = adaptive.largest_error;
+    kept.downwards = reorder.is_some_and(|state| state.downwards);
+    kept.entities.clear();
+    kept.positions.clear();
+    kept.velocities.clear();
+    kept.densities.clear();
+    kept.pressures.clear();
+    let tables = fluid.contiguous_iter().into_iter().flatten();
+    for (entities, x, v, rho, p) in in_order(tables, |table| table.0) {
+        kept.entities.extend_from_slice(entities);
+        kept.positions.extend_from_slice(x);
+        kept.velocities.extend_from_slice(v);
+        kept.densities.extend_from_slice(rho);
+        kept.pressures.extend_from_slice(p);
+    }
+}
+
+/// Goes back if the step went wrong and a shorter one may go right (phase `Observe`): the run goes on, then.
+pub fn roll_back(world: &mut World) {
+    world.resource_scope(|world, mut adaptive: Mut<AdaptiveTimeStep>| {
+        adaptive.taken_back = None;
+        let clock = *world.resource::<Clock>();
+        let failure = world.resource::<Failure>();
+        if !failure.depends_on_the_time_step() || !adaptive.may_go_back(clock.dt) {
+            return;
+        }
+        let h = world.resource::<Material>().kernel.support_radius;
+        let motion = world.resource::<Motion>();
+        let dt = adaptive.go_back(&clock, h, motion.max_speed, motion.max_acceleration);
+        let older = world.resource_scope(|world, mut kept: Mut<KeptState>| {
+            let restored = std::mem::take(&mut kept.kept) && restore(world, &kept);
+            restored.then_some((kept.clock, kept.largest_error))
+        });
+        let (reached, largest_error) = older.unwrap_or((clock, adaptive.largest_error));
+        adaptive.largest_error = largest_error;
+        *world.resource_mut::<Clock>() = Clock {
+            dt: clock.dt,
+            next_dt: dt,
+            ..reached
+        };
+        if let Some((cause, particle)) = world.resource_mut::<Failure>().forgive() {
+            adaptive.taken_back = Some(TakenBack {
+                steps: (clock.step + 1 - reached.step) as u32,
+                cause,
+                particle,
+            });
+        }
+    });
+}
+
+/// Gives every particle its state and its row; does nothing, and says so, if these are other particles.
+fn restore(world: &mut World, kept: &KeptState) -> bool {
+    let mut fluid = world.query_filtered::<Entity, With<Fluid>>();
+    let mut present = Vec::with_capacity(kept.entities.len());
+    let tables = fluid.contiguous_iter(world).into_iter().flatten();
+    for entities in in_order(tables, |table| table) {
+        present.extend_from_slice(entities);
+    }
+    if present != kept.entities {
+        let mut before = kept.entities.clone();
+        present.sort_unstable();
+        before.sort_unstable();
+        if present != before {
+            return false;
+        }
+        if world.contains_resource::<ReorderState>() {
+            reorder::bring_back(world, &kept.entities, kept.downwards);
+        }
+        world.resource_mut::<FluidIndex>().reordered = true;
+    }
+    let mut fluid = world.query::<(&mut Position, &mut Velocity, &mut Density, &mut Pressure)>();
+    for (row, &entity) in kept.entities.iter().enumerate() {
+        if let Ok((mut x, mut v, mut rho, mut p)) = fluid.get_mut(world, entity) {
+            (*x, *v) = (kept.positions[row], kept.velocities[row]);
+            (*rho, *p) = (kept.densities[row], kept.pressures[row]);
+        }
+    }
+    true
+}
