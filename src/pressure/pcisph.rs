@@ -12,7 +12,8 @@
 //!
 //! Algorithm 2 corrects pressure and force once more after the prediction that met η, so the state it steps
 //! to was never predicted. In still water that was mostly harmless and now and then 20 to 30 % over the rest density.
-//! Here the step goes to the prediction that met η: the limit holds, and the neighbours are processed once less.
+//! Here the step goes to the prediction that met η: the limit holds, and the neighbours are processed once less. A scene
+//! that wants Algorithm 2 to the letter says `last_correction: true` ([`Pcisph`]).
 
 use bevy_ecs::{prelude::*, schedule::ScheduleConfigs, system::ScheduleSystem};
 use glam::{Vec3, Vec4};
@@ -28,7 +29,7 @@ use crate::{
     kernel::CubicSpline,
     material::Material,
     pairs::{PairSum, Pairs, accumulate, broadcast, separation},
-    scene::Scene,
+    scene::{Pcisph, Scene},
     simd::Simd,
     step::Clock,
 };
@@ -40,17 +41,20 @@ pub struct PressureCorrection {
     delta_dt_squared: f32,
     /// `|Σ_j ∇W_ij|² + Σ_j |∇W_ij|²` of the lattice.
     lattice_response: f32,
+    /// Whether the force of the last correction counts: Algorithm 2 to the letter.
+    last: bool,
 }
 
 impl PressureCorrection {
     /// The correction for a lattice of this material.
-    pub fn new(material: &Material) -> Self {
+    pub fn new(parameters: &Pcisph, material: &Material) -> Self {
         let response = lattice_response(material);
         let beta =
             2.0 * (f64::from(material.particle_mass) / f64::from(material.rest_density)).powi(2);
         Self {
             delta_dt_squared: (1.0 / (beta * response)) as f32,
             lattice_response: response as f32,
+            last: parameters.last_correction,
         }
     }
 }
@@ -80,8 +84,8 @@ pub fn iteration(scene: &Scene) -> ScheduleConfigs<ScheduleSystem> {
 }
 
 /// Inserts what the method needs.
-pub fn install(world: &mut World, material: &Material) {
-    world.insert_resource(PressureCorrection::new(material));
+pub fn install(world: &mut World, parameters: &Pcisph, material: &Material) {
+    world.insert_resource(PressureCorrection::new(parameters, material));
     world.init_resource::<PredictedDensities>();
     world.init_resource::<WallResponse>();
 }
@@ -144,7 +148,7 @@ fn update_pressure(
         Corrected {
             term: pressure / square,
             // The last correction exerts no force: with it still water would carry 8.7 % more than its weight.
-            kept: acted,
+            kept: if correction.last { pressure } else { acted },
             error: error / rest_density,
         }
     });

@@ -22,6 +22,10 @@ use crate::{
 #[derive(ScheduleLabel, Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct PressureIteration;
 
+/// The force of the last correction, where a scene of PCISPH wants the paper's Algorithm 2 to the letter.
+#[derive(ScheduleLabel, Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct LastCorrection;
+
 /// When a method's iterations end, and what they start from.
 #[derive(Resource, Debug, Clone, Copy, PartialEq)]
 pub struct Convergence {
@@ -124,6 +128,8 @@ pub fn solve_pressure(world: &mut World) {
                 ..convergence
             },
         );
+        // There only if the scene asks for it.
+        let _ = world.try_run_schedule(LastCorrection);
         if let Some(dt) = shorter
             && (!converged || moves_too_far(world))
         {

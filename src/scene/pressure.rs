@@ -56,6 +56,9 @@ pub struct Pcisph {
     pub not_converged: NotConverged,
     /// Share of the last step's pressures that the iterations start from [-].
     pub warm_start: f32,
+    /// Whether pressures are corrected once more after the prediction that met η, and the step is taken with their force:
+    /// the paper's Algorithm 2 to the letter. Without it the step goes to the prediction itself, and η holds for it.
+    pub last_correction: bool,
 }
 
 /// Parameters of IISPH. Those that it shares with [`Pcisph`] mean the same.
@@ -141,6 +144,7 @@ impl Default for Pcisph {
             max_iterations: 200,
             not_converged: NotConverged::Stop,
             warm_start: 0.0,
+            last_correction: false,
         }
     }
 }

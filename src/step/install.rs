@@ -123,7 +123,7 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
     insert_forces(world, scene);
     match scene.pressure {
         PressureMethod::Sesph(sesph) => world.insert_resource(EquationOfState(sesph.equation)),
-        PressureMethod::Pcisph(_) => pcisph::install(world, &material),
+        PressureMethod::Pcisph(parameters) => pcisph::install(world, &parameters, &material),
         PressureMethod::Iisph(parameters) => iisph::install(world, parameters),
         PressureMethod::Dfsph(parameters) => dfsph::install(world, parameters),
     }

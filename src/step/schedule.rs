@@ -21,8 +21,8 @@ use super::{
 use crate::{
     pressure::{
         dfsph::{self, DivergenceIteration},
-        iisph, pcisph,
-        solve::PressureIteration,
+        iisph, pcisph, pressure_force,
+        solve::{LastCorrection, PressureIteration},
     },
     scene::{Executor, PressureMethod, Scene, TimeStep},
     time_step::roll_back,
@@ -85,8 +85,11 @@ pub(super) fn add_schedules(
 
     match scene.pressure {
         PressureMethod::Sesph(_) => {}
-        PressureMethod::Pcisph(_) => {
-            add_iteration(world, PressureIteration, pcisph::iteration(scene))?
+        PressureMethod::Pcisph(parameters) => {
+            add_iteration(world, PressureIteration, pcisph::iteration(scene))?;
+            if parameters.last_correction {
+                add_iteration(world, LastCorrection, pressure_force.into_configs())?;
+            }
         }
         PressureMethod::Iisph(_) => add_iteration(world, PressureIteration, iisph::iteration())?,
         PressureMethod::Dfsph(_) => {
