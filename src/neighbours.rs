@@ -100,16 +100,17 @@ impl NeighbourLists {
             };
             start += len;
         }
-        if self.rows.len() < start {
-            // A little more, so that lists that lengthen step by step are not moved in every one.
-            self.rows
-                .reserve_exact(start + start / 16 - self.rows.len());
-            self.rows.resize(start, 0);
-        } else if self.rows.capacity() > start + start / 4 {
-            // Regions that ran out of room left holes behind, or the fluid has spread.
-            self.rows.truncate(start);
+        // What regions without room left behind at the end is free again.
+        self.rows.truncate(start);
+        if self.rows.capacity() > start + start / 2 {
             self.rows.shrink_to_fit();
         }
+        if self.rows.capacity() < start {
+            // A little more, so that lists that lengthen step by step are not moved in every one.
+            let room = start + start / 16;
+            self.rows.reserve_exact(room - self.rows.len());
+        }
+        self.rows.resize(start, 0);
     }
 }
 
@@ -217,6 +218,10 @@ pub fn search(
         if region.needed > region.len {
             let start = rows.len();
             let len = region.needed + CANDIDATE_ALIGNMENT;
+            // Not twice as much, as a vector would take: the next layout would give it back.
+            if rows.capacity() < start + len {
+                rows.reserve_exact(len + start / 16);
+            }
             rows.resize(start + len, 0);
             *region = Region {
                 start,

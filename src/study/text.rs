@@ -83,14 +83,13 @@ impl Table {
         let width = self.width();
         let _ = write!(
             text,
-            "\n{:<width$}  {:>8} {:>17} {:>6}  {:>9} {:>6}  {}\n",
+            "\n{:<width$}  {:>8} {:>17} {:>6}  {:>9} {:>6}  rank, reference's\n",
             self.heading(column),
             "here",
             "spread",
             "×",
             "reference",
-            "×",
-            "rank, reference's"
+            "×"
         );
         for row in rows {
             let known = |value: Option<f64>| value.map_or_else(|| "-".into(), short);
