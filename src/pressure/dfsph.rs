@@ -1,7 +1,7 @@
 //! DFSPH (Bender & Koschier 2015, *Divergence-Free SPH*; 2017): the velocities are freed of compression before the forces
 //! act on them, and then of the density error that they would lead to.
 //!
-//! Both solves are the Jacobi iteration of [`implicit`](super::implicit). The first ([`solve_divergence`], their
+//! Both solves are the Jacobi iteration of [`implicit`]. The first ([`solve_divergence`], their
 //! Algorithm 2) solves `Dρ_i/Dt(v + dv(τ)) ≤ 0` for impulses τ = dt p/ρ² and changes the velocities of the step; the
 //! second (their Algorithm 3) is IISPH's. Density, diagonal and Dρ/Dt of the velocities come from one pass over the
 //! neighbours, so that velocities without much divergence cost nothing more.

@@ -1,0 +1,223 @@
+//! Cases by name: many points, other threads, odd inputs.
+
+use super::*;
+
+/// A few thousand points, so that there are many blocks of cells and several chunks of rows.
+fn many_points(seed: u64) -> Vec<Vec4> {
+    let grid = Grid::new(Dimension::Three, H, 1.0);
+    let mut points = points(Layout::Even, &grid, Dimension::Three, 3000, seed);
+    points.extend(self::points(
+        Layout::Clusters,
+        &grid,
+        Dimension::Three,
+        1000,
+        seed,
+    ));
+    points
+}
+
+/// Lists after motion through updates, with the regions of the flat array kept from step to step.
+fn lists_after_motion(execution: &Execution, kind: Kind) -> Vec<Vec<Vec<u32>>> {
+    let mut points = many_points(7);
+    let mut numbers = Numbers(11);
+    let mut index = structure(&Grid::new(Dimension::Three, H, 1.0), kind);
+    let mut lists = NeighbourLists::default();
+    let step = |_| {
+        for point in &mut points {
+            *point += numbers.point(Dimension::Three, 0.2 * H);
+        }
+        index.update(&points, execution).expect("a box that fits");
+        search(
+            &among_themselves(&*index, &points),
+            &mut lists,
+            true,
+            execution,
+        );
+        let found: Vec<_> = (0..points.len()).map(|row| lists.of(row).into()).collect();
+        assert_eq!(lists.pairs(), found.iter().map(Vec::len).sum::<usize>());
+        found
+    };
+    (0..6).map(step).collect()
+}
+
+#[test]
+fn lists_do_not_depend_on_the_number_of_threads() {
+    for kind in KINDS {
+        let expected = lists_after_motion(&THREADS[0], kind);
+        for execution in &THREADS[1..] {
+            let found = lists_after_motion(execution, kind);
+            assert!(
+                found == expected,
+                "{kind:?}, {} threads",
+                execution.threads()
+            );
+        }
+    }
+}
+
+#[test]
+fn lists_do_not_depend_on_the_instruction_set() {
+    for kind in [Kind::SpatialHashing, Kind::CompactHashing] {
+        let with = |instruction_set: InstructionSet| {
+            let mut execution = two_threads().clone();
+            execution.instruction_set = instruction_set;
+            lists_after_motion(&execution, kind)
+        };
+        let expected = with(InstructionSet::Portable);
+        for set in InstructionSet::available() {
+            assert!(with(set) == expected, "{kind:?}, {set:?}");
+        }
+    }
+}
+
+#[test]
+fn regions_kept_from_the_last_search_do_not_change_the_lists() {
+    let grid = Grid::new(Dimension::Three, H, 1.0);
+    for kind in KINDS {
+        let mut lists = NeighbourLists::default();
+        // Sparse, then dense beyond every region, then fewer points, none, and many again.
+        for (layout, count) in [
+            (Layout::Spray, 1000),
+            (Layout::OneCell, 1000),
+            (Layout::Even, 300),
+            (Layout::Even, 0),
+            (Layout::OnePlace, 1),
+            (Layout::Clusters, 1500),
+            (Layout::Even, 1500),
+        ] {
+            let points = points(layout, &grid, Dimension::Three, count, 5);
+            let index = built(&grid, kind, &points);
+            let expected = own_lists(&*index, &points);
+            for same_cells in [true, false, true] {
+                search(
+                    &among_themselves(&*index, &points),
+                    &mut lists,
+                    same_cells,
+                    two_threads(),
+                );
+                let found: Vec<_> = (0..count).map(|row| lists.of(row).to_vec()).collect();
+                assert!(
+                    found == expected,
+                    "{kind:?}, {layout:?} of {count}, {same_cells}"
+                );
+                assert_eq!(lists.pairs(), expected.iter().map(Vec::len).sum::<usize>());
+            }
+        }
+    }
+}
+
+#[test]
+fn the_ball_is_closed_and_a_row_is_not_its_own_neighbour() {
+    // 0.25 and its multiples are exact: the pair is at the support radius to the bit.
+    let h = 0.25;
+    for (kind, cell_size) in KINDS.into_iter().zip(CELL_SIZES.into_iter().cycle()) {
+        let grid = Grid::new(Dimension::Three, h, cell_size);
+        for origin in [0.0, -0.25, 3.0, -1024.0] {
+            let points = [0.0, h, 2.0 * h, h + 1e-4].map(|x| Vec4::new(origin + x, 0.0, 0.0, 0.0));
+            let index = built(&grid, kind, &points);
+            let lists = sorted(own_lists(&*index, &points));
+            assert_eq!(lists, [vec![1], vec![0, 2, 3], vec![1, 3], vec![1, 2]]);
+        }
+    }
+}
+
+#[test]
+fn an_index_without_points_is_empty_and_usable() {
+    for kind in KINDS {
+        let mut index = structure(&Grid::new(Dimension::Three, H, 1.0), kind);
+        assert_agrees(&*index, &[]);
+        for points in [&[][..], &[Vec4::ZERO], &[], &[], &[Vec4::splat(1e4)]] {
+            update(&mut *index, points);
+            assert_eq!(index.places(), points.len());
+            assert_agrees(&*index, points);
+        }
+    }
+}
+
+#[test]
+fn the_smallest_table_makes_cells_collide_and_the_flags_follow() {
+    let grid = Grid::new(Dimension::Three, H, 1.0);
+    let mut points = points(Layout::Spray, &grid, Dimension::Three, 500, 1);
+    let mut large = CompactHashing::new(grid.clone(), 8.0);
+    let mut small = CompactHashing::with_smallest_table(grid, 8.0);
+    let mut numbers = Numbers(2);
+    for step in 0..20 {
+        for index in [&mut large, &mut small] {
+            update(index, &points);
+            assert_flags(index);
+        }
+        if step == 0 {
+            assert_eq!(small.collision_share(), 1.0);
+            assert!((0.0..0.5).contains(&large.collision_share()));
+        }
+        for point in &mut points {
+            *point += numbers.point(Dimension::Three, 0.3 * H);
+        }
+    }
+}
+
+#[test]
+fn a_rebuilt_index_lists_its_cells_along_the_z_curve() {
+    let grid = Grid::new(Dimension::Three, H, 1.0);
+    let points = many_points(3);
+    let index = built(&grid, Kind::CompactHashing, &points);
+    let origin = points
+        .iter()
+        .map(|&point| grid.cell_of(point))
+        .reduce(IVec3::min)
+        .expect("points");
+    // Each place's first point opened it.
+    let keys: Vec<u64> = (0..index.places())
+        .filter_map(|place| index.group(place, 0))
+        .map(|(cell, _)| z_curve::key(cell, origin))
+        .collect();
+    assert!(keys.is_sorted());
+}
+
+#[test]
+fn repeated_motion_does_not_leak_memory() {
+    for kind in KINDS {
+        let grid = Grid::new(Dimension::Three, H, 1.0);
+        let mut index = structure(&grid, kind);
+        let mut points = points(Layout::Even, &grid, Dimension::Three, 2000, 1);
+        let mut step = |count: usize| {
+            for _ in 0..count {
+                for point in &mut points {
+                    point.x += 0.15 * H;
+                }
+                update(&mut *index, &points);
+            }
+            index.bytes()
+        };
+        let early = step(50);
+        let late = step(200);
+        assert!(late <= 2 * early, "{kind:?}: {early} bytes, then {late}");
+    }
+}
+
+#[test]
+fn a_box_that_would_not_fit_in_memory_is_refused_and_a_smaller_one_taken_again() {
+    let grid = Grid::new(Dimension::Three, H, 1.0);
+    let near = points(Layout::Even, &grid, Dimension::Three, 300, 1);
+    let mut far = near.clone();
+    // 600 cells or so along every axis fit, 6 million do not.
+    far[17] = Vec4::new(6e5, -6e5, 6e5, 0.0);
+    for kind in [Kind::Uniform, Kind::IndexSort, Kind::ZIndexSort] {
+        let mut index = built(&grid, kind, &near);
+        let before = index.bytes();
+        let error = index.update(&far, two_threads()).expect_err("too large");
+        assert_eq!(error.row, 17);
+        assert!(
+            error.cells.iter().all(|&cells| cells > 5_000_000),
+            "{error}"
+        );
+        assert!(error.to_string().contains("CompactHashing"), "{error}");
+        assert_eq!(index.bytes(), before);
+        index.update(&near, two_threads()).expect("as before");
+        assert_agrees(&*index, &near);
+        let mut large = near.clone();
+        large[3] = Vec4::new(15.0, 12.0, 18.0, 0.0);
+        index.update(&large, two_threads()).expect("it fits");
+        assert_agrees(&*index, &large);
+    }
+}
