@@ -39,8 +39,7 @@ fn a_warm_step_allocates_nothing_but_the_queue_of_the_thread_pool() {
                 "{pressure:?} {neighbours:?}: {} allocations in {STEPS} steps",
                 change.allocations
             );
-            // A splash of 1200 particles makes some list longer than ever in every other step; a buffer that grew in
-            // every step, or two, would show.
+            // A splash makes some list longer than ever now and then; a buffer that grew in every step would show.
             assert!(
                 change.reallocations <= STEPS / 3,
                 "{pressure:?} {neighbours:?}: {} buffers grew in {STEPS} steps",
