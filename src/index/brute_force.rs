@@ -30,7 +30,7 @@ impl BruteForce {
     }
 
     fn block(&self, place: usize) -> &[u32] {
-        &self.entries.rows[place * BLOCK..self.len.min((place + 1) * BLOCK)]
+        &self.entries.all_rows()[place * BLOCK..self.len.min((place + 1) * BLOCK)]
     }
 }
 
@@ -38,7 +38,7 @@ impl SpatialIndex for BruteForce {
     fn update(&mut self, points: &[Vec4], execution: &Execution) -> Result<(), DomainTooLarge> {
         self.len = points.len();
         self.entries.resize(self.len);
-        for (k, row) in self.entries.rows[..points.len()].iter_mut().enumerate() {
+        for (k, row) in self.entries.all_rows_mut().iter_mut().enumerate() {
             *row = k as u32;
         }
         self.entries.copy_positions(points, execution);

@@ -3,69 +3,87 @@
 //! Around a cell of eight points lie about 216 candidates, so every position would be fetched 27 times by its row. It is
 //! fetched once, into the order of the cells, and candidates are whole vectors from then on. It costs 12 bytes
 //! an entry.
+//!
+//! Positions and rows are columns in blocks: all of x, then of y, z and the rows. A dense structure has one block, so that
+//! cells side by side are one run. Compact hashing has a block for every used cell, so that a cell is one stretch
+//! of memory and not four (a quarter of its query, when a table outgrows the second cache).
 
 use glam::Vec4;
+use rayon::prelude::*;
 
+pub use crate::simd::Run;
 use crate::{
     execution::{CHUNK, Execution},
     simd::CANDIDATE_ALIGNMENT,
 };
 
-use rayon::prelude::*;
-
-/// A stretch of entries.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Run {
-    /// The first.
-    pub start: u32,
-    /// How many.
-    pub len: u32,
-}
-
 /// Rows in the order of their cells.
 #[derive(Debug, Default, Clone)]
 pub struct Entries {
-    /// Rows, [`PADDING`] more than there are entries.
-    pub(super) rows: Vec<u32>,
-    /// Their positions [m], of the same length; empty in a structure that keeps no copy.
-    pub(super) positions: [Vec<f32>; 3],
+    /// Blocks of four columns, positions as the bits of `f32`, or rows alone if `pitch` is 0; then [`PADDING`].
+    pub(super) words: Vec<u32>,
+    /// Length of a column [entries].
+    pub(super) pitch: usize,
 }
 
-/// Entries behind the last, so that whole vectors can be read from any.
+/// Words behind the last, so that whole vectors can be read from any.
 pub(super) const PADDING: usize = CANDIDATE_ALIGNMENT;
 
 /// Rows of entries without a point.
 pub(super) const NOBODY: u32 = u32::MAX;
 
 impl Entries {
-    /// The rows, and the columns of their positions if the structure keeps them.
+    /// The rows of a run.
     #[inline(always)]
-    pub(crate) fn columns(&self) -> (&[u32], Option<[&[f32]; 3]>) {
-        let [x, y, z] = &self.positions;
-        let copied = x.len() == self.rows.len();
-        (&self.rows, copied.then_some([x, y, z]))
+    pub(crate) fn rows(&self, run: Run) -> &[u32] {
+        let start = run.start as usize + 3 * self.pitch;
+        &self.words[start..start + run.len as usize]
     }
 
-    /// Makes room for `len` entries with positions.
+    /// Whether positions are held, too.
+    #[inline(always)]
+    pub(crate) fn with_positions(&self) -> bool {
+        self.pitch > 0
+    }
+
+    /// The blocks and the length of their columns, for loops over vectors.
+    #[inline(always)]
+    pub(crate) fn blocks(&self) -> (&[u32], usize) {
+        (&self.words, self.pitch)
+    }
+
+    /// One block of `len` entries with positions.
     pub(super) fn resize(&mut self, len: usize) {
-        self.rows.resize(len + PADDING, NOBODY);
-        for column in &mut self.positions {
-            column.resize(len + PADDING, f32::INFINITY);
-        }
+        self.pitch = len;
+        self.words.resize(4 * len + PADDING, NOBODY);
     }
 
-    /// Copies the positions of all rows.
+    /// The rows of a single block.
+    pub(super) fn all_rows(&self) -> &[u32] {
+        &self.words[3 * self.pitch..4 * self.pitch]
+    }
+
+    /// The rows of a single block, to be written.
+    pub(super) fn all_rows_mut(&mut self) -> &mut [u32] {
+        &mut self.words[3 * self.pitch..4 * self.pitch]
+    }
+
+    /// Copies the positions of all rows of a single block.
     pub(super) fn copy_positions(&mut self, points: &[Vec4], execution: &Execution) {
-        let [x, y, z] = &mut self.positions;
+        let (x, rest) = self.words.split_at_mut(self.pitch);
+        let (y, rest) = rest.split_at_mut(self.pitch);
+        let (z, rest) = rest.split_at_mut(self.pitch);
+        let rows = &rest[..self.pitch];
         execution.install(|| {
             x.par_chunks_mut(CHUNK)
                 .zip(y.par_chunks_mut(CHUNK))
                 .zip(z.par_chunks_mut(CHUNK))
-                .zip(self.rows.par_chunks(CHUNK))
+                .zip(rows.par_chunks(CHUNK))
                 .for_each(|(((x, y), z), rows)| {
                     for (((x, y), z), &row) in x.iter_mut().zip(y).zip(z).zip(rows) {
                         if let Some(point) = points.get(row as usize) {
-                            (*x, *y, *z) = (point.x, point.y, point.z);
+                            let bits = point.to_array().map(f32::to_bits);
+                            [*x, *y, *z, _] = bits;
                         }
                     }
                 });
@@ -74,7 +92,6 @@ impl Entries {
 
     /// Memory held [bytes].
     pub(super) fn bytes(&self) -> usize {
-        let positions: usize = self.positions.iter().map(Vec::capacity).sum();
-        (self.rows.capacity() + positions) * size_of::<u32>()
+        self.words.capacity() * size_of::<u32>()
     }
 }

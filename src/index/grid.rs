@@ -48,18 +48,22 @@ impl Grid {
         }
     }
 
-    /// Whether two coordinates are certainly in cells of the same number. A test in `f32` for many at once; it says no
-    /// near the border of a cell and 8192 cells from the origin, where the product may be off.
+    /// Whether two points are certainly in one cell. A test in `f32`; it says no near the border of a cell and
+    /// 8192 cells from the origin, where the product may be off.
     #[inline(always)]
-    pub(super) fn surely_alike(&self, a: f32, b: f32) -> bool {
+    pub(super) fn surely_alike(&self, a: Vec4, b: Vec4) -> bool {
         /// Adding and subtracting it rounds to whole numbers.
-        const ROUND: f32 = 12_582_912.0;
+        const ROUND: Vec4 = Vec4::splat(12_582_912.0);
         const MARGIN: f32 = 1.0 / 512.0;
         let inverse_size = self.inverse_size as f32;
         let (a, b) = (a * inverse_size - 0.5, b * inverse_size - 0.5);
         let (cell_a, cell_b) = ((a + ROUND) - ROUND, (b + ROUND) - ROUND);
-        let inside = |x: f32, cell: f32| (x - cell).abs() < 0.5 - MARGIN;
-        (cell_a == cell_b) & inside(a, cell_a) & inside(b, cell_b) & (a.abs() < 8192.0)
+        let inside = |x: Vec4, cell: Vec4| (x - cell).abs().cmplt(Vec4::splat(0.5 - MARGIN));
+        let alike = cell_a.cmpeq(cell_b)
+            & inside(a, cell_a)
+            & inside(b, cell_b)
+            & a.abs().cmplt(Vec4::splat(8192.0));
+        alike.bitmask() & 0b111 == 0b111
     }
 
     /// The cell of a point. In `f64`: ten kilometres from the origin a product in `f32` is off by a hundredth of a

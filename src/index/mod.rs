@@ -11,7 +11,6 @@ mod entries;
 mod grid;
 mod hash;
 mod index_sort;
-mod lookups;
 mod radix_sort;
 mod spatial_hashing;
 mod table;

@@ -78,21 +78,21 @@ impl SpatialHashing {
         lengths.clear();
         lengths.resize(hash.size, 0);
         overflow.clear();
-        entries.rows.resize(table + PADDING, NOBODY);
+        entries.words.resize(table + PADDING, NOBODY);
         for (row, &cell) in by_row.cells.iter().enumerate() {
             let place = hash.of(cell);
             let length = &mut lengths[place as usize];
             if (*length as usize) < *reserved {
-                entries.rows[place as usize * *reserved + *length as usize] = row as u32;
+                entries.words[place as usize * *reserved + *length as usize] = row as u32;
             } else {
                 overflow.push((place, row as u32));
             }
             *length += 1;
         }
         overflow.sort_unstable();
-        entries.rows.truncate(table);
-        entries.rows.extend(overflow.iter().map(|entry| entry.1));
-        entries.rows.resize(entries.rows.len() + PADDING, NOBODY);
+        entries.words.truncate(table);
+        entries.words.extend(overflow.iter().map(|entry| entry.1));
+        entries.words.resize(entries.words.len() + PADDING, NOBODY);
     }
 }
 

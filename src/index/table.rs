@@ -59,7 +59,7 @@ impl SortedCells {
         } = self;
         execution.install(|| {
             keys.par_chunks_mut(CHUNK)
-                .zip(entries.rows[..points.len()].par_chunks_mut(CHUNK))
+                .zip(entries.all_rows_mut().par_chunks_mut(CHUNK))
                 .enumerate()
                 .for_each(|(chunk, (keys, rows))| {
                     for (k, (key, row)) in (chunk * CHUNK..).zip(keys.iter_mut().zip(rows)) {
@@ -110,7 +110,7 @@ impl SortedCells {
         }
         let key = self.keys[start];
         let end = self.first[key as usize + 1] as usize;
-        Some((key, &self.entries.rows[start..end]))
+        Some((key, &self.entries.all_rows()[start..end]))
     }
 
     pub(super) fn bytes(&self) -> usize {

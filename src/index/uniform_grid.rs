@@ -63,9 +63,10 @@ impl UniformGrid {
         for end in ends.iter_mut() {
             begin += std::mem::replace(end, begin);
         }
+        let rows = self.entries.all_rows_mut();
         for (row, &cell) in cells.iter().enumerate() {
             let place = &mut ends[cell as usize];
-            self.entries.rows[*place as usize] = row as u32;
+            rows[*place as usize] = row as u32;
             *place += 1;
         }
     }

@@ -117,7 +117,7 @@ impl ZIndexSort {
             let place = domain.place(grid.cell_of(points[row as usize]));
             (0..3).fold(0, |key, axis| key | dilated[axis][place[axis] as usize])
         };
-        let (keys, rows) = (&self.cells.keys, &self.cells.entries.rows);
+        let (keys, rows) = (&self.cells.keys, self.cells.entries.all_rows());
         let known = keys.len();
         let all = |handles: &mut Vec<Handle>| {
             execution.install(|| {

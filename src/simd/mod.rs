@@ -52,6 +52,16 @@ pub trait Simd: Copy {
     fn rows(self, list: &[u32]) -> Self::Rows;
     /// Four columns at eight rows. A row beyond the table reads its last entry.
     fn gather(self, table: &[Vec4], rows: Self::Rows) -> [Self::F; 4];
+    /// Appends the entries of `runs` that are near, in their order. `blocks` are words and a pitch: columns of
+    /// that many entries, x, y, z as
+    /// bits and rows, block after block, and [`CANDIDATE_ALIGNMENT`] words more: whole vectors are read.
+    fn take_near(
+        self,
+        candidates: &mut Candidates,
+        near: Near,
+        blocks: (&[u32], usize),
+        runs: &[Run],
+    );
     /// Appends the rows of `candidates` within `radius_squared` of `center`, without `own_row`, to `hits` in their
     /// order, and says how many. `hits` must have room for `candidates.padded_len() + CANDIDATE_ALIGNMENT`.
     fn collect_hits(self, candidates: &Candidates, probe: Probe, hits: &mut [u32]) -> usize;
@@ -66,6 +76,35 @@ pub struct Probe {
     pub radius_squared: f32,
     /// The row that is no neighbour of itself; `u32::MAX` if there is none.
     pub own_row: u32,
+}
+
+/// A stretch of entries within a block.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Run {
+    /// The place of the first one's x; y, z and the row stand a pitch further each.
+    pub start: u32,
+    /// How many.
+    pub len: u32,
+}
+
+/// What points must be near to become candidates: a box around the centres of several probes.
+#[derive(Debug, Clone, Copy)]
+pub struct Near {
+    /// Lowest coordinates [m].
+    pub low: [f32; 3],
+    /// Highest coordinates [m].
+    pub high: [f32; 3],
+    /// Square of the largest distance from the box [m²].
+    pub radius_squared: f32,
+}
+
+impl Near {
+    /// Everything is near.
+    pub const ALL: Self = Self {
+        low: [f32::NEG_INFINITY; 3],
+        high: [f32::INFINITY; 3],
+        radius_squared: 0.0,
+    };
 }
 
 /// Candidate neighbours as a structure of arrays, padded to whole vectors. The columns only grow, so that a candidate
@@ -106,24 +145,18 @@ impl Candidates {
         self.len = end;
     }
 
-    /// Appends `len` candidates from columns that hold them side by side. Whole vectors are copied: the columns must
-    /// have [`CANDIDATE_ALIGNMENT`] entries more, and what was copied too much is overwritten by what comes next.
+    /// Room for all entries of `runs`, and a vector, behind the candidates it has.
     #[inline(always)]
-    pub fn extend_columns(&mut self, columns: [&[f32]; 3], rows: &[u32], len: usize) {
-        let padded = len.next_multiple_of(CANDIDATE_ALIGNMENT);
-        if self.rows.len() < self.len + padded {
-            self.grow(self.len + padded);
+    fn room(&mut self, runs: &[Run]) -> ([&mut [f32]; 3], &mut [u32]) {
+        let more: usize = runs.iter().map(|run| run.len as usize).sum();
+        let end = self.len + more + CANDIDATE_ALIGNMENT;
+        if self.rows.len() < end {
+            self.grow(end);
         }
-        let [x, y, z] = columns;
-        for k in (0..padded).step_by(CANDIDATE_ALIGNMENT) {
-            let from = k..k + CANDIDATE_ALIGNMENT;
-            let to = self.len + from.start..self.len + from.end;
-            self.x[to.clone()].copy_from_slice(&x[from.clone()]);
-            self.y[to.clone()].copy_from_slice(&y[from.clone()]);
-            self.z[to.clone()].copy_from_slice(&z[from.clone()]);
-            self.rows[to].copy_from_slice(&rows[from]);
-        }
-        self.len += len;
+        let place = self.len..end;
+        let Self { x, y, z, rows, .. } = self;
+        let columns = [x, y, z].map(|column| &mut column[place.clone()]);
+        (columns, &mut rows[place])
     }
 
     /// Pads to whole vectors with points at infinity, which no ball reaches.

@@ -4,7 +4,7 @@ use std::array::from_fn;
 
 use glam::Vec4;
 
-use super::{Candidates, LANES, Probe, Simd};
+use super::{Candidates, LANES, Near, Probe, Run, Simd};
 
 /// Plain Rust.
 #[derive(Debug, Clone, Copy)]
@@ -84,6 +84,32 @@ impl Simd for Portable {
         let entries: [[f32; 4]; LANES] =
             from_fn(|k| table[(rows[k] as usize).min(last)].to_array());
         from_fn(|column| from_fn(|k| entries[k][column]))
+    }
+
+    #[inline(always)]
+    fn take_near(
+        self,
+        candidates: &mut Candidates,
+        near: Near,
+        (words, pitch): (&[u32], usize),
+        runs: &[Run],
+    ) {
+        let (to, to_rows) = candidates.room(runs);
+        let mut count = 0;
+        let entries = runs.iter().flat_map(|run| run.start..run.start + run.len);
+        for k in entries.map(|entry| entry as usize) {
+            let point = [0, 1, 2].map(|axis| f32::from_bits(words[k + axis * pitch]));
+            let [dx, dy, dz]: [f32; 3] = from_fn(|axis| {
+                let below = near.low[axis] - point[axis];
+                below.max(point[axis] - near.high[axis]).max(0.0)
+            });
+            for axis in 0..3 {
+                to[axis][count] = point[axis];
+            }
+            to_rows[count] = words[k + 3 * pitch];
+            count += usize::from(dx * dx + dy * dy + dz * dz <= near.radius_squared);
+        }
+        candidates.len += count;
     }
 
     #[inline(always)]

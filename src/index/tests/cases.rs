@@ -157,9 +157,15 @@ fn the_smallest_table_makes_cells_collide_and_the_flags_follow() {
 }
 
 #[test]
-fn a_rebuilt_index_lists_its_cells_along_the_z_curve() {
+fn a_rebuild_from_rows_along_the_z_curve_lists_its_cells_along_it() {
     let grid = Grid::new(Dimension::Three, H, 1.0);
     let points = many_points(3);
+    let mut handles = Vec::new();
+    z_curve::sort_handles(&points, &grid, two_threads(), &mut handles);
+    let points: Vec<Vec4> = handles
+        .iter()
+        .map(|&(_, row)| points[row as usize])
+        .collect();
     let index = built(&grid, Kind::CompactHashing, &points);
     let origin = points
         .iter()

@@ -1,0 +1,410 @@
+//! Compact hashing (paper 4.5): a hash table of handles and a compact list of the cells that hold points.
+//!
+//! - The table has 2 N handles (4.4: "two times the number of particles"), placed by equation 3; a handle names a used
+//!   cell. N here is the number of points at the last rebuild; the table follows when it grows or falls by half.
+//! - A used cell reserves a block of k entries in one pool and moves to twice as many when they are full.
+//! - [`update`](SpatialIndex::update) compares every point's cell with the last step's, in parallel, and moves only
+//!   those that changed, serially and in a fixed order (4.5.1). Cells that are empty then leave the list.
+//! - A used cell knows whether it holds points of more than one spatial cell (4.5.3).
+//! - [`rebuild`](SpatialIndex::rebuild) inserts the points in the order of their rows. Where rows follow the Z-curve, used
+//!   cells that follow each other are near each other (4.5.4).
+//! - The query goes over the used cells in parallel (4.5.2).
+//!
+//! Deviations. Entries hold a copy of their positions (see `entries.rs`); the copy is of the last step until a point is
+//! compared, so the old cell need not be stored, and one loop over the entries both compares and copies. A used cell
+//! keeps its spatial coordinates: candidates are taken from it only where they are the ones that were asked for, so
+//! two neighbouring cells that share a hash cell are not seen twice. When more than a quarter of the points changed
+//! their cell (a host spawned in the middle of the rows), all are inserted anew.
+//!
+//! A used cell links to the used cells around it, so that a query computes the hash of one cell and not of 27. A link is a
+//! hint: it counts if the cell it names is the one that was asked for, and is looked up and set again if not. So
+//! cells come, go and change places without being told to their neighbours; only a cell that was known to be absent
+//! has to be announced when it appears. Two used cells of a hundred hold several spatial cells, and to tell their
+//! points apart by position for each of 27 queries took a seventh of all: the points of one of the cells come first and
+//! are counted.
+//!
+//! Tried and dropped: answers of the table remembered by each thread for the cells nearby (no faster than links, and
+//! 27 look-ups remain where nothing is known); unknown cells looked up together, so that their loads overlap (slower);
+//! blocks fetched ahead by prefetching, once their run is known (no difference).
+
+mod compare;
+mod links;
+mod pool;
+
+use glam::{IVec3, Vec4};
+
+use self::{
+    compare::{Mover, copy_and_compare},
+    links::{Link, Links},
+    pool::Pool,
+};
+use super::{
+    DomainTooLarge, Grid, SpatialIndex,
+    entries::{Entries, Run},
+    hash::{CellHash, MIN_TABLE},
+};
+use crate::execution::Execution;
+
+const EMPTY: u32 = u32::MAX;
+/// Handles a point (4.4: "a hash table size of two times the number of particles is appropriate").
+const HANDLES_A_POINT: f32 = 2.0;
+
+/// The structure of the paper's Figure 3.
+pub struct CompactHashing {
+    grid: Grid,
+    handles_a_point: f32,
+    hash: CellHash,
+    /// For every hash its used cell, or `EMPTY`.
+    table: Vec<u32>,
+    cells: Vec<UsedCell>,
+    links: Links,
+    pool: Pool,
+    /// Number of points.
+    len: usize,
+    /// Points that changed their cell, by chunk of entries.
+    movers: Vec<Vec<Mover>>,
+    /// Used cells that lost their last point.
+    emptied: Vec<u32>,
+}
+
+/// A non-empty hash cell.
+#[derive(Debug, Clone, Copy)]
+struct UsedCell {
+    /// Spatial cell of all its points, or of the first.
+    cell: IVec3,
+    /// Its place in the table.
+    hash: u32,
+    /// Its first block in the pool.
+    first: u32,
+    /// Blocks reserved, a power of two.
+    blocks: u32,
+    /// Number of points.
+    len: u32,
+    /// How many of them, the first, are in spatial cell `cell`.
+    kin: u32,
+}
+
+impl UsedCell {
+    /// The paper's collision flag: whether it holds points of several spatial cells.
+    fn collision(&self) -> bool {
+        self.kin < self.len
+    }
+}
+
+impl CompactHashing {
+    /// An empty index that expects `particles_a_cell` where there is fluid.
+    pub fn new(grid: Grid, particles_a_cell: f32) -> Self {
+        // Half as many again: a compressed or unlucky cell need not move.
+        let reserved = (1.5 * particles_a_cell).ceil().clamp(2.0, 1024.0) as usize;
+        Self {
+            links: Links::new(&grid),
+            grid,
+            handles_a_point: HANDLES_A_POINT,
+            hash: CellHash::new(MIN_TABLE),
+            table: Vec::new(),
+            cells: Vec::new(),
+            pool: Pool::new(reserved),
+            len: 0,
+            movers: Vec::new(),
+            emptied: Vec::new(),
+        }
+    }
+
+    /// As [`new`](Self::new), with the smallest table whatever the number of points: nearly every cell collides.
+    #[cfg(test)]
+    pub(crate) fn with_smallest_table(grid: Grid, particles_a_cell: f32) -> Self {
+        let mut index = Self::new(grid, particles_a_cell);
+        index.handles_a_point = 0.0;
+        index
+    }
+
+    /// Share of the used cells that hold points of several spatial cells [-].
+    pub fn collision_share(&self) -> f32 {
+        self.cells.iter().filter(|cell| cell.collision()).count() as f32
+            / self.cells.len().max(1) as f32
+    }
+
+    /// The used cell of the hash of `cell`.
+    #[inline(always)]
+    fn used(&self, cell: IVec3) -> Option<(u32, &UsedCell)> {
+        let handle = self.table[self.hash.of(cell) as usize];
+        Some((handle, self.cells.get(handle as usize)?))
+    }
+
+    /// Appends the entries of spatial cell `cell` among those of a used cell, which are side by side; says whether there
+    /// are any.
+    #[inline(always)]
+    fn find_in(&self, used: &UsedCell, cell: IVec3, out: &mut Vec<Run>) -> bool {
+        let mut from = 0;
+        let mut end = used.kin;
+        if used.cell != cell {
+            let alike = |k: &u32| self.pool.cell(&self.grid, used.first, *k) == cell;
+            let Some(start) = (used.kin..used.len).find(alike) else {
+                return false;
+            };
+            from = start;
+            end = start + (start..used.len).take_while(alike).count() as u32;
+        }
+        while from < end {
+            let run = self.pool.run(used.first, from, end);
+            from += run.len;
+            out.push(run);
+        }
+        end > 0
+    }
+
+    /// Adds a point to a used cell of its hash, or to a new one; says whether it is the first of its spatial cell.
+    fn insert(&mut self, handle: u32, cell: IVec3, row: u32, point: Vec4) -> bool {
+        let Some(used) = self.cells.get_mut(handle as usize) else {
+            let first = self.pool.allocate(1);
+            self.pool.set(first, 0, row, point);
+            let hash = self.hash.of(cell);
+            self.table[hash as usize] = self.cells.len() as u32;
+            self.cells.push(UsedCell {
+                cell,
+                hash,
+                first,
+                blocks: 1,
+                len: 1,
+                kin: 1,
+            });
+            self.links.push();
+            return true;
+        };
+        if used.len == 0 && used.cell != cell {
+            used.cell = cell;
+            self.links.forget(handle as usize);
+        }
+        let (old, first) = (*used, used.first);
+        used.len += 1;
+        used.kin += u32::from(used.cell == cell);
+        let first = if old.len < old.blocks * self.pool.reserved() as u32 {
+            first
+        } else {
+            self.grow(handle as usize, old.len)
+        };
+        // Points of one spatial cell stay side by side, so that they can be handed out as runs, and in the order of
+        // their rows, so that neighbours come in one order however the points got there.
+        let (mut begin, mut place) = (0, old.kin);
+        if old.cell != cell {
+            let is_kin = |k: &u32| self.pool.cell(&self.grid, first, *k) == cell;
+            begin = (old.kin..old.len).find(is_kin).unwrap_or(old.len);
+            place = begin + (begin..old.len).take_while(is_kin).count() as u32;
+        }
+        let new = begin == place;
+        while place > begin && self.pool.row(first, place - 1) > row {
+            place -= 1;
+        }
+        for k in (place..old.len).rev() {
+            self.pool.copy((first, k), (first, k + 1));
+        }
+        self.pool.set(first, place, row, point);
+        new
+    }
+
+    /// Moves a full used cell of `len` entries to twice as many blocks; says which is the first.
+    fn grow(&mut self, handle: usize, len: u32) -> u32 {
+        let UsedCell { first, blocks, .. } = self.cells[handle];
+        let new = self.pool.allocate(2 * blocks);
+        for k in 0..len {
+            self.pool.copy((first, k), (new, k));
+            self.pool.clear_entry(first, k);
+        }
+        self.pool.release(first, blocks);
+        self.cells[handle].first = new;
+        self.cells[handle].blocks = 2 * blocks;
+        new
+    }
+
+    /// Takes an entry out of its used cell.
+    fn remove(&mut self, mover: &Mover) {
+        let handle = mover.handles[0];
+        let used = &mut self.cells[handle as usize];
+        let first = used.first;
+        let k = mover.entry - first * self.pool.reserved() as u32;
+        for k in k + 1..used.len {
+            self.pool.copy((first, k), (first, k - 1));
+        }
+        used.len -= 1;
+        self.pool.clear_entry(first, used.len);
+        if k < used.kin {
+            used.kin -= 1;
+        }
+        if used.len == 0 {
+            self.emptied.push(handle);
+        } else if used.kin == 0 {
+            // Another spatial cell comes first now.
+            let cell = |k: u32| self.pool.cell(&self.grid, first, k);
+            used.cell = cell(0);
+            used.kin = (0..used.len).take_while(|&k| cell(k) == used.cell).count() as u32;
+            self.links.forget(handle as usize);
+        }
+    }
+
+    /// Tells the cells around `cell`, which may have found it absent, that it is there.
+    fn announce(&mut self, cell: IVec3) {
+        for (k, &offset) in self.grid.neighbourhood.iter().enumerate() {
+            let around = cell.wrapping_add(offset);
+            let handle = self.table[self.hash.of(around) as usize];
+            if handle != EMPTY {
+                // The neighbourhood is symmetric: counted from the end its offsets point back.
+                self.links.forget_one(handle as usize, k);
+            }
+        }
+    }
+
+    /// Takes the used cells without a point off the list, the last first, so that none of them takes another's place.
+    fn drop_emptied(&mut self) {
+        self.emptied.sort_unstable_by(|a, b| b.cmp(a));
+        self.emptied.dedup();
+        for &handle in &self.emptied {
+            let used = self.cells[handle as usize];
+            if used.len > 0 {
+                continue;
+            }
+            self.pool.release(used.first, used.blocks);
+            self.table[used.hash as usize] = EMPTY;
+            self.cells.swap_remove(handle as usize);
+            self.links.swap_remove(handle as usize);
+            if let Some(moved) = self.cells.get(handle as usize) {
+                self.table[moved.hash as usize] = handle;
+            }
+        }
+        self.emptied.clear();
+    }
+}
+
+impl SpatialIndex for CompactHashing {
+    fn update(&mut self, points: &[Vec4], execution: &Execution) -> Result<(), DomainTooLarge> {
+        let hash = self.hash.resized(points.len(), self.handles_a_point);
+        if self.len == 0 || points.is_empty() || hash.size != self.hash.size {
+            return self.rebuild(points, execution);
+        }
+        let table = (self.hash, &*self.table);
+        let Self { pool, grid, .. } = self;
+        copy_and_compare(pool, table, grid, points, &mut self.movers, execution);
+        if self.movers.iter().map(Vec::len).sum::<usize>() > points.len() / 4 {
+            return self.rebuild(points, execution);
+        }
+        let movers = std::mem::take(&mut self.movers);
+        // The last first: what follows a removed entry moves up.
+        for mover in movers.iter().rev().flat_map(|chunk| chunk.iter().rev()) {
+            self.remove(mover);
+        }
+        for mover in movers.iter().flatten() {
+            let Mover { row, to, .. } = *mover;
+            if let Some(&point) = points.get(row as usize) {
+                let handle = match mover.handles[1] {
+                    // Another may have come before.
+                    EMPTY => self.table[self.hash.of(to) as usize],
+                    handle => handle,
+                };
+                if self.insert(handle, to, row, point) {
+                    self.announce(to);
+                }
+            }
+        }
+        for (row, &point) in points.iter().enumerate().skip(self.len) {
+            let cell = self.grid.cell_of(point);
+            let handle = self.table[self.hash.of(cell) as usize];
+            if self.insert(handle, cell, row as u32, point) {
+                self.announce(cell);
+            }
+        }
+        self.drop_emptied();
+        self.movers = movers;
+        self.len = points.len();
+        Ok(())
+    }
+
+    fn rebuild(&mut self, points: &[Vec4], _: &Execution) -> Result<(), DomainTooLarge> {
+        self.hash = self.hash.resized(points.len(), self.handles_a_point);
+        self.table.clear();
+        self.table.resize(self.hash.size, EMPTY);
+        self.cells.clear();
+        self.links.clear();
+        self.pool.clear();
+        for (row, &point) in points.iter().enumerate() {
+            let cell = self.grid.cell_of(point);
+            let handle = self.table[self.hash.of(cell) as usize];
+            self.insert(handle, cell, row as u32, point);
+        }
+        self.len = points.len();
+        Ok(())
+    }
+
+    fn grid(&self) -> &Grid {
+        &self.grid
+    }
+
+    fn places(&self) -> usize {
+        self.cells.len()
+    }
+
+    fn place_len(&self, place: usize) -> usize {
+        self.cells[place].len as usize
+    }
+
+    fn group(&self, place: usize, from: usize) -> Option<(IVec3, &[u32])> {
+        let (used, from) = (&self.cells[place], from as u32);
+        if from >= used.len {
+            return None;
+        }
+        if from < used.kin {
+            let run = self.pool.run(used.first, from, used.kin);
+            return Some((used.cell, self.pool.entries.rows(run)));
+        }
+        let cell = |k: u32| self.pool.cell(&self.grid, used.first, k);
+        let first = cell(from);
+        let alike = (from..used.len).take_while(|&k| cell(k) == first).count() as u32;
+        let run = self.pool.run(used.first, from, from + alike);
+        Some((first, self.pool.entries.rows(run)))
+    }
+
+    fn entries(&self) -> &Entries {
+        &self.pool.entries
+    }
+
+    fn runs(&self, center: IVec3, out: &mut Vec<Run>) {
+        if self.cells.is_empty() {
+            return;
+        }
+        let cells = self.grid.neighbourhood.iter();
+        let cells = cells.map(|&offset| center.wrapping_add(offset));
+        let own = self.used(center).filter(|(_, used)| used.cell == center);
+        let links = own.and_then(|(handle, _)| self.links.of(handle as usize));
+        let Some(links) = links else {
+            for cell in cells {
+                if let Some((_, used)) = self.used(cell) {
+                    self.find_in(used, cell, out);
+                }
+            }
+            return;
+        };
+        for (link, cell) in links.iter().zip(cells) {
+            let linked = match link.get() {
+                Link::Absent => continue,
+                Link::To(handle) => self.cells.get(handle as usize),
+                Link::Unknown => None,
+            };
+            if let Some(used) = linked
+                && used.cell == cell
+            {
+                self.find_in(used, cell, out);
+                continue;
+            }
+            let found = self.used(cell);
+            let found = found.filter(|(_, used)| self.find_in(used, cell, out));
+            link.set(found.map_or(Link::Absent, |(handle, _)| Link::To(handle)));
+        }
+    }
+
+    fn bytes(&self) -> usize {
+        let movers: usize = self.movers.iter().map(Vec::capacity).sum();
+        (self.table.capacity() + self.emptied.capacity()) * size_of::<u32>()
+            + self.cells.capacity() * size_of::<UsedCell>()
+            + self.links.bytes()
+            + self.pool.bytes()
+            + movers * size_of::<Mover>()
+    }
+}

@@ -1,0 +1,131 @@
+//! Memory of the used cells' entries: stretches of one, two, four, … blocks of k.
+
+use glam::{IVec3, Vec4};
+
+use super::super::{
+    Grid,
+    entries::{Entries, NOBODY, PADDING, Run},
+};
+
+/// Blocks of k entries, in use and free.
+#[derive(Debug)]
+pub(super) struct Pool {
+    pub(super) entries: Entries,
+    /// Stretches given back, by the logarithm of their number of blocks.
+    free: Vec<Vec<u32>>,
+}
+
+/// Entries of a block are whole quarters of a vector, so that a block is copied without a rest.
+pub(super) const QUARTER: usize = 4;
+
+impl Pool {
+    /// An empty pool with blocks of at least `reserved` entries: the paper's k.
+    pub(super) fn new(reserved: usize) -> Self {
+        let mut entries = Entries {
+            words: Vec::new(),
+            pitch: reserved.next_multiple_of(QUARTER),
+        };
+        entries.words.resize(PADDING, NOBODY);
+        Self {
+            entries,
+            free: Vec::new(),
+        }
+    }
+
+    /// The paper's k.
+    pub(super) fn reserved(&self) -> usize {
+        self.entries.pitch
+    }
+
+    /// Gives all back and makes room for `blocks`.
+    pub(super) fn clear(&mut self) {
+        self.entries.words.truncate(0);
+        self.entries.words.resize(PADDING, NOBODY);
+        self.free.iter_mut().for_each(Vec::clear);
+    }
+
+    /// The first of `blocks` free blocks, a power of two.
+    pub(super) fn allocate(&mut self, blocks: u32) -> u32 {
+        let class = blocks.ilog2() as usize;
+        if let Some(first) = self.free.get_mut(class).and_then(Vec::pop) {
+            return first;
+        }
+        let words = 4 * self.reserved();
+        let first = (self.entries.words.len() - PADDING) / words;
+        let len = (first + blocks as usize) * words + PADDING;
+        self.entries.words.resize(len, NOBODY);
+        first as u32
+    }
+
+    pub(super) fn release(&mut self, first: u32, blocks: u32) {
+        let class = blocks.ilog2() as usize;
+        if self.free.len() <= class {
+            self.free.resize_with(class + 1, Vec::new);
+        }
+        self.free[class].push(first);
+    }
+
+    /// Where the `k`-th entry of the stretch that begins with block `first` has its x.
+    #[inline(always)]
+    fn place(&self, first: u32, k: u32) -> usize {
+        let pitch = self.reserved();
+        let (first, k) = (first as usize, k as usize);
+        if k < pitch {
+            return 4 * first * pitch + k;
+        }
+        4 * (first + k / pitch) * pitch + k % pitch
+    }
+
+    /// The run of entries `from..end` of a stretch as far as it stays in one block.
+    #[inline(always)]
+    pub(super) fn run(&self, first: u32, from: u32, end: u32) -> Run {
+        let pitch = self.reserved() as u32;
+        let block = if from < pitch { 0 } else { from / pitch };
+        Run {
+            start: self.place(first, from) as u32,
+            len: end.min((block + 1) * pitch) - from,
+        }
+    }
+
+    /// The row of an entry.
+    pub(super) fn row(&self, first: u32, k: u32) -> u32 {
+        self.entries.words[self.place(first, k) + 3 * self.reserved()]
+    }
+
+    pub(super) fn set(&mut self, first: u32, k: u32, row: u32, point: Vec4) {
+        let (place, pitch) = (self.place(first, k), self.reserved());
+        let [x, y, z, _] = point.to_array().map(f32::to_bits);
+        for (column, word) in [x, y, z, row].into_iter().enumerate() {
+            self.entries.words[place + column * pitch] = word;
+        }
+    }
+
+    /// Makes an entry nobody's.
+    pub(super) fn clear_entry(&mut self, first: u32, k: u32) {
+        let place = self.place(first, k) + 3 * self.reserved();
+        self.entries.words[place] = NOBODY;
+    }
+
+    /// Copies an entry, of one stretch or from one to another.
+    pub(super) fn copy(&mut self, (first, k): (u32, u32), (to_first, to_k): (u32, u32)) {
+        let (from, to) = (self.place(first, k), self.place(to_first, to_k));
+        let pitch = self.reserved();
+        for column in 0..4 {
+            self.entries.words[to + column * pitch] = self.entries.words[from + column * pitch];
+        }
+    }
+
+    /// The cell of the position that an entry holds.
+    pub(super) fn cell(&self, grid: &Grid, first: u32, k: u32) -> IVec3 {
+        let (place, pitch) = (self.place(first, k), self.reserved());
+        let [x, y, z] =
+            [0, 1, 2].map(|axis| f32::from_bits(self.entries.words[place + axis * pitch]));
+        grid.cell_of(Vec4::new(x, y, z, 0.0))
+    }
+
+    /// Memory held [bytes].
+    pub(super) fn bytes(&self) -> usize {
+        let free: usize = self.free.iter().map(Vec::capacity).sum();
+        self.entries.bytes() + free * size_of::<u32>()
+    }
+}
