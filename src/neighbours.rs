@@ -176,20 +176,26 @@ thread_local! {
 }
 
 impl Scratch {
-    /// Takes the candidates around `cell` that are near enough, and room for as many hits.
+    /// Takes the candidates around `cell` that are near enough to any of `members`, points of that cell, and room for as
+    /// many hits. Without members all are.
     #[inline(always)]
-    fn fetch<S: Simd>(&mut self, simd: S, search: &Search, cell: IVec3, near: Near) {
+    fn fetch<S: Simd>(&mut self, simd: S, search: &Search, cell: IVec3, members: &[u32]) {
         self.candidates.clear();
         self.runs.clear();
         search.among.runs(cell, &mut self.runs);
         let entries = search.among.entries();
-        if entries.with_positions() {
-            simd.take_near(&mut self.candidates, near, entries.blocks(), &self.runs);
-        } else {
+        if !entries.with_positions() {
             for &run in &self.runs {
                 self.candidates
                     .extend(entries.rows(run), search.among_points);
             }
+        } else if !self.runs.is_empty() {
+            let near = if members.is_empty() {
+                Near::ALL
+            } else {
+                search.near(members)
+            };
+            simd.take_near(&mut self.candidates, near, entries.blocks(), &self.runs);
         }
         self.candidates.pad();
         if self.hits.len() < self.room() {
@@ -263,7 +269,7 @@ pub fn tested_pairs(search: &Search) -> usize {
         let mut done = 0;
         while let Some((coordinates, members)) = search.of.group(place, done) {
             done += members.len();
-            scratch.fetch(Portable, search, coordinates, Near::ALL);
+            scratch.fetch(Portable, search, coordinates, &[]);
             tested += members.len() * scratch.candidates.len();
         }
     }
@@ -332,8 +338,13 @@ impl Vectorised for Block<'_> {
             let mut done = 0;
             while let Some((coordinates, members)) = task.search.of.group(cell, done) {
                 done += members.len();
-                let near = task.search.near(members);
-                scratch.fetch(simd, task.search, coordinates, near);
+                scratch.fetch(simd, task.search, coordinates, members);
+                if scratch.candidates.is_empty() {
+                    for &row in members {
+                        task.spans[row as usize].store(0, Relaxed);
+                    }
+                    continue;
+                }
                 for &row in members {
                     let probe = task.search.probe(row);
                     let used = region.needed;
@@ -385,7 +396,7 @@ impl<'a> OnTheSpot<'a> {
         let cell = self.search.of.grid().cell_of(self.search.points[row]);
         if self.cell != Some(cell) {
             self.cell = Some(cell);
-            self.scratch.fetch(simd, &self.search, cell, Near::ALL);
+            self.scratch.fetch(simd, &self.search, cell, &[]);
         }
         let probe = self.search.probe(row as u32);
         let count = simd.collect_hits(&self.scratch.candidates, probe, &mut self.scratch.hits);

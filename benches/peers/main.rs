@@ -92,7 +92,7 @@ fn run_overfall(
         }
         measured.particles = report.particles;
     }
-    measured.boundary_particles = boundary::sample(&scene).len();
+    measured.boundary_particles = boundary::sample(&scene)?.len();
     measured.print();
     Ok(())
 }
@@ -112,7 +112,7 @@ fn run_salva(steps: usize, warm_up: usize, threads: usize, tolerance: f32) -> Re
     let world = probe.world_mut();
     let mut query = world.query_filtered::<&Position, bevy_ecs::prelude::With<Fluid>>();
     let fluid: Vec<_> = query.iter(world).map(|x| vector(x.0)).collect();
-    let walls: Vec<_> = boundary::sample(&scene)
+    let walls: Vec<_> = boundary::sample(&scene)?
         .iter()
         .map(|sample| vector(sample.position))
         .collect();

@@ -56,6 +56,8 @@ pub struct CompactHashing {
     hash: CellHash,
     /// For every hash its used cell, or `EMPTY`.
     table: Vec<u32>,
+    /// For every hash whether it has a used cell, a bit each: around walls most do not, and bits stay in the first cache.
+    occupied: Vec<u64>,
     cells: Vec<UsedCell>,
     links: Links,
     pool: Pool,
@@ -102,6 +104,7 @@ impl CompactHashing {
             handles_a_point: HANDLES_A_POINT,
             hash: CellHash::new(MIN_TABLE),
             table: Vec::new(),
+            occupied: Vec::new(),
             cells: Vec::new(),
             pool: Pool::new(reserved),
             len: 0,
@@ -127,7 +130,11 @@ impl CompactHashing {
     /// The used cell of the hash of `cell`.
     #[inline(always)]
     fn used(&self, cell: IVec3) -> Option<(u32, &UsedCell)> {
-        let handle = self.table[self.hash.of(cell) as usize];
+        let hash = self.hash.of(cell);
+        if self.occupied[hash as usize / 64] >> (hash % 64) & 1 == 0 {
+            return None;
+        }
+        let handle = self.table[hash as usize];
         Some((handle, self.cells.get(handle as usize)?))
     }
 
@@ -160,6 +167,7 @@ impl CompactHashing {
             self.pool.set(first, 0, row, point);
             let hash = self.hash.of(cell);
             self.table[hash as usize] = self.cells.len() as u32;
+            self.occupied[hash as usize / 64] |= 1 << (hash % 64);
             self.cells.push(UsedCell {
                 cell,
                 hash,
@@ -264,6 +272,7 @@ impl CompactHashing {
             }
             self.pool.release(used.first, used.blocks);
             self.table[used.hash as usize] = EMPTY;
+            self.occupied[used.hash as usize / 64] &= !(1 << (used.hash % 64));
             self.cells.swap_remove(handle as usize);
             self.links.swap_remove(handle as usize);
             if let Some(moved) = self.cells.get(handle as usize) {
@@ -321,6 +330,8 @@ impl SpatialIndex for CompactHashing {
         self.hash = self.hash.resized(points.len(), self.handles_a_point);
         self.table.clear();
         self.table.resize(self.hash.size, EMPTY);
+        self.occupied.clear();
+        self.occupied.resize(self.hash.size.div_ceil(64), 0);
         self.cells.clear();
         self.links.clear();
         self.pool.clear();
@@ -403,6 +414,7 @@ impl SpatialIndex for CompactHashing {
         let movers: usize = self.movers.iter().map(Vec::capacity).sum();
         (self.table.capacity() + self.emptied.capacity()) * size_of::<u32>()
             + self.cells.capacity() * size_of::<UsedCell>()
+            + self.occupied.capacity() * size_of::<u64>()
             + self.links.bytes()
             + self.pool.bytes()
             + movers * size_of::<Mover>()
