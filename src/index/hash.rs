@@ -7,6 +7,13 @@ const PRIMES: [u32; 3] = [73_856_093, 19_349_663, 83_492_791];
 /// Size of the smallest table, so that a scene of one particle has one too.
 pub(super) const MIN_TABLE: usize = 16;
 
+/// Equation 3 before the remainder is taken.
+#[inline(always)]
+pub(super) fn mix(cell: IVec3) -> u32 {
+    let [x, y, z] = cell.to_array().map(|c| c as u32);
+    x.wrapping_mul(PRIMES[0]) ^ y.wrapping_mul(PRIMES[1]) ^ z.wrapping_mul(PRIMES[2])
+}
+
 /// Maps cells to the places of a table.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct CellHash {
@@ -38,10 +45,7 @@ impl CellHash {
 
     #[inline(always)]
     pub(super) fn of(&self, cell: IVec3) -> u32 {
-        let [x, y, z] = cell.to_array().map(|c| c as u32);
-        let mixed =
-            x.wrapping_mul(PRIMES[0]) ^ y.wrapping_mul(PRIMES[1]) ^ z.wrapping_mul(PRIMES[2]);
-        let fraction = self.reciprocal.wrapping_mul(u64::from(mixed));
+        let fraction = self.reciprocal.wrapping_mul(u64::from(mix(cell)));
         ((u128::from(fraction) * self.size as u128) >> 64) as u32
     }
 }

@@ -41,13 +41,16 @@ use self::{
 use super::{
     DomainTooLarge, Grid, SpatialIndex,
     entries::{Entries, Run},
-    hash::{CellHash, MIN_TABLE},
+    hash::{self, CellHash, MIN_TABLE},
 };
 use crate::execution::Execution;
 
 const EMPTY: u32 = u32::MAX;
 /// Handles a point (4.4: "a hash table size of two times the number of particles is appropriate").
 const HANDLES_A_POINT: f32 = 2.0;
+
+/// Bits of [`CompactHashing::reached`] a point: about 64 a used cell.
+const BITS_A_POINT: usize = 8;
 
 /// The structure of the paper's Figure 3.
 pub struct CompactHashing {
@@ -58,6 +61,9 @@ pub struct CompactHashing {
     table: Vec<u32>,
     /// For every hash whether it has a used cell, a bit each: around walls most do not, and bits stay in the first cache.
     occupied: Vec<u64>,
+    /// Cells that may have a point within reach, a bit each by a hash of its own: most cells of a fluid are far from any
+    /// wall, and this is one question for 27. Bits stay when points go, until the next rebuild.
+    reached: Vec<u64>,
     cells: Vec<UsedCell>,
     links: Links,
     pool: Pool,
@@ -105,6 +111,7 @@ impl CompactHashing {
             hash: CellHash::new(MIN_TABLE),
             table: Vec::new(),
             occupied: Vec::new(),
+            reached: Vec::new(),
             cells: Vec::new(),
             pool: Pool::new(reserved),
             len: 0,
@@ -251,6 +258,7 @@ impl CompactHashing {
 
     /// Tells the cells around `cell`, which may have found it absent, that it is there.
     fn announce(&mut self, cell: IVec3) {
+        self.reach_from(cell);
         for (k, &offset) in self.grid.neighbourhood.iter().enumerate() {
             let around = cell.wrapping_add(offset);
             let handle = self.table[self.hash.of(around) as usize];
@@ -258,6 +266,22 @@ impl CompactHashing {
                 // The neighbourhood is symmetric: counted from the end its offsets point back.
                 self.links.forget_one(handle as usize, k);
             }
+        }
+    }
+
+    /// The hash of [`reached`](Self::reached), whose size is a power of two.
+    #[inline(always)]
+    fn reach_bit(&self, cell: IVec3) -> (usize, u64) {
+        let bit = hash::mix(cell) as usize & (64 * self.reached.len() - 1);
+        (bit / 64, 1 << (bit % 64))
+    }
+
+    /// Marks the cells within reach of `cell`.
+    fn reach_from(&mut self, cell: IVec3) {
+        for k in 0..self.grid.neighbourhood.len() {
+            let around = cell.wrapping_add(self.grid.neighbourhood[k]);
+            let (word, bit) = self.reach_bit(around);
+            self.reached[word] |= bit;
         }
     }
 
@@ -332,13 +356,20 @@ impl SpatialIndex for CompactHashing {
         self.table.resize(self.hash.size, EMPTY);
         self.occupied.clear();
         self.occupied.resize(self.hash.size.div_ceil(64), 0);
+        let words = (points.len() * BITS_A_POINT)
+            .div_ceil(64)
+            .next_power_of_two();
+        self.reached.clear();
+        self.reached.resize(words, 0);
         self.cells.clear();
         self.links.clear();
         self.pool.clear();
         for (row, &point) in points.iter().enumerate() {
             let cell = self.grid.cell_of(point);
             let handle = self.table[self.hash.of(cell) as usize];
-            self.insert(handle, cell, row as u32, point);
+            if self.insert(handle, cell, row as u32, point) {
+                self.reach_from(cell);
+            }
         }
         self.len = points.len();
         Ok(())
@@ -385,6 +416,10 @@ impl SpatialIndex for CompactHashing {
         let own = self.used(center).filter(|(_, used)| used.cell == center);
         let links = own.and_then(|(handle, _)| self.links.of(handle as usize));
         let Some(links) = links else {
+            let (word, bit) = self.reach_bit(center);
+            if self.reached[word] & bit == 0 {
+                return;
+            }
             for cell in cells {
                 if let Some((_, used)) = self.used(cell) {
                     self.find_in(used, cell, out);
@@ -414,7 +449,7 @@ impl SpatialIndex for CompactHashing {
         let movers: usize = self.movers.iter().map(Vec::capacity).sum();
         (self.table.capacity() + self.emptied.capacity()) * size_of::<u32>()
             + self.cells.capacity() * size_of::<UsedCell>()
-            + self.occupied.capacity() * size_of::<u64>()
+            + (self.occupied.capacity() + self.reached.capacity()) * size_of::<u64>()
             + self.links.bytes()
             + self.pool.bytes()
             + movers * size_of::<Mover>()
