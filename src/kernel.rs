@@ -25,6 +25,12 @@ pub struct CubicSpline {
 /// Squares of distances are not taken below this [m²]: two particles in one place have no direction.
 const TINY: f32 = 1e-30;
 
+/// r for both functions, so that a pass which wants both takes one root.
+#[inline(always)]
+fn radius<S: Simd>(simd: S, distance_squared: S::F) -> S::F {
+    simd.sqrt(simd.max(distance_squared, simd.splat(TINY)))
+}
+
 impl CubicSpline {
     /// The kernel of support radius `h` [m].
     pub fn new(dimension: Dimension, h: f32) -> Self {
@@ -58,7 +64,7 @@ impl CubicSpline {
     /// `W/σ` at eight squared distances [m²].
     #[inline(always)]
     pub fn shape<S: Simd>(&self, simd: S, distance_squared: S::F) -> S::F {
-        let (a, b) = self.hats(simd, simd.sqrt(distance_squared));
+        let (a, b) = self.hats(simd, radius(simd, distance_squared));
         let a_cubed = simd.mul(simd.mul(a, a), a);
         let b_squared = simd.mul(b, b);
         simd.sub(simd.add(a_cubed, a_cubed), simd.mul(b_squared, b))
@@ -67,7 +73,7 @@ impl CubicSpline {
     /// `(b² − a²)/r` [m⁻¹] at eight squared distances [m²].
     #[inline(always)]
     pub fn slope<S: Simd>(&self, simd: S, distance_squared: S::F) -> S::F {
-        let r = simd.sqrt(simd.max(distance_squared, simd.splat(TINY)));
+        let r = radius(simd, distance_squared);
         let (a, b) = self.hats(simd, r);
         simd.div(simd.mul(simd.sub(b, a), simd.add(b, a)), r)
     }

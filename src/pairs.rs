@@ -1,7 +1,9 @@
 //! Sums over neighbours: the shape that every loop of the paper's Algorithms 1 and 2 has.
 //!
 //! A pass says what one particle adds up over its fluid and its boundary neighbours, eight at a time ([`PairSum`]);
-//! [`Pairs::sum`] runs it over all rows in parallel, with stored lists or with neighbours found on the spot.
+//! [`Pairs::sum`] runs it over all rows in parallel, with stored lists or with neighbours found on the spot. The loop
+//! fetches the neighbours' positions, a third of its time, and hands a [`Pair`] to the pass: several sums in one pass
+//! fetch them once.
 
 use std::{cell::RefCell, ops::AddAssign};
 
@@ -25,14 +27,14 @@ pub trait PairSum: Copy + Sync {
     /// What becomes of them.
     type Output: Send;
 
-    /// Before the first neighbour of row `i`.
-    fn start<S: Simd>(&self, simd: S, i: usize) -> Self::Sums<S>;
-    /// Eight fluid neighbours; lanes without one hold a row whose sentinel adds nothing.
-    fn fluid<S: Simd>(&self, simd: S, j: S::Rows, sums: &mut Self::Sums<S>);
-    /// Eight boundary neighbours, likewise.
-    fn boundary<S: Simd>(&self, simd: S, b: S::Rows, sums: &mut Self::Sums<S>);
-    /// After the last neighbour of row `i`.
-    fn finish<S: Simd>(&self, simd: S, i: usize, sums: Self::Sums<S>) -> Self::Output;
+    /// Before the first neighbour of row `i`, which is at `own`.
+    fn start<S: Simd>(&self, simd: S, i: usize, own: Vec4) -> Self::Sums<S>;
+    /// Eight fluid neighbours, rows `j`; lanes without one hold a row whose sentinel adds nothing.
+    fn fluid<S: Simd>(&self, simd: S, pair: &Pair<S>, j: S::Rows, sums: &mut Self::Sums<S>);
+    /// Eight boundary neighbours, likewise; the fourth entries are their volumes.
+    fn boundary<S: Simd>(&self, simd: S, pair: &Pair<S>, sums: &mut Self::Sums<S>);
+    /// After the last of so many neighbours, fluid and boundary.
+    fn finish<S: Simd>(&self, simd: S, neighbours: usize, sums: Self::Sums<S>) -> Self::Output;
 }
 
 /// Two sums in one pass.
@@ -41,32 +43,43 @@ impl<A: PairSum, B: PairSum> PairSum for (A, B) {
     type Output = (A::Output, B::Output);
 
     #[inline(always)]
-    fn start<S: Simd>(&self, simd: S, i: usize) -> Self::Sums<S> {
-        (self.0.start(simd, i), self.1.start(simd, i))
+    fn start<S: Simd>(&self, simd: S, i: usize, own: Vec4) -> Self::Sums<S> {
+        (self.0.start(simd, i, own), self.1.start(simd, i, own))
     }
 
     #[inline(always)]
-    fn fluid<S: Simd>(&self, simd: S, j: S::Rows, sums: &mut Self::Sums<S>) {
-        self.0.fluid(simd, j, &mut sums.0);
-        self.1.fluid(simd, j, &mut sums.1);
+    fn fluid<S: Simd>(&self, simd: S, pair: &Pair<S>, j: S::Rows, sums: &mut Self::Sums<S>) {
+        self.0.fluid(simd, pair, j, &mut sums.0);
+        self.1.fluid(simd, pair, j, &mut sums.1);
     }
 
     #[inline(always)]
-    fn boundary<S: Simd>(&self, simd: S, b: S::Rows, sums: &mut Self::Sums<S>) {
-        self.0.boundary(simd, b, &mut sums.0);
-        self.1.boundary(simd, b, &mut sums.1);
+    fn boundary<S: Simd>(&self, simd: S, pair: &Pair<S>, sums: &mut Self::Sums<S>) {
+        self.0.boundary(simd, pair, &mut sums.0);
+        self.1.boundary(simd, pair, &mut sums.1);
     }
 
     #[inline(always)]
-    fn finish<S: Simd>(&self, simd: S, i: usize, sums: Self::Sums<S>) -> Self::Output {
+    fn finish<S: Simd>(&self, simd: S, neighbours: usize, sums: Self::Sums<S>) -> Self::Output {
         (
-            self.0.finish(simd, i, sums.0),
-            self.1.finish(simd, i, sums.1),
+            self.0.finish(simd, neighbours, sums.0),
+            self.1.finish(simd, neighbours, sums.1),
         )
     }
 }
 
-/// Position of a row in all lanes [m].
+/// A particle and eight neighbours.
+#[derive(Clone, Copy)]
+pub struct Pair<S: Simd> {
+    /// `x_i − x_j` [m].
+    pub x: [S::F; 3],
+    /// Its square [m²].
+    pub distance: S::F,
+    /// The neighbours' fourth entries.
+    pub fourth: S::F,
+}
+
+/// A vector in all lanes.
 #[inline(always)]
 pub fn broadcast<S: Simd>(simd: S, point: Vec4) -> [S::F; 3] {
     [
@@ -76,21 +89,40 @@ pub fn broadcast<S: Simd>(simd: S, point: Vec4) -> [S::F; 3] {
     ]
 }
 
-/// `x_i − x_j` [m], its square [m²], and the fourth entry of eight points.
+/// `own` minus the vectors of eight rows, and the rows' fourth entries.
 #[inline(always)]
-pub fn separation<S: Simd>(
+pub fn difference<S: Simd>(
     simd: S,
     own: [S::F; 3],
-    points: &[Vec4],
+    vectors: &[Vec4],
     rows: S::Rows,
-) -> ([S::F; 3], S::F, S::F) {
-    let [x, y, z, w] = simd.gather(points, rows);
-    let d = [
+) -> ([S::F; 3], S::F) {
+    let [x, y, z, fourth] = simd.gather(vectors, rows);
+    let difference = [
         simd.sub(own[0], x),
         simd.sub(own[1], y),
         simd.sub(own[2], z),
     ];
-    (d, dot(simd, d, d), w)
+    (difference, fourth)
+}
+
+#[inline(always)]
+fn pair<S: Simd>(simd: S, own: [S::F; 3], points: &[Vec4], rows: S::Rows) -> Pair<S> {
+    let (x, fourth) = difference(simd, own, points, rows);
+    Pair {
+        x,
+        distance: dot(simd, x, x),
+        fourth,
+    }
+}
+
+/// Where the particles of a pass are: fluid and boundary, each with a fourth entry and ended by a sentinel.
+#[derive(Clone, Copy)]
+pub struct Places<'a> {
+    /// Positions of the fluid particles [m].
+    pub fluid: &'a [Vec4],
+    /// Positions [m] and volumes [m³; m² in 2-D] of the boundary particles.
+    pub boundary: &'a [Vec4],
 }
 
 /// Scalar product.
@@ -120,28 +152,40 @@ pub struct Pairs<'w> {
 }
 
 impl Pairs<'_> {
-    /// Boundary particles as (position [m], volume [m³]), ended by a sentinel; only the sentinel if there are none.
-    pub fn boundary_samples(&self) -> &[Vec4] {
-        self.samples
-            .as_ref()
-            .map_or(&[SENTINEL], |samples| &samples.packed)
-    }
-
     /// Positions at the start of the step, as the lists were found from.
     pub fn positions(&self) -> &Positions {
         &self.positions
     }
 
-    /// Runs `pass` over all rows into `out`, which has one entry a row.
+    /// Runs `pass` over all rows, at the positions of the step, into `out`, which has one entry a row.
     pub fn sum<P: PairSum>(&self, pass: &P, out: &mut [P::Output]) {
-        sum(pass, self.source(), out, &self.execution);
+        self.sum_at(&self.positions.0, pass, out);
+    }
+
+    /// The same with the step's neighbours at other positions, which a sentinel ends.
+    pub fn sum_at<P: PairSum>(&self, fluid: &[Vec4], pass: &P, out: &mut [P::Output]) {
+        sum(
+            pass,
+            self.source(),
+            self.places(fluid),
+            out,
+            &self.execution,
+        );
     }
 
     /// Runs `pass` over all rows and adds what it gives to `out`, which has one entry a row.
     pub fn add<P: PairSum<Output: AddAssign>>(&self, pass: &P, out: &mut [P::Output]) {
-        over_rows(pass, self.source(), out, &self.execution, |out, sum| {
-            *out += sum
-        });
+        let places = self.places(&self.positions.0);
+        let put = |out: &mut P::Output, sum| *out += sum;
+        over_rows(pass, self.source(), places, out, &self.execution, put);
+    }
+
+    fn places<'a>(&'a self, fluid: &'a [Vec4]) -> Places<'a> {
+        let samples = self.samples.as_ref();
+        Places {
+            fluid,
+            boundary: samples.map_or(&[SENTINEL], |samples| &samples.packed),
+        }
     }
 
     /// Calls `work` with every row that has boundary neighbours, these, and the row's entries of two columns.
@@ -216,13 +260,20 @@ pub enum Source<'a> {
 }
 
 /// Runs `pass` over all rows into `out`.
-pub fn sum<P: PairSum>(pass: &P, source: Source, out: &mut [P::Output], execution: &Execution) {
-    over_rows(pass, source, out, execution, |out, sum| *out = sum);
+pub fn sum<P: PairSum>(
+    pass: &P,
+    source: Source,
+    places: Places,
+    out: &mut [P::Output],
+    execution: &Execution,
+) {
+    over_rows(pass, source, places, out, execution, |out, sum| *out = sum);
 }
 
 fn over_rows<P: PairSum>(
     pass: &P,
     source: Source,
+    places: Places,
     out: &mut [P::Output],
     execution: &Execution,
     put: impl Fn(&mut P::Output, P::Output) + Copy + Sync,
@@ -232,6 +283,7 @@ fn over_rows<P: PairSum>(
         Source::Stored(fluid, boundary) => {
             let chunk = StoredChunk {
                 pass,
+                places,
                 fluid,
                 boundary,
                 first,
@@ -243,6 +295,7 @@ fn over_rows<P: PairSum>(
         Source::OnTheSpot(fluid, boundary) => {
             set.dispatch(SpotChunk {
                 pass,
+                places,
                 fluid,
                 boundary,
                 first,
@@ -258,24 +311,31 @@ fn over_rows<P: PairSum>(
 fn row<P: PairSum, S: Simd>(
     pass: &P,
     simd: S,
+    places: Places,
     i: usize,
     mut fluid: &[u32],
     mut boundary: &[u32],
 ) -> P::Output {
-    let mut sums = pass.start(simd, i);
+    let neighbours = fluid.len() + boundary.len();
+    let mut sums = pass.start(simd, i, places.fluid[i]);
+    let own = broadcast(simd, places.fluid[i]);
     while !fluid.is_empty() {
-        pass.fluid(simd, simd.rows(fluid), &mut sums);
+        let rows = simd.rows(fluid);
+        let pair = pair(simd, own, places.fluid, rows);
+        pass.fluid(simd, &pair, rows, &mut sums);
         fluid = fluid.get(LANES..).unwrap_or_default();
     }
     while !boundary.is_empty() {
-        pass.boundary(simd, simd.rows(boundary), &mut sums);
+        let pair = pair(simd, own, places.boundary, simd.rows(boundary));
+        pass.boundary(simd, &pair, &mut sums);
         boundary = boundary.get(LANES..).unwrap_or_default();
     }
-    pass.finish(simd, i, sums)
+    pass.finish(simd, neighbours, sums)
 }
 
 struct StoredChunk<'a, P: PairSum, F> {
     pass: &'a P,
+    places: Places<'a>,
     fluid: &'a NeighbourLists,
     boundary: Option<&'a NeighbourLists>,
     first: usize,
@@ -295,7 +355,8 @@ impl<P: PairSum, F: Fn(&mut P::Output, P::Output)> Vectorised for StoredChunk<'_
                 Some(lists) => lists.of(i),
                 None => &[],
             };
-            (self.put)(out, row(&pass, simd, i, self.fluid.of(i), boundary));
+            let fluid = self.fluid.of(i);
+            (self.put)(out, row(&pass, simd, self.places, i, fluid, boundary));
         }
     }
 }
@@ -326,6 +387,7 @@ impl<A, B, F: Fn(usize, &[u32], &mut A, &mut B)> Vectorised for BoundaryChunk<'_
 
 struct SpotChunk<'a, P: PairSum, F> {
     pass: &'a P,
+    places: Places<'a>,
     fluid: Search<'a>,
     boundary: Option<Search<'a>>,
     first: usize,
@@ -354,7 +416,8 @@ impl<P: PairSum, F: Fn(&mut P::Output, P::Output)> Vectorised for SpotChunk<'_, 
                 Some(search) => search.of(simd, i),
                 None => &[],
             };
-            let sum = row(self.pass, simd, i, fluid.of(simd, i), near_boundary);
+            let near = fluid.of(simd, i);
+            let sum = row(self.pass, simd, self.places, i, near, near_boundary);
             (self.put)(&mut self.out[k], sum);
         }
         ORDER.set(order);

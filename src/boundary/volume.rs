@@ -5,12 +5,13 @@
 use glam::Vec4;
 
 use crate::{
+    column::SENTINEL,
     execution::Execution,
     index::SpatialIndex,
     kernel::CubicSpline,
     material::Material,
     neighbours::Search,
-    pairs::{self, PairSum, Source, broadcast, separation},
+    pairs::{self, Pair, PairSum, Places, Source},
     scene::{BoundaryHandling, Scene},
     simd::Simd,
 };
@@ -24,7 +25,6 @@ pub fn volumes(
 ) -> Vec<f32> {
     let pass = BoundaryVolumeSum {
         kernel: CubicSpline::new(scene.dimension, scene.support_radius()),
-        packed,
     };
     let points = &packed[..packed.len() - 1];
     let search = Search {
@@ -38,6 +38,10 @@ pub fn volumes(
     pairs::sum(
         &pass,
         Source::OnTheSpot(search, None),
+        Places {
+            fluid: packed,
+            boundary: &[SENTINEL],
+        },
         &mut volumes,
         execution,
     );
@@ -58,31 +62,29 @@ pub fn volumes(
 }
 
 #[derive(Clone, Copy)]
-struct BoundaryVolumeSum<'a> {
+struct BoundaryVolumeSum {
     kernel: CubicSpline,
-    packed: &'a [Vec4],
 }
 
-impl PairSum for BoundaryVolumeSum<'_> {
-    type Sums<S: Simd> = ([S::F; 3], S::F);
+impl PairSum for BoundaryVolumeSum {
+    type Sums<S: Simd> = S::F;
     type Output = f32;
 
     #[inline(always)]
-    fn start<S: Simd>(&self, simd: S, i: usize) -> Self::Sums<S> {
-        (broadcast(simd, self.packed[i]), simd.splat(0.0))
+    fn start<S: Simd>(&self, simd: S, _: usize, _: Vec4) -> Self::Sums<S> {
+        simd.splat(0.0)
     }
 
     #[inline(always)]
-    fn fluid<S: Simd>(&self, simd: S, j: S::Rows, (own, sum): &mut Self::Sums<S>) {
-        let (_, distance, _) = separation(simd, *own, self.packed, j);
-        *sum = simd.add(*sum, self.kernel.shape(simd, distance));
+    fn fluid<S: Simd>(&self, simd: S, pair: &Pair<S>, _: S::Rows, sum: &mut Self::Sums<S>) {
+        *sum = simd.add(*sum, self.kernel.shape(simd, pair.distance));
     }
 
     #[inline(always)]
-    fn boundary<S: Simd>(&self, _: S, _: S::Rows, _: &mut Self::Sums<S>) {}
+    fn boundary<S: Simd>(&self, _: S, _: &Pair<S>, _: &mut Self::Sums<S>) {}
 
     #[inline(always)]
-    fn finish<S: Simd>(&self, simd: S, _: usize, (_, sum): Self::Sums<S>) -> f32 {
+    fn finish<S: Simd>(&self, simd: S, _: usize, sum: Self::Sums<S>) -> f32 {
         // The shape of the kernel at the particle itself is 1.
         1.0 / (self.kernel.normalisation * (1.0 + simd.sum(sum)))
     }

@@ -7,7 +7,7 @@ use glam::{Vec3, Vec4};
 use crate::{
     column::Accelerations,
     material::Material,
-    pairs::{PairSum, Pairs, accumulate, broadcast, separation},
+    pairs::{Pair, PairSum, Pairs, accumulate},
     simd::Simd,
 };
 
@@ -24,7 +24,6 @@ pub fn apply_surface_tension(
 ) {
     let pass = CohesionSum {
         material: &material,
-        positions: &pairs.positions().0,
         factor: -cohesion.0 * material.kernel.normalisation,
         nearest: material.spacing * material.spacing,
     };
@@ -34,7 +33,6 @@ pub fn apply_surface_tension(
 #[derive(Clone, Copy)]
 struct CohesionSum<'a> {
     material: &'a Material,
-    positions: &'a [Vec4],
     /// −κ σ
     factor: f32,
     /// Square of the spacing [m²].
@@ -42,29 +40,26 @@ struct CohesionSum<'a> {
 }
 
 impl PairSum for CohesionSum<'_> {
-    type Sums<S: Simd> = ([S::F; 3], [S::F; 3]);
+    type Sums<S: Simd> = [S::F; 3];
     type Output = Vec3;
 
     #[inline(always)]
-    fn start<S: Simd>(&self, simd: S, i: usize) -> Self::Sums<S> {
-        (broadcast(simd, self.positions[i]), [simd.splat(0.0); 3])
+    fn start<S: Simd>(&self, simd: S, _: usize, _: Vec4) -> Self::Sums<S> {
+        [simd.splat(0.0); 3]
     }
 
     #[inline(always)]
-    fn fluid<S: Simd>(&self, simd: S, j: S::Rows, (own, sum): &mut Self::Sums<S>) {
-        let (x, distance, _) = separation(simd, *own, self.positions, j);
-        let shape = self
-            .material
-            .kernel
-            .shape(simd, simd.max(distance, simd.splat(self.nearest)));
-        accumulate(simd, sum, shape, x);
+    fn fluid<S: Simd>(&self, simd: S, pair: &Pair<S>, _: S::Rows, sum: &mut Self::Sums<S>) {
+        let distance = simd.max(pair.distance, simd.splat(self.nearest));
+        let shape = self.material.kernel.shape(simd, distance);
+        accumulate(simd, sum, shape, pair.x);
     }
 
     #[inline(always)]
-    fn boundary<S: Simd>(&self, _: S, _: S::Rows, _: &mut Self::Sums<S>) {}
+    fn boundary<S: Simd>(&self, _: S, _: &Pair<S>, _: &mut Self::Sums<S>) {}
 
     #[inline(always)]
-    fn finish<S: Simd>(&self, simd: S, _: usize, (_, [x, y, z]): Self::Sums<S>) -> Vec3 {
+    fn finish<S: Simd>(&self, simd: S, _: usize, [x, y, z]: Self::Sums<S>) -> Vec3 {
         self.factor * Vec3::new(simd.sum(x), simd.sum(y), simd.sum(z))
     }
 }

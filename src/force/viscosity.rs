@@ -15,7 +15,7 @@ use glam::{Vec3, Vec4};
 use crate::{
     column::{Accelerations, Densities, Velocities},
     material::Material,
-    pairs::{PairSum, Pairs, accumulate, broadcast, dot, separation},
+    pairs::{Pair, PairSum, Pairs, accumulate, broadcast, difference, dot},
     simd::Simd,
 };
 
@@ -95,7 +95,6 @@ fn apply_friction<const APPROACHING: bool>(
         });
     let pass = Friction::<APPROACHING> {
         material,
-        positions: &pairs.positions().0,
         velocities: &velocities.0,
         factor: strength * material.particle_mass * material.kernel.slope_factor,
     };
@@ -106,13 +105,11 @@ fn apply_friction<const APPROACHING: bool>(
 #[derive(Clone, Copy)]
 struct Friction<'a, const APPROACHING: bool> {
     material: &'a Material,
-    positions: &'a [Vec4],
     velocities: &'a [Vec4],
     factor: f32,
 }
 
 struct FrictionSums<S: Simd> {
-    position: [S::F; 3],
     velocity: [S::F; 3],
     density: S::F,
     sum: [S::F; 3],
@@ -123,9 +120,8 @@ impl<const APPROACHING: bool> PairSum for Friction<'_, APPROACHING> {
     type Output = Vec3;
 
     #[inline(always)]
-    fn start<S: Simd>(&self, simd: S, i: usize) -> FrictionSums<S> {
+    fn start<S: Simd>(&self, simd: S, i: usize, _: Vec4) -> FrictionSums<S> {
         FrictionSums {
-            position: broadcast(simd, self.positions[i]),
             velocity: broadcast(simd, self.velocities[i]),
             density: simd.splat(self.velocities[i].w),
             sum: [simd.splat(0.0); 3],
@@ -133,10 +129,10 @@ impl<const APPROACHING: bool> PairSum for Friction<'_, APPROACHING> {
     }
 
     #[inline(always)]
-    fn fluid<S: Simd>(&self, simd: S, j: S::Rows, sums: &mut FrictionSums<S>) {
+    fn fluid<S: Simd>(&self, simd: S, pair: &Pair<S>, j: S::Rows, sums: &mut FrictionSums<S>) {
         let h = self.material.kernel.support_radius;
-        let (x, distance, _) = separation(simd, sums.position, self.positions, j);
-        let (v, _, density) = separation(simd, sums.velocity, self.velocities, j);
+        let Pair { x, distance, .. } = *pair;
+        let (v, density) = difference(simd, sums.velocity, self.velocities, j);
         let mut approach = dot(simd, v, x);
         if APPROACHING {
             approach = simd.min(approach, simd.splat(0.0));
@@ -148,7 +144,7 @@ impl<const APPROACHING: bool> PairSum for Friction<'_, APPROACHING> {
     }
 
     #[inline(always)]
-    fn boundary<S: Simd>(&self, _: S, _: S::Rows, _: &mut FrictionSums<S>) {}
+    fn boundary<S: Simd>(&self, _: S, _: &Pair<S>, _: &mut FrictionSums<S>) {}
 
     #[inline(always)]
     fn finish<S: Simd>(&self, simd: S, _: usize, sums: FrictionSums<S>) -> Vec3 {

@@ -20,6 +20,7 @@ use bevy_ecs::{
     schedule::{ScheduleConfigs, ScheduleLabel},
     system::ScheduleSystem,
 };
+use rayon::prelude::*;
 
 use super::{
     Corrected, PressureSolve,
@@ -51,7 +52,7 @@ pub struct DivergenceIteration;
 pub struct DivergenceConvergence(Convergence);
 
 /// What one particle sums up in the density pass: density, `1/D`, Dρ/Dt, number of neighbours.
-type Sums = ((f32, f32), (f32, f32));
+type Sums = ((f32, f32), (f32, u32));
 
 /// Impulses that the divergence solve applies, as pressure terms times dt [Pa s·m⁶/kg²].
 #[derive(Resource, Debug, Default)]
@@ -63,10 +64,10 @@ pub struct DensityPass(Vec<Sums>);
 
 /// Neighbours below which a particle keeps its divergence: at a surface, or in spray, Dρ/Dt says how the particle meets
 /// others and not that it is compressed (2015, section 3.4).
-fn least_neighbours(dimension: Dimension) -> f32 {
+fn least_neighbours(dimension: Dimension) -> u32 {
     match dimension {
-        Dimension::Two => 7.0,
-        Dimension::Three => 20.0,
+        Dimension::Two => 7,
+        Dimension::Three => 20,
     }
 }
 
@@ -116,19 +117,18 @@ pub fn compute_density(
     densities.0.resize(rows, 0.0);
     responses.0.resize(rows, 0.0);
     rates.0.resize(rows, 0.0);
-    let density = DensitySum::new(&material, &pairs.positions().0, pairs.boundary_samples());
-    let response = Response::new(&material, &pairs);
-    let rate = DensityRate::new(&material, &pairs, &velocities.0);
-    let count = NeighbourCount::new(&material, &pairs);
-    pairs.sum(&((density, response), (rate, count)), &mut pass.0);
-    let columns = densities
-        .0
-        .iter_mut()
-        .zip(&mut responses.0)
-        .zip(&mut rates.0);
-    for (((density, response), rate), sums) in columns.zip(&pass.0) {
-        ((*density, *response), (*rate, _)) = *sums;
-    }
+    let sums = (
+        (DensitySum::new(&material), Response::new(&material)),
+        (DensityRate::new(&material, &velocities.0), NeighbourCount),
+    );
+    pairs.sum(&sums, &mut pass.0);
+    let columns = densities.0.par_iter_mut().zip(&mut responses.0);
+    let columns = columns.zip(&mut rates.0).zip(&pass.0);
+    pairs.execution.install(|| {
+        columns.for_each(|(((density, response), rate), sums)| {
+            ((*density, *response), (*rate, _)) = *sums;
+        });
+    });
 }
 
 /// Frees the velocities of compression (phase `Forces`, before the forces).

@@ -11,7 +11,7 @@ use glam::{Vec3, Vec4};
 use crate::{
     column::PressureAccelerations,
     material::Material,
-    pairs::{PairSum, Pairs, accumulate, broadcast, separation},
+    pairs::{Pair, PairSum, Pairs, accumulate},
     simd::Simd,
 };
 
@@ -24,8 +24,6 @@ pub fn pressure_force(
     accelerations.0.resize(pairs.positions().rows(), Vec3::ZERO);
     let pass = PressureForce {
         material: &material,
-        positions: &pairs.positions().0,
-        boundary: pairs.boundary_samples(),
         boundary_mass: material.rest_density / material.particle_mass,
     };
     pairs.sum(&pass, &mut accelerations.0);
@@ -34,14 +32,11 @@ pub fn pressure_force(
 #[derive(Clone, Copy)]
 struct PressureForce<'a> {
     material: &'a Material,
-    positions: &'a [Vec4],
-    boundary: &'a [Vec4],
     /// ρ0/m: with a volume, the boundary particle's mass in particle masses.
     boundary_mass: f32,
 }
 
 struct ForceSums<S: Simd> {
-    own: [S::F; 3],
     term: S::F,
     sum: [S::F; 3],
 }
@@ -51,37 +46,26 @@ impl PairSum for PressureForce<'_> {
     type Output = Vec3;
 
     #[inline(always)]
-    fn start<S: Simd>(&self, simd: S, i: usize) -> ForceSums<S> {
+    fn start<S: Simd>(&self, simd: S, _: usize, own: Vec4) -> ForceSums<S> {
         ForceSums {
-            own: broadcast(simd, self.positions[i]),
-            term: simd.splat(self.positions[i].w),
+            term: simd.splat(own.w),
             sum: [simd.splat(0.0); 3],
         }
     }
 
     #[inline(always)]
-    fn fluid<S: Simd>(&self, simd: S, j: S::Rows, sums: &mut ForceSums<S>) {
-        let (x, distance, term) = separation(simd, sums.own, self.positions, j);
-        let slope = self.material.kernel.slope(simd, distance);
-        accumulate(
-            simd,
-            &mut sums.sum,
-            simd.mul(simd.add(sums.term, term), slope),
-            x,
-        );
+    fn fluid<S: Simd>(&self, simd: S, pair: &Pair<S>, _: S::Rows, sums: &mut ForceSums<S>) {
+        let slope = self.material.kernel.slope(simd, pair.distance);
+        let terms = simd.add(sums.term, pair.fourth);
+        accumulate(simd, &mut sums.sum, simd.mul(terms, slope), pair.x);
     }
 
     #[inline(always)]
-    fn boundary<S: Simd>(&self, simd: S, b: S::Rows, sums: &mut ForceSums<S>) {
-        let (x, distance, volume) = separation(simd, sums.own, self.boundary, b);
-        let slope = self.material.kernel.slope(simd, distance);
-        let mass = simd.mul(volume, simd.splat(self.boundary_mass));
-        accumulate(
-            simd,
-            &mut sums.sum,
-            simd.mul(simd.mul(mass, sums.term), slope),
-            x,
-        );
+    fn boundary<S: Simd>(&self, simd: S, pair: &Pair<S>, sums: &mut ForceSums<S>) {
+        let slope = self.material.kernel.slope(simd, pair.distance);
+        let mass = simd.mul(pair.fourth, simd.splat(self.boundary_mass));
+        let term = simd.mul(mass, sums.term);
+        accumulate(simd, &mut sums.sum, simd.mul(term, slope), pair.x);
     }
 
     #[inline(always)]

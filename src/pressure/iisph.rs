@@ -12,6 +12,7 @@
 //! (see [`force`](super::force)), and count in the diagonal as they do in the force.
 
 use bevy_ecs::{prelude::*, schedule::ScheduleConfigs, system::ScheduleSystem};
+use rayon::prelude::*;
 
 use super::{
     implicit::{self, Response, Responses, predict_rates, predict_velocities, update_pressure},
@@ -54,10 +55,12 @@ pub fn compute_density(
     pass.0.resize(rows, Default::default());
     densities.0.resize(rows, 0.0);
     responses.0.resize(rows, 0.0);
-    let density = DensitySum::new(&material, &pairs.positions().0, pairs.boundary_samples());
-    pairs.sum(&(density, Response::new(&material, &pairs)), &mut pass.0);
-    let columns = densities.0.iter_mut().zip(&mut responses.0);
-    for ((density, response), sums) in columns.zip(&pass.0) {
-        (*density, *response) = *sums;
-    }
+    let sums = (DensitySum::new(&material), Response::new(&material));
+    pairs.sum(&sums, &mut pass.0);
+    let columns = densities.0.par_iter_mut().zip(&mut responses.0);
+    pairs.execution.install(|| {
+        columns
+            .zip(&pass.0)
+            .for_each(|((density, response), sums)| (*density, *response) = *sums);
+    });
 }

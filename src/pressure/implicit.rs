@@ -22,7 +22,7 @@ use crate::{
     execution::Execution,
     kernel::CubicSpline,
     material::Material,
-    pairs::{PairSum, Pairs, accumulate, broadcast, dot, separation},
+    pairs::{Pair, PairSum, Pairs, accumulate, broadcast, difference, dot},
     simd::Simd,
     step::Clock,
 };
@@ -104,7 +104,7 @@ pub fn predict_rates(
     material: Res<Material>,
 ) {
     rates.0.resize(pairs.positions().rows(), 0.0);
-    let pass = DensityRate::new(&material, &pairs, &predicted.0);
+    let pass = DensityRate::new(&material, &predicted.0);
     pairs.sum(&pass, &mut rates.0);
 }
 
@@ -149,10 +149,8 @@ pub fn update_pressure(
 
 /// Sums `1/D`.
 #[derive(Clone, Copy)]
-pub struct Response<'a> {
+pub struct Response {
     kernel: CubicSpline,
-    positions: &'a [Vec4],
-    boundary: &'a [Vec4],
     /// ρ0/m: with a volume, the boundary particle's mass in particle masses.
     boundary_mass: f32,
     /// m² and the square of the kernel's factor.
@@ -165,14 +163,12 @@ pub struct Response<'a> {
 /// grows as 1/sqrt(D); two particles on the edge of each other's support have 4e-4.
 const LEAST_RESPONSE: f64 = 1e-3;
 
-impl<'a> Response<'a> {
-    /// The sum at the positions of the step.
-    pub fn new(material: &Material, pairs: &'a Pairs) -> Self {
+impl Response {
+    /// The sum for this fluid.
+    pub fn new(material: &Material) -> Self {
         let mass = f64::from(material.particle_mass);
         Self {
             kernel: material.kernel,
-            positions: &pairs.positions().0,
-            boundary: pairs.boundary_samples(),
             boundary_mass: material.rest_density / material.particle_mass,
             factor: (material.particle_mass * material.kernel.slope_factor).powi(2),
             least: (LEAST_RESPONSE * mass * mass * lattice_response(material)) as f32,
@@ -180,40 +176,36 @@ impl<'a> Response<'a> {
     }
 }
 
-/// A particle's position, the sum of gradients and that of their squares.
+/// The sum of gradients and that of their squares.
 pub struct ResponseSums<S: Simd> {
-    own: [S::F; 3],
     sum: [S::F; 3],
     squares: S::F,
 }
 
-impl PairSum for Response<'_> {
+impl PairSum for Response {
     type Sums<S: Simd> = ResponseSums<S>;
     type Output = f32;
 
     #[inline(always)]
-    fn start<S: Simd>(&self, simd: S, i: usize) -> ResponseSums<S> {
+    fn start<S: Simd>(&self, simd: S, _: usize, _: Vec4) -> ResponseSums<S> {
         ResponseSums {
-            own: broadcast(simd, self.positions[i]),
             sum: [simd.splat(0.0); 3],
             squares: simd.splat(0.0),
         }
     }
 
     #[inline(always)]
-    fn fluid<S: Simd>(&self, simd: S, j: S::Rows, sums: &mut ResponseSums<S>) {
-        let (x, distance, _) = separation(simd, sums.own, self.positions, j);
-        let slope = self.kernel.slope(simd, distance);
-        accumulate(simd, &mut sums.sum, slope, x);
-        sums.squares = simd.mul_add(simd.mul(slope, slope), distance, sums.squares);
+    fn fluid<S: Simd>(&self, simd: S, pair: &Pair<S>, _: S::Rows, sums: &mut ResponseSums<S>) {
+        let slope = self.kernel.slope(simd, pair.distance);
+        accumulate(simd, &mut sums.sum, slope, pair.x);
+        sums.squares = simd.mul_add(simd.mul(slope, slope), pair.distance, sums.squares);
     }
 
     #[inline(always)]
-    fn boundary<S: Simd>(&self, simd: S, b: S::Rows, sums: &mut ResponseSums<S>) {
-        let (x, distance, volume) = separation(simd, sums.own, self.boundary, b);
-        let slope = self.kernel.slope(simd, distance);
-        let mass = simd.mul(volume, simd.splat(self.boundary_mass));
-        accumulate(simd, &mut sums.sum, simd.mul(mass, slope), x);
+    fn boundary<S: Simd>(&self, simd: S, pair: &Pair<S>, sums: &mut ResponseSums<S>) {
+        let slope = self.kernel.slope(simd, pair.distance);
+        let mass = simd.mul(pair.fourth, simd.splat(self.boundary_mass));
+        accumulate(simd, &mut sums.sum, simd.mul(mass, slope), pair.x);
     }
 
     #[inline(always)]
@@ -233,9 +225,7 @@ impl PairSum for Response<'_> {
 #[derive(Clone, Copy)]
 pub struct DensityRate<'a> {
     kernel: CubicSpline,
-    positions: &'a [Vec4],
     velocities: &'a [Vec4],
-    boundary: &'a [Vec4],
     /// ρ0/m: with a volume, the boundary particle's mass in particle masses.
     boundary_mass: f32,
     /// m and the kernel's factor.
@@ -243,22 +233,19 @@ pub struct DensityRate<'a> {
 }
 
 impl<'a> DensityRate<'a> {
-    /// The sum over `velocities`, which end with a sentinel of zero, at the positions of the step.
-    pub fn new(material: &Material, pairs: &'a Pairs, velocities: &'a [Vec4]) -> Self {
+    /// The sum over `velocities`, which end with a sentinel of zero.
+    pub fn new(material: &Material, velocities: &'a [Vec4]) -> Self {
         Self {
             kernel: material.kernel,
-            positions: &pairs.positions().0,
             velocities,
-            boundary: pairs.boundary_samples(),
             boundary_mass: material.rest_density / material.particle_mass,
             factor: material.particle_mass * material.kernel.slope_factor,
         }
     }
 }
 
-/// A particle's position and velocity, and the sum.
+/// A particle's velocity, and the sum.
 pub struct DensityRateSums<S: Simd> {
-    position: [S::F; 3],
     velocity: [S::F; 3],
     sum: S::F,
 }
@@ -268,28 +255,26 @@ impl PairSum for DensityRate<'_> {
     type Output = f32;
 
     #[inline(always)]
-    fn start<S: Simd>(&self, simd: S, i: usize) -> DensityRateSums<S> {
+    fn start<S: Simd>(&self, simd: S, i: usize, _: Vec4) -> DensityRateSums<S> {
         DensityRateSums {
-            position: broadcast(simd, self.positions[i]),
             velocity: broadcast(simd, self.velocities[i]),
             sum: simd.splat(0.0),
         }
     }
 
     #[inline(always)]
-    fn fluid<S: Simd>(&self, simd: S, j: S::Rows, sums: &mut DensityRateSums<S>) {
-        let (x, distance, _) = separation(simd, sums.position, self.positions, j);
-        let (v, ..) = separation(simd, sums.velocity, self.velocities, j);
-        let slope = self.kernel.slope(simd, distance);
-        sums.sum = simd.mul_add(slope, dot(simd, v, x), sums.sum);
+    fn fluid<S: Simd>(&self, simd: S, pair: &Pair<S>, j: S::Rows, sums: &mut DensityRateSums<S>) {
+        let (v, _) = difference(simd, sums.velocity, self.velocities, j);
+        let slope = self.kernel.slope(simd, pair.distance);
+        sums.sum = simd.mul_add(slope, dot(simd, v, pair.x), sums.sum);
     }
 
     #[inline(always)]
-    fn boundary<S: Simd>(&self, simd: S, b: S::Rows, sums: &mut DensityRateSums<S>) {
-        let (x, distance, volume) = separation(simd, sums.position, self.boundary, b);
-        let slope = self.kernel.slope(simd, distance);
-        let mass = simd.mul(volume, simd.splat(self.boundary_mass));
-        sums.sum = simd.mul_add(simd.mul(mass, slope), dot(simd, sums.velocity, x), sums.sum);
+    fn boundary<S: Simd>(&self, simd: S, pair: &Pair<S>, sums: &mut DensityRateSums<S>) {
+        let slope = self.kernel.slope(simd, pair.distance);
+        let mass = simd.mul(pair.fourth, simd.splat(self.boundary_mass));
+        let approach = dot(simd, sums.velocity, pair.x);
+        sums.sum = simd.mul_add(simd.mul(mass, slope), approach, sums.sum);
     }
 
     #[inline(always)]
@@ -300,62 +285,23 @@ impl PairSum for DensityRate<'_> {
 
 /// Counts neighbours, fluid and boundary.
 #[derive(Clone, Copy)]
-pub struct NeighbourCount<'a> {
-    support_radius: f32,
-    positions: &'a [Vec4],
-    boundary: &'a [Vec4],
-}
+pub struct NeighbourCount;
 
-impl<'a> NeighbourCount<'a> {
-    /// The count at the positions of the step.
-    pub fn new(material: &Material, pairs: &'a Pairs) -> Self {
-        Self {
-            support_radius: material.kernel.support_radius,
-            positions: &pairs.positions().0,
-            boundary: pairs.boundary_samples(),
-        }
-    }
+impl PairSum for NeighbourCount {
+    type Sums<S: Simd> = ();
+    type Output = u32;
 
     #[inline(always)]
-    fn count<S: Simd>(
-        &self,
-        simd: S,
-        points: &[Vec4],
-        rows: S::Rows,
-        sums: &mut ([S::F; 3], S::F),
-    ) {
-        let (_, distance, _) = separation(simd, sums.0, points, rows);
-        let h = simd.splat(self.support_radius * self.support_radius);
-        // 1 within the support, 0 beyond: there is no comparison to mask with.
-        let within = simd.mul(
-            simd.max(simd.sub(h, distance), simd.splat(0.0)),
-            simd.splat(1e30),
-        );
-        sums.1 = simd.add(sums.1, simd.min(within, simd.splat(1.0)));
-    }
-}
-
-impl PairSum for NeighbourCount<'_> {
-    type Sums<S: Simd> = ([S::F; 3], S::F);
-    type Output = f32;
+    fn start<S: Simd>(&self, _: S, _: usize, _: Vec4) {}
 
     #[inline(always)]
-    fn start<S: Simd>(&self, simd: S, i: usize) -> Self::Sums<S> {
-        (broadcast(simd, self.positions[i]), simd.splat(0.0))
-    }
+    fn fluid<S: Simd>(&self, _: S, _: &Pair<S>, _: S::Rows, (): &mut ()) {}
 
     #[inline(always)]
-    fn fluid<S: Simd>(&self, simd: S, j: S::Rows, sums: &mut Self::Sums<S>) {
-        self.count(simd, self.positions, j, sums);
-    }
+    fn boundary<S: Simd>(&self, _: S, _: &Pair<S>, (): &mut ()) {}
 
     #[inline(always)]
-    fn boundary<S: Simd>(&self, simd: S, b: S::Rows, sums: &mut Self::Sums<S>) {
-        self.count(simd, self.boundary, b, sums);
-    }
-
-    #[inline(always)]
-    fn finish<S: Simd>(&self, simd: S, _: usize, sums: Self::Sums<S>) -> f32 {
-        simd.sum(sums.1)
+    fn finish<S: Simd>(&self, _: S, neighbours: usize, (): ()) -> u32 {
+        neighbours as u32
     }
 }

@@ -28,7 +28,7 @@ use crate::{
     execution::Execution,
     kernel::CubicSpline,
     material::Material,
-    pairs::{PairSum, Pairs, accumulate, broadcast, separation},
+    pairs::{Pair, PairSum, Pairs, accumulate},
     scene::{Pcisph, Scene},
     simd::Simd,
     step::Clock,
@@ -120,10 +120,7 @@ fn predict_density(
     material: Res<Material>,
 ) {
     densities.0.resize(pairs.positions().rows(), 0.0);
-    pairs.sum(
-        &DensitySum::new(&material, &predicted.0, pairs.boundary_samples()),
-        &mut densities.0,
-    );
+    pairs.sum_at(&predicted.0, &DensitySum::new(&material), &mut densities.0);
 }
 
 fn update_pressure(
@@ -168,43 +165,38 @@ pub fn wall_response(
     let mass = material.rest_density / material.particle_mass * material.kernel.slope_factor;
     let pass = WallGradient {
         kernel: material.kernel,
-        positions: &pairs.positions().0,
-        boundary: pairs.boundary_samples(),
         factor: mass * mass / (2.0 * correction.lattice_response),
     };
     pairs.sum(&pass, &mut walls.0);
 }
 
 #[derive(Clone, Copy)]
-struct WallGradient<'a> {
+struct WallGradient {
     kernel: CubicSpline,
-    positions: &'a [Vec4],
-    boundary: &'a [Vec4],
     /// `(ρ0/m)²` and the kernel's factor, squared, over twice the lattice's response.
     factor: f32,
 }
 
-impl PairSum for WallGradient<'_> {
-    type Sums<S: Simd> = ([S::F; 3], [S::F; 3]);
+impl PairSum for WallGradient {
+    type Sums<S: Simd> = [S::F; 3];
     type Output = f32;
 
     #[inline(always)]
-    fn start<S: Simd>(&self, simd: S, i: usize) -> Self::Sums<S> {
-        (broadcast(simd, self.positions[i]), [simd.splat(0.0); 3])
+    fn start<S: Simd>(&self, simd: S, _: usize, _: Vec4) -> Self::Sums<S> {
+        [simd.splat(0.0); 3]
     }
 
     #[inline(always)]
-    fn fluid<S: Simd>(&self, _: S, _: S::Rows, _: &mut Self::Sums<S>) {}
+    fn fluid<S: Simd>(&self, _: S, _: &Pair<S>, _: S::Rows, _: &mut Self::Sums<S>) {}
 
     #[inline(always)]
-    fn boundary<S: Simd>(&self, simd: S, b: S::Rows, (own, sum): &mut Self::Sums<S>) {
-        let (x, distance, volume) = separation(simd, *own, self.boundary, b);
-        let slope = self.kernel.slope(simd, distance);
-        accumulate(simd, sum, simd.mul(volume, slope), x);
+    fn boundary<S: Simd>(&self, simd: S, pair: &Pair<S>, sum: &mut Self::Sums<S>) {
+        let slope = self.kernel.slope(simd, pair.distance);
+        accumulate(simd, sum, simd.mul(pair.fourth, slope), pair.x);
     }
 
     #[inline(always)]
-    fn finish<S: Simd>(&self, simd: S, _: usize, (_, [x, y, z]): Self::Sums<S>) -> f32 {
+    fn finish<S: Simd>(&self, simd: S, _: usize, [x, y, z]: Self::Sums<S>) -> f32 {
         let gradient = Vec3::new(simd.sum(x), simd.sum(y), simd.sum(z));
         (self.factor * gradient.length_squared()).max(1.0)
     }
