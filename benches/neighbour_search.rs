@@ -3,9 +3,9 @@
 //! `cargo bench --bench neighbour_search` takes 131 072 particles, `-- --million` 1 048 576 instead.
 //!
 //! The particles lie on a cubic lattice of spacing 1, displaced by up to 0.2 along each axis, and look for neighbours
-//! within 2: about 29. They start in Z-curve order. Between two runs each moves by up to 0.02 along each axis; every
-//! method sees the same positions, one method after the other in every run, and the median over the runs counts, so
-//! that a disturbance of the machine meets all alike.
+//! within 2: about 29. They start in Z-curve order. Between two runs each moves by up to 0.02 along each axis, the same
+//! for every method. The methods take turns of five runs: a method finds the caches as it left them, as it would if it
+//! ran alone, and a disturbance of the machine meets all alike. The median over the runs counts.
 //!
 //! Two crates for comparison, each built anew in every run, since they have no update, and both asked for
 //! unsorted rows only, written to one array a chunk of 1024 particles:
@@ -36,6 +36,8 @@ const RADIUS: f32 = 2.0;
 const JITTER: f32 = 0.2;
 const MOTION: f32 = 0.02;
 const RUNS: usize = 20;
+/// Runs of a method at a time.
+const TURN: usize = 5;
 /// Particles between two that are compared with brute force.
 const CHECK_EVERY: usize = 509;
 /// Particles that a task of a peer looks up.
@@ -320,42 +322,54 @@ fn median(times: &mut [f64]) -> f64 {
 fn measure(size: IVec3, threads: usize, peers: bool) {
     let grid = Grid::new(Dimension::Three, RADIUS, 1.0);
     let execution = Execution::new(threads).expect("threads");
-    let mut points = lattice(size, &grid, &execution);
     let mut methods = methods(&grid);
     if !peers {
         methods.truncate(5);
     }
-    let mut numbers = Numbers(2);
+    let start = lattice(size, &grid, &execution);
+    let mut states: Vec<_> = methods
+        .iter()
+        .map(|_| (start.clone(), Numbers(2)))
+        .collect();
     let mut times = vec![(Vec::new(), Vec::new()); methods.len()];
-    let mut changed = 0.0;
-    for run in 0..=RUNS {
-        eprint!("\r{} thread(s), run {run} of {RUNS} ", threads);
-        for (k, (_, method)) in methods.iter_mut().enumerate() {
-            let start = Instant::now();
-            method.construct(&points, &execution);
-            let built = Instant::now();
-            method.query(&points, &execution);
-            let done = Instant::now();
-            // The first run warms up.
-            if run > 0 {
-                times[k].0.push((built - start).as_secs_f64());
-                times[k].1.push((done - built).as_secs_f64());
+    let mut crossed = 0;
+    for turn in 0..RUNS / TURN {
+        for (k, (name, method)) in methods.iter_mut().enumerate() {
+            eprint!(
+                "\r{threads} thread(s), turn {} of {}: {name:<20}",
+                turn + 1,
+                RUNS / TURN
+            );
+            let (points, numbers) = &mut states[k];
+            for run in 0..=TURN {
+                let start = Instant::now();
+                method.construct(points, &execution);
+                let built = Instant::now();
+                method.query(points, &execution);
+                let done = Instant::now();
+                // The first run of a turn warms up.
+                if run > 0 {
+                    times[k].0.push((built - start).as_secs_f64());
+                    times[k].1.push((done - built).as_secs_f64());
+                }
+                if turn == RUNS / TURN - 1 && run == TURN {
+                    break;
+                }
+                for point in points.iter_mut() {
+                    let before = grid.cell_of(*point);
+                    *point += numbers.vector(MOTION);
+                    crossed += usize::from(k == 0 && grid.cell_of(*point) != before);
+                }
             }
-        }
-        if run < RUNS {
-            let mut crossed = 0;
-            for point in &mut points {
-                let before = grid.cell_of(*point);
-                *point += numbers.vector(MOTION);
-                crossed += usize::from(grid.cell_of(*point) != before);
-            }
-            changed += crossed as f64 / (points.len() * RUNS) as f64;
         }
     }
     eprintln!();
+    let points = &states[0].0;
     for (name, method) in &methods {
-        check(name, &**method, &points);
+        check(name, &**method, points);
     }
+    let motions = RUNS + RUNS / TURN - 1;
+    let changed = crossed as f64 / (points.len() * motions) as f64;
     let particles = points.len() as f64;
     let neighbours: usize = (0..points.len())
         .step_by(CHECK_EVERY)

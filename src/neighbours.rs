@@ -179,10 +179,19 @@ impl Scratch {
     /// Takes the candidates around `cell` that are near enough to any of `members`, points of that cell, and room for as
     /// many hits. Without members all are.
     #[inline(always)]
-    fn fetch<S: Simd>(&mut self, simd: S, search: &Search, cell: IVec3, members: &[u32]) {
+    fn fetch<S: Simd>(
+        &mut self,
+        simd: S,
+        search: &Search,
+        (place, cell): (Option<usize>, IVec3),
+        members: &[u32],
+    ) {
         self.candidates.clear();
         self.runs.clear();
-        search.among.runs(cell, &mut self.runs);
+        match place {
+            Some(place) if search.same => search.among.runs_around(place, cell, &mut self.runs),
+            _ => search.among.runs(cell, &mut self.runs),
+        }
         let entries = search.among.entries();
         if !entries.with_positions() {
             for &run in &self.runs {
@@ -269,7 +278,7 @@ pub fn tested_pairs(search: &Search) -> usize {
         let mut done = 0;
         while let Some((coordinates, members)) = search.of.group(place, done) {
             done += members.len();
-            scratch.fetch(Portable, search, coordinates, &[]);
+            scratch.fetch(Portable, search, (Some(place), coordinates), &[]);
             tested += members.len() * scratch.candidates.len();
         }
     }
@@ -338,7 +347,7 @@ impl Vectorised for Block<'_> {
             let mut done = 0;
             while let Some((coordinates, members)) = task.search.of.group(cell, done) {
                 done += members.len();
-                scratch.fetch(simd, task.search, coordinates, members);
+                scratch.fetch(simd, task.search, (Some(cell), coordinates), members);
                 if scratch.candidates.is_empty() {
                     for &row in members {
                         task.spans[row as usize].store(0, Relaxed);
@@ -396,7 +405,7 @@ impl<'a> OnTheSpot<'a> {
         let cell = self.search.of.grid().cell_of(self.search.points[row]);
         if self.cell != Some(cell) {
             self.cell = Some(cell);
-            self.scratch.fetch(simd, &self.search, cell, &[]);
+            self.scratch.fetch(simd, &self.search, (None, cell), &[]);
         }
         let probe = self.search.probe(row as u32);
         let count = simd.collect_hits(&self.scratch.candidates, probe, &mut self.scratch.hits);

@@ -68,6 +68,12 @@ pub trait SpatialIndex: Send + Sync + 'static {
     /// away may be among them.
     fn runs(&self, center: IVec3, out: &mut Vec<Run>);
 
+    /// The same around the cell of a group of `place`, which a structure may know more about.
+    fn runs_around(&self, place: usize, center: IVec3, out: &mut Vec<Run>) {
+        let _ = place;
+        self.runs(center, out);
+    }
+
     /// Memory held [bytes].
     fn bytes(&self) -> usize;
 }

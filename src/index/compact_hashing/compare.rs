@@ -25,7 +25,8 @@ pub(super) struct Mover {
     /// Handles at the hashes of the cells that it left and comes to. They are looked up here, where several threads and
     /// many loads wait for the table at a time, and not one by one while points are moved.
     pub(super) handles: [u32; 2],
-    /// The cell that it comes to.
+    /// The cells that it left and comes to.
+    pub(super) from: IVec3,
     pub(super) to: IVec3,
 }
 
@@ -50,6 +51,7 @@ pub(super) fn copy_and_compare(
             entry: entry as u32,
             row,
             handles: [from, to].map(|cell| table[hash.of(cell) as usize]),
+            from,
             to,
         })
     };

@@ -1,9 +1,9 @@
-//! Links from a used cell to those around it, which a query may trust only after it has looked.
+//! Links from every used cell to those around it, kept exact: a query that follows them computes no hash and compares no
+//! coordinates.
 //!
-//! Atomics, since queries that run side by side set what they found; all would find the same, so it does not matter
-//! who is first, and a link that is out of date costs a look-up and no more.
+//! They are of the used cell's first spatial cell. A used cell that holds several is found by its table for the others.
 
-use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
+use rayon::prelude::*;
 
 use super::super::Grid;
 
@@ -11,51 +11,15 @@ use super::super::Grid;
 /// in which there is one particle.
 const LARGEST: usize = 27;
 
-/// What a used cell knows of a cell around it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Link {
-    /// Nothing.
-    Unknown,
-    /// It holds no points.
-    Absent,
-    /// Its used cell, when it was looked up.
-    To(u32),
-}
+/// No used cell holds points of the cell.
+pub(super) const ABSENT: u32 = u32::MAX;
 
-const UNKNOWN: u32 = u32::MAX;
-const ABSENT: u32 = u32::MAX - 1;
-
-/// A [`Link`] that readers may set.
-#[derive(Debug)]
-pub(super) struct SharedLink(AtomicU32);
-
-impl SharedLink {
-    #[inline(always)]
-    pub(super) fn get(&self) -> Link {
-        match self.0.load(Relaxed) {
-            UNKNOWN => Link::Unknown,
-            ABSENT => Link::Absent,
-            handle => Link::To(handle),
-        }
-    }
-
-    #[inline(always)]
-    pub(super) fn set(&self, link: Link) {
-        let raw = match link {
-            Link::Unknown => UNKNOWN,
-            Link::Absent => ABSENT,
-            Link::To(handle) => handle,
-        };
-        self.0.store(raw, Relaxed);
-    }
-}
-
-/// Links of all used cells, by their handles and in the order of the neighbourhood.
+/// Handles of the used cells around each, by its handle and in the order of the neighbourhood.
 #[derive(Debug)]
 pub(super) struct Links {
-    /// Links of a cell; 0 if cells have none.
+    /// Links of a cell.
     each: usize,
-    links: Vec<SharedLink>,
+    links: Vec<u32>,
 }
 
 impl Links {
@@ -68,49 +32,46 @@ impl Links {
         }
     }
 
-    pub(super) fn clear(&mut self) {
-        self.links.clear();
+    /// Links of a cell; 0 if the neighbourhood is too large for links.
+    pub(super) fn each(&self) -> usize {
+        self.each
     }
 
-    /// Those of one more cell, unknown.
-    pub(super) fn push(&mut self) {
-        let len = self.links.len() + self.each;
-        self.links
-            .resize_with(len, || SharedLink(AtomicU32::new(UNKNOWN)));
-    }
-
-    /// Takes those of a cell out and puts the last cell's in their place.
-    pub(super) fn swap_remove(&mut self, handle: usize) {
-        let last = self.links.len() - self.each;
-        for k in 0..self.each {
-            let link = self.links[last + k].get();
-            self.links[handle * self.each + k].set(link);
+    /// Keeps those of so many cells; new ones lead nowhere.
+    pub(super) fn resize(&mut self, cells: usize) {
+        let len = cells * self.each;
+        if self.links.capacity() < len {
+            // A sixteenth ahead, not twice as much.
+            self.links.reserve_exact(len + len / 16 - self.links.len());
         }
-        self.links.truncate(last);
+        self.links.resize(len, ABSENT);
     }
 
-    /// Makes all links of a cell unknown.
-    pub(super) fn forget(&mut self, handle: usize) {
-        for k in 0..self.each {
-            self.links[handle * self.each + k].set(Link::Unknown);
-        }
+    /// Those of every cell in turn, to be set in parallel.
+    pub(super) fn par_iter_mut(&mut self) -> impl IndexedParallelIterator<Item = &mut [u32]> {
+        self.links.par_chunks_mut(self.each.max(1))
     }
 
-    /// Makes one link of a cell unknown, the `k`-th from the end.
-    pub(super) fn forget_one(&mut self, handle: usize, k: usize) {
-        if self.each > 0 {
-            self.links[(handle + 1) * self.each - 1 - k].set(Link::Unknown);
-        }
+    /// Sets the link of a cell to the `k`-th of its neighbourhood.
+    pub(super) fn set(&mut self, handle: u32, k: usize, to: u32) {
+        self.links[handle as usize * self.each + k] = to;
     }
 
-    /// Those of a cell, unless the neighbourhood is too large for links.
+    /// Gives a cell the links of another.
+    pub(super) fn copy(&mut self, from: u32, to: u32) {
+        let from = from as usize * self.each;
+        let to = to as usize * self.each;
+        self.links.copy_within(from..from + self.each, to);
+    }
+
+    /// Those of a cell.
     #[inline(always)]
-    pub(super) fn of(&self, handle: usize) -> Option<&[SharedLink]> {
-        (self.each > 0).then(|| &self.links[handle * self.each..(handle + 1) * self.each])
+    pub(super) fn of(&self, handle: usize) -> &[u32] {
+        &self.links[handle * self.each..(handle + 1) * self.each]
     }
 
     /// Memory held [bytes].
     pub(super) fn bytes(&self) -> usize {
-        self.links.capacity() * size_of::<SharedLink>()
+        self.links.capacity() * size_of::<u32>()
     }
 }

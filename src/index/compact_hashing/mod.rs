@@ -16,26 +16,24 @@
 //! two neighbouring cells that share a hash cell are not seen twice. When more than a quarter of the points changed
 //! their cell (a host spawned in the middle of the rows), all are inserted anew.
 //!
-//! A used cell links to the used cells around it, so that a query computes the hash of one cell and not of 27. A link is a
-//! hint: it counts if the cell it names is the one that was asked for, and is looked up and set again if not. So
-//! cells come, go and change places without being told to their neighbours; only a cell that was known to be absent
-//! has to be announced when it appears. Two used cells of a hundred hold several spatial cells, and to tell their
-//! points apart by position for each of 27 queries took a seventh of all: the points of one of the cells come first and
-//! are counted.
+//! A used cell links to the used cells around it, so that a query computes no hash (see `links.rs`); who comes or goes
+//! tells the 26 around. Two used cells of a hundred hold several spatial cells, and to tell their points apart by position
+//! for each of 27 queries took a seventh of all: the points of one of the cells come first and are counted.
 //!
-//! Tried and dropped: answers of the table remembered by each thread for the cells nearby (no faster than links, and
-//! 27 look-ups remain where nothing is known); unknown cells looked up together, so that their loads overlap (slower);
-//! blocks fetched ahead by prefetching, once their run is known (no difference).
+//! Tried and dropped: answers of the table remembered by each thread for the cells nearby, and links that are looked up
+//! and set by the query that needs them (both a quarter of the query, for a tenth now); unknown cells looked up together,
+//! so that their loads overlap (slower); blocks fetched ahead by prefetching (no difference).
 
 mod compare;
 mod links;
 mod pool;
 
 use glam::{IVec3, Vec4};
+use rayon::prelude::*;
 
 use self::{
     compare::{Mover, copy_and_compare},
-    links::{Link, Links},
+    links::{ABSENT, Links},
     pool::Pool,
 };
 use super::{
@@ -73,6 +71,8 @@ pub struct CompactHashing {
     movers: Vec<Vec<Mover>>,
     /// Used cells that lost their last point.
     emptied: Vec<u32>,
+    /// Spatial cells that appeared, vanished or are in another used cell.
+    changed: Vec<IVec3>,
 }
 
 /// A non-empty hash cell.
@@ -117,6 +117,7 @@ impl CompactHashing {
             len: 0,
             movers: Vec::new(),
             emptied: Vec::new(),
+            changed: Vec::new(),
         }
     }
 
@@ -183,12 +184,10 @@ impl CompactHashing {
                 len: 1,
                 kin: 1,
             });
-            self.links.push();
             return true;
         };
-        if used.len == 0 && used.cell != cell {
+        if used.len == 0 {
             used.cell = cell;
-            self.links.forget(handle as usize);
         }
         let (old, first) = (*used, used.first);
         used.len += 1;
@@ -231,7 +230,7 @@ impl CompactHashing {
         new
     }
 
-    /// Takes an entry out of its used cell.
+    /// Takes an entry out of its used cell, and the links to its spatial cell if it was the last there.
     fn remove(&mut self, mover: &Mover) {
         let handle = mover.handles[0];
         let used = &mut self.cells[handle as usize];
@@ -242,30 +241,21 @@ impl CompactHashing {
         }
         used.len -= 1;
         self.pool.clear_entry(first, used.len);
-        if k < used.kin {
-            used.kin -= 1;
-        }
+        let of_the_first = k < used.kin;
+        used.kin -= u32::from(of_the_first);
         if used.len == 0 {
             self.emptied.push(handle);
-        } else if used.kin == 0 {
-            // Another spatial cell comes first now.
+            return;
+        }
+        if used.kin == 0 || !of_the_first {
+            self.changed.push(mover.from);
+        }
+        if used.kin == 0 {
+            // Another spatial cell comes first now. No point that moves is left in it: the last were taken first.
             let cell = |k: u32| self.pool.cell(&self.grid, first, k);
             used.cell = cell(0);
             used.kin = (0..used.len).take_while(|&k| cell(k) == used.cell).count() as u32;
-            self.links.forget(handle as usize);
-        }
-    }
-
-    /// Tells the cells around `cell`, which may have found it absent, that it is there.
-    fn announce(&mut self, cell: IVec3) {
-        self.reach_from(cell);
-        for (k, &offset) in self.grid.neighbourhood.iter().enumerate() {
-            let around = cell.wrapping_add(offset);
-            let handle = self.table[self.hash.of(around) as usize];
-            if handle != EMPTY {
-                // The neighbourhood is symmetric: counted from the end its offsets point back.
-                self.links.forget_one(handle as usize, k);
-            }
+            self.changed.push(used.cell);
         }
     }
 
@@ -287,9 +277,10 @@ impl CompactHashing {
 
     /// Takes the used cells without a point off the list, the last first, so that none of them takes another's place.
     fn drop_emptied(&mut self) {
-        self.emptied.sort_unstable_by(|a, b| b.cmp(a));
-        self.emptied.dedup();
-        for &handle in &self.emptied {
+        let mut emptied = std::mem::take(&mut self.emptied);
+        emptied.sort_unstable_by(|a, b| b.cmp(a));
+        emptied.dedup();
+        for handle in emptied.drain(..) {
             let used = self.cells[handle as usize];
             if used.len > 0 {
                 continue;
@@ -297,13 +288,90 @@ impl CompactHashing {
             self.pool.release(used.first, used.blocks);
             self.table[used.hash as usize] = EMPTY;
             self.occupied[used.hash as usize / 64] &= !(1 << (used.hash % 64));
+            self.point_links_at(handle, ABSENT);
             self.cells.swap_remove(handle as usize);
-            self.links.swap_remove(handle as usize);
+            let last = self.cells.len() as u32;
             if let Some(moved) = self.cells.get(handle as usize) {
                 self.table[moved.hash as usize] = handle;
+                for k in moved.kin..moved.len {
+                    let cell = self.pool.cell(&self.grid, moved.first, k);
+                    self.changed.push(cell);
+                }
+                self.links.copy(last, handle);
+                self.point_links_at(handle, handle);
+            }
+            self.links.resize(self.cells.len());
+        }
+        self.emptied = emptied;
+    }
+
+    /// Sets the links to the first spatial cell of a used cell, found by those from it.
+    fn point_links_at(&mut self, handle: u32, to: u32) {
+        let cell = self.cells[handle as usize].cell;
+        let last = self.links.each().wrapping_sub(1);
+        for k in 0..self.links.each() {
+            let other = self.links.of(handle as usize)[k];
+            let around = cell.wrapping_add(self.grid.neighbourhood[k]);
+            if around == cell {
+                self.links.set(handle, k, to);
+            } else if let Some(used) = self.cells.get(other as usize)
+                && used.cell == around
+            {
+                // The neighbourhood is symmetric: counted from the end its offsets point back.
+                self.links.set(other, last - k, to);
             }
         }
-        self.emptied.clear();
+    }
+
+    /// The used cell that holds points of a spatial cell.
+    #[inline]
+    fn holder(&self, cell: IVec3) -> u32 {
+        let holds = |used: &UsedCell| {
+            let mut others = used.kin..used.len;
+            used.cell == cell || others.any(|k| self.pool.cell(&self.grid, used.first, k) == cell)
+        };
+        let used = self.used(cell).filter(|(_, used)| holds(used));
+        used.map_or(ABSENT, |(handle, _)| handle)
+    }
+
+    /// Sets the links from and to the spatial cells that changed.
+    fn relink(&mut self) {
+        let changed = std::mem::take(&mut self.changed);
+        self.links.resize(self.cells.len());
+        for &cell in &changed {
+            let holder = self.holder(cell);
+            let first = self.cells.get(holder as usize).map(|used| used.cell);
+            for k in 0..self.links.each() {
+                let around = cell.wrapping_add(self.grid.neighbourhood[k]);
+                let other = self.holder(around);
+                if first == Some(cell) {
+                    self.links.set(holder, k, other);
+                }
+                if let Some(used) = self.cells.get(other as usize)
+                    && used.cell == around
+                {
+                    self.links.set(other, self.links.each() - 1 - k, holder);
+                }
+            }
+        }
+        self.changed = changed;
+        self.changed.clear();
+    }
+
+    /// Sets all links.
+    fn link_all(&mut self, execution: &Execution) {
+        let mut links = std::mem::replace(&mut self.links, Links::new(&self.grid));
+        links.resize(self.cells.len());
+        let this = &*self;
+        execution.install(|| {
+            let cells = links.par_iter_mut().zip(&this.cells);
+            cells.for_each(|(links, used)| {
+                for (link, &offset) in links.iter_mut().zip(&this.grid.neighbourhood) {
+                    *link = this.holder(used.cell.wrapping_add(offset));
+                }
+            });
+        });
+        self.links = links;
     }
 }
 
@@ -333,7 +401,8 @@ impl SpatialIndex for CompactHashing {
                     handle => handle,
                 };
                 if self.insert(handle, to, row, point) {
-                    self.announce(to);
+                    self.reach_from(to);
+                    self.changed.push(to);
                 }
             }
         }
@@ -341,16 +410,20 @@ impl SpatialIndex for CompactHashing {
             let cell = self.grid.cell_of(point);
             let handle = self.table[self.hash.of(cell) as usize];
             if self.insert(handle, cell, row as u32, point) {
-                self.announce(cell);
+                self.reach_from(cell);
+                self.changed.push(cell);
             }
         }
+        self.relink();
         self.drop_emptied();
+        // What drops moved of cells that share a used cell.
+        self.relink();
         self.movers = movers;
         self.len = points.len();
         Ok(())
     }
 
-    fn rebuild(&mut self, points: &[Vec4], _: &Execution) -> Result<(), DomainTooLarge> {
+    fn rebuild(&mut self, points: &[Vec4], execution: &Execution) -> Result<(), DomainTooLarge> {
         self.hash = self.hash.resized(points.len(), self.handles_a_point);
         self.table.clear();
         self.table.resize(self.hash.size, EMPTY);
@@ -362,7 +435,6 @@ impl SpatialIndex for CompactHashing {
         self.reached.clear();
         self.reached.resize(words, 0);
         self.cells.clear();
-        self.links.clear();
         self.pool.clear();
         for (row, &point) in points.iter().enumerate() {
             let cell = self.grid.cell_of(point);
@@ -371,6 +443,7 @@ impl SpatialIndex for CompactHashing {
                 self.reach_from(cell);
             }
         }
+        self.link_all(execution);
         self.len = points.len();
         Ok(())
     }
@@ -411,43 +484,39 @@ impl SpatialIndex for CompactHashing {
         if self.cells.is_empty() {
             return;
         }
-        let cells = self.grid.neighbourhood.iter();
-        let cells = cells.map(|&offset| center.wrapping_add(offset));
-        let own = self.used(center).filter(|(_, used)| used.cell == center);
-        let links = own.and_then(|(handle, _)| self.links.of(handle as usize));
-        let Some(links) = links else {
-            let (word, bit) = self.reach_bit(center);
-            if self.reached[word] & bit == 0 {
-                return;
-            }
-            for cell in cells {
-                if let Some((_, used)) = self.used(cell) {
-                    self.find_in(used, cell, out);
-                }
-            }
+        let (word, bit) = self.reach_bit(center);
+        if self.reached[word] & bit == 0 {
             return;
-        };
-        for (link, cell) in links.iter().zip(cells) {
-            let linked = match link.get() {
-                Link::Absent => continue,
-                Link::To(handle) => self.cells.get(handle as usize),
-                Link::Unknown => None,
-            };
-            if let Some(used) = linked
-                && used.cell == cell
-            {
+        }
+        for &offset in &self.grid.neighbourhood {
+            let cell = center.wrapping_add(offset);
+            if let Some((_, used)) = self.used(cell) {
                 self.find_in(used, cell, out);
-                continue;
             }
-            let found = self.used(cell);
-            let found = found.filter(|(_, used)| self.find_in(used, cell, out));
-            link.set(found.map_or(Link::Absent, |(handle, _)| Link::To(handle)));
+        }
+    }
+
+    fn runs_around(&self, place: usize, center: IVec3, out: &mut Vec<Run>) {
+        if self.links.each() == 0 || self.cells[place].cell != center {
+            return self.runs(center, out);
+        }
+        let links = self.links.of(place);
+        for (&link, &offset) in links.iter().zip(&self.grid.neighbourhood) {
+            let Some(used) = self.cells.get(link as usize) else {
+                continue;
+            };
+            if used.collision() || used.len > self.pool.reserved() as u32 {
+                self.find_in(used, center.wrapping_add(offset), out);
+            } else {
+                out.push(self.pool.run(used.first, 0, used.len));
+            }
         }
     }
 
     fn bytes(&self) -> usize {
         let movers: usize = self.movers.iter().map(Vec::capacity).sum();
         (self.table.capacity() + self.emptied.capacity()) * size_of::<u32>()
+            + self.changed.capacity() * size_of::<IVec3>()
             + self.cells.capacity() * size_of::<UsedCell>()
             + (self.occupied.capacity() + self.reached.capacity()) * size_of::<u64>()
             + self.links.bytes()

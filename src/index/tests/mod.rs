@@ -229,8 +229,10 @@ fn assert_sound(index: &dyn SpatialIndex, points: &[Vec4]) {
                 assert!(!point.is_finite() || index.grid().cell_of(point) == cell);
             }
             done += members.len();
-            let mut runs = Vec::new();
-            index.runs(cell, &mut runs);
+            let (mut runs, mut all) = (Vec::new(), Vec::new());
+            index.runs_around(place, cell, &mut runs);
+            index.runs(cell, &mut all);
+            assert_eq!(runs, all);
             let rows = runs.iter().flat_map(|&run| index.entries().rows(run));
             let mut rows: Vec<u32> = rows.copied().collect();
             rows.sort_unstable();
