@@ -26,13 +26,19 @@ pub trait PairSum: Copy + Sync {
     type Sums<S: Simd>;
     /// What becomes of them.
     type Output: Send;
+    /// Whether it sums over fluid neighbours.
+    const FLUID: bool = true;
+    /// Whether it sums over boundary neighbours.
+    const BOUNDARY: bool = true;
 
     /// Before the first neighbour of row `i`, which is at `own`.
     fn start<S: Simd>(&self, simd: S, i: usize, own: Vec4) -> Self::Sums<S>;
     /// Eight fluid neighbours, rows `j`; lanes without one hold a row whose sentinel adds nothing.
-    fn fluid<S: Simd>(&self, simd: S, pair: &Pair<S>, j: S::Rows, sums: &mut Self::Sums<S>);
+    #[inline(always)]
+    fn fluid<S: Simd>(&self, _: S, _pair: &Pair<S>, _j: S::Rows, _: &mut Self::Sums<S>) {}
     /// Eight boundary neighbours, likewise; the fourth entries are their volumes.
-    fn boundary<S: Simd>(&self, simd: S, pair: &Pair<S>, sums: &mut Self::Sums<S>);
+    #[inline(always)]
+    fn boundary<S: Simd>(&self, _: S, _pair: &Pair<S>, _: &mut Self::Sums<S>) {}
     /// After the last of so many neighbours, fluid and boundary.
     fn finish<S: Simd>(&self, simd: S, neighbours: usize, sums: Self::Sums<S>) -> Self::Output;
 }
@@ -41,6 +47,8 @@ pub trait PairSum: Copy + Sync {
 impl<A: PairSum, B: PairSum> PairSum for (A, B) {
     type Sums<S: Simd> = (A::Sums<S>, B::Sums<S>);
     type Output = (A::Output, B::Output);
+    const FLUID: bool = A::FLUID || B::FLUID;
+    const BOUNDARY: bool = A::BOUNDARY || B::BOUNDARY;
 
     #[inline(always)]
     fn start<S: Simd>(&self, simd: S, i: usize, own: Vec4) -> Self::Sums<S> {
@@ -319,13 +327,13 @@ fn row<P: PairSum, S: Simd>(
     let neighbours = fluid.len() + boundary.len();
     let mut sums = pass.start(simd, i, places.fluid[i]);
     let own = broadcast(simd, places.fluid[i]);
-    while !fluid.is_empty() {
+    while P::FLUID && !fluid.is_empty() {
         let rows = simd.rows(fluid);
         let pair = pair(simd, own, places.fluid, rows);
         pass.fluid(simd, &pair, rows, &mut sums);
         fluid = fluid.get(LANES..).unwrap_or_default();
     }
-    while !boundary.is_empty() {
+    while P::BOUNDARY && !boundary.is_empty() {
         let pair = pair(simd, own, places.boundary, simd.rows(boundary));
         pass.boundary(simd, &pair, &mut sums);
         boundary = boundary.get(LANES..).unwrap_or_default();

@@ -111,7 +111,8 @@ const DROP: Bounds = &[
         "semi-major axis at 0.0076",
         [0.012, 0.012, 0.28, 0.01, 0.01],
     ),
-    ("centre pressure", [0.9, 0.9, 1.01, 0.1, 0.6]),
+    // What DFSPH calls pressure is its second solve's; the first takes a share that changes from step to step.
+    ("centre pressure", [0.9, 0.9, 1.01, 0.1, 0.9]),
 ];
 
 // All methods agree to 2 %, and are as much as 22 % ahead of Koshizuka & Oka where they are within 5 % of the fronts of

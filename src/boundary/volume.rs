@@ -69,6 +69,7 @@ struct BoundaryVolumeSum {
 impl PairSum for BoundaryVolumeSum {
     type Sums<S: Simd> = S::F;
     type Output = f32;
+    const BOUNDARY: bool = false;
 
     #[inline(always)]
     fn start<S: Simd>(&self, simd: S, _: usize, _: Vec4) -> Self::Sums<S> {
@@ -79,9 +80,6 @@ impl PairSum for BoundaryVolumeSum {
     fn fluid<S: Simd>(&self, simd: S, pair: &Pair<S>, _: S::Rows, sum: &mut Self::Sums<S>) {
         *sum = simd.add(*sum, self.kernel.shape(simd, pair.distance));
     }
-
-    #[inline(always)]
-    fn boundary<S: Simd>(&self, _: S, _: &Pair<S>, _: &mut Self::Sums<S>) {}
 
     #[inline(always)]
     fn finish<S: Simd>(&self, simd: S, _: usize, sum: Self::Sums<S>) -> f32 {

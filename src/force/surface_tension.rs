@@ -42,6 +42,7 @@ struct CohesionSum<'a> {
 impl PairSum for CohesionSum<'_> {
     type Sums<S: Simd> = [S::F; 3];
     type Output = Vec3;
+    const BOUNDARY: bool = false;
 
     #[inline(always)]
     fn start<S: Simd>(&self, simd: S, _: usize, _: Vec4) -> Self::Sums<S> {
@@ -54,9 +55,6 @@ impl PairSum for CohesionSum<'_> {
         let shape = self.material.kernel.shape(simd, distance);
         accumulate(simd, sum, shape, pair.x);
     }
-
-    #[inline(always)]
-    fn boundary<S: Simd>(&self, _: S, _: &Pair<S>, _: &mut Self::Sums<S>) {}
 
     #[inline(always)]
     fn finish<S: Simd>(&self, simd: S, _: usize, [x, y, z]: Self::Sums<S>) -> Vec3 {

@@ -118,6 +118,7 @@ struct FrictionSums<S: Simd> {
 impl<const APPROACHING: bool> PairSum for Friction<'_, APPROACHING> {
     type Sums<S: Simd> = FrictionSums<S>;
     type Output = Vec3;
+    const BOUNDARY: bool = false;
 
     #[inline(always)]
     fn start<S: Simd>(&self, simd: S, i: usize, _: Vec4) -> FrictionSums<S> {
@@ -138,13 +139,13 @@ impl<const APPROACHING: bool> PairSum for Friction<'_, APPROACHING> {
             approach = simd.min(approach, simd.splat(0.0));
         }
         let damped = simd.add(distance, simd.splat(0.01 * h * h));
-        let rate = simd.div(approach, simd.mul(damped, simd.add(sums.density, density)));
-        let slope = self.material.kernel.slope(simd, distance);
-        accumulate(simd, &mut sums.sum, simd.mul(rate, slope), x);
+        let densities = simd.add(sums.density, density);
+        // One division for the rate and the kernel's slope.
+        let (numerator, r) = self.material.kernel.slope_fraction(simd, distance);
+        let denominator = simd.mul(simd.mul(damped, densities), r);
+        let factor = simd.div(simd.mul(approach, numerator), denominator);
+        accumulate(simd, &mut sums.sum, factor, x);
     }
-
-    #[inline(always)]
-    fn boundary<S: Simd>(&self, _: S, _: &Pair<S>, _: &mut FrictionSums<S>) {}
 
     #[inline(always)]
     fn finish<S: Simd>(&self, simd: S, _: usize, sums: FrictionSums<S>) -> Vec3 {

@@ -5,8 +5,12 @@
 //! an entry.
 //!
 //! Positions and rows are columns in blocks: all of x, then of y, z and the rows. A dense structure has one block, so that
-//! cells side by side are one run. Compact hashing has a block for every used cell, so that a cell is one stretch
-//! of memory and not four (a quarter of its query, when a table outgrows the second cache).
+//! cells side by side are one run. Compact hashing has a block for every used cell, a structure of arrays per cell: a cell
+//! is one stretch of memory and not four. Moving points between cells took a third less time for it; the query did not
+//! change beyond the noise.
+//!
+//! To sort the rows themselves in every step instead would make the copy superfluous, but an entity's row costs 400 ns to
+//! move (see `reorder.rs`), thirty times the copy.
 
 use glam::Vec4;
 use rayon::prelude::*;

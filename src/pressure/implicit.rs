@@ -290,15 +290,11 @@ pub struct NeighbourCount;
 impl PairSum for NeighbourCount {
     type Sums<S: Simd> = ();
     type Output = u32;
+    const FLUID: bool = false;
+    const BOUNDARY: bool = false;
 
     #[inline(always)]
     fn start<S: Simd>(&self, _: S, _: usize, _: Vec4) {}
-
-    #[inline(always)]
-    fn fluid<S: Simd>(&self, _: S, _: &Pair<S>, _: S::Rows, (): &mut ()) {}
-
-    #[inline(always)]
-    fn boundary<S: Simd>(&self, _: S, _: &Pair<S>, (): &mut ()) {}
 
     #[inline(always)]
     fn finish<S: Simd>(&self, _: S, neighbours: usize, (): ()) -> u32 {

@@ -180,14 +180,12 @@ struct WallGradient {
 impl PairSum for WallGradient {
     type Sums<S: Simd> = [S::F; 3];
     type Output = f32;
+    const FLUID: bool = false;
 
     #[inline(always)]
     fn start<S: Simd>(&self, simd: S, _: usize, _: Vec4) -> Self::Sums<S> {
         [simd.splat(0.0); 3]
     }
-
-    #[inline(always)]
-    fn fluid<S: Simd>(&self, _: S, _: &Pair<S>, _: S::Rows, _: &mut Self::Sums<S>) {}
 
     #[inline(always)]
     fn boundary<S: Simd>(&self, simd: S, pair: &Pair<S>, sum: &mut Self::Sums<S>) {

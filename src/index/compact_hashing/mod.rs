@@ -186,7 +186,8 @@ impl CompactHashing {
             });
             return true;
         };
-        if used.len == 0 {
+        if used.len == 0 && used.cell != cell {
+            self.changed.push(used.cell);
             used.cell = cell;
         }
         let (old, first) = (*used, used.first);
