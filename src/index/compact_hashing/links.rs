@@ -3,9 +3,11 @@
 //!
 //! They are of the used cell's first spatial cell. A used cell that holds several is found by its table for the others.
 
+use glam::IVec3;
 use rayon::prelude::*;
 
-use super::super::Grid;
+use super::{super::Grid, CompactHashing, UsedCell};
+use crate::execution::Execution;
 
 /// Largest neighbourhood that is linked. The 125 cells within reach of cells of h/2 would take 500 bytes a cell,
 /// in which there is one particle.
@@ -73,5 +75,76 @@ impl Links {
     /// Memory held [bytes].
     pub(super) fn bytes(&self) -> usize {
         self.links.capacity() * size_of::<u32>()
+    }
+}
+
+impl CompactHashing {
+    /// Sets the links to the first spatial cell of a used cell, found by those from it.
+    pub(super) fn point_links_at(&mut self, handle: u32, to: u32) {
+        let cell = self.cells[handle as usize].cell;
+        let last = self.links.each().wrapping_sub(1);
+        for k in 0..self.links.each() {
+            let other = self.links.of(handle as usize)[k];
+            let around = cell.wrapping_add(self.grid.neighbourhood[k]);
+            if around == cell {
+                self.links.set(handle, k, to);
+            } else if let Some(used) = self.cells.get(other as usize)
+                && used.cell == around
+            {
+                // The neighbourhood is symmetric: counted from the end its offsets point back.
+                self.links.set(other, last - k, to);
+            }
+        }
+    }
+
+    /// The used cell that holds points of a spatial cell.
+    #[inline]
+    fn holder(&self, cell: IVec3) -> u32 {
+        let holds = |used: &UsedCell| {
+            let mut others = used.kin..used.len;
+            used.cell == cell || others.any(|k| self.pool.cell(&self.grid, used.first, k) == cell)
+        };
+        let used = self.used(cell).filter(|(_, used)| holds(used));
+        used.map_or(ABSENT, |(handle, _)| handle)
+    }
+
+    /// Sets the links from and to the spatial cells that changed.
+    pub(super) fn relink(&mut self) {
+        let changed = std::mem::take(&mut self.changed);
+        self.links.resize(self.cells.len());
+        for &cell in &changed {
+            let holder = self.holder(cell);
+            let first = self.cells.get(holder as usize).map(|used| used.cell);
+            for k in 0..self.links.each() {
+                let around = cell.wrapping_add(self.grid.neighbourhood[k]);
+                let other = self.holder(around);
+                if first == Some(cell) {
+                    self.links.set(holder, k, other);
+                }
+                if let Some(used) = self.cells.get(other as usize)
+                    && used.cell == around
+                {
+                    self.links.set(other, self.links.each() - 1 - k, holder);
+                }
+            }
+        }
+        self.changed = changed;
+        self.changed.clear();
+    }
+
+    /// Sets all links.
+    pub(super) fn link_all(&mut self, execution: &Execution) {
+        let mut links = std::mem::replace(&mut self.links, Links::new(&self.grid));
+        links.resize(self.cells.len());
+        let this = &*self;
+        execution.install(|| {
+            let cells = links.par_iter_mut().zip(&this.cells);
+            cells.for_each(|(links, used)| {
+                for (link, &offset) in links.iter_mut().zip(&this.grid.neighbourhood) {
+                    *link = this.holder(used.cell.wrapping_add(offset));
+                }
+            });
+        });
+        self.links = links;
     }
 }

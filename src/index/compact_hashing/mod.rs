@@ -29,7 +29,6 @@ mod links;
 mod pool;
 
 use glam::{IVec3, Vec4};
-use rayon::prelude::*;
 
 use self::{
     compare::{Mover, copy_and_compare},
@@ -146,16 +145,15 @@ impl CompactHashing {
         Some((handle, self.cells.get(handle as usize)?))
     }
 
-    /// Appends the entries of spatial cell `cell` among those of a used cell, which are side by side; says whether there
-    /// are any.
+    /// Appends the entries of spatial cell `cell` among those of a used cell. They are side by side.
     #[inline(always)]
-    fn find_in(&self, used: &UsedCell, cell: IVec3, out: &mut Vec<Run>) -> bool {
+    fn find_in(&self, used: &UsedCell, cell: IVec3, out: &mut Vec<Run>) {
         let mut from = 0;
         let mut end = used.kin;
         if used.cell != cell {
             let alike = |k: &u32| self.pool.cell(&self.grid, used.first, *k) == cell;
             let Some(start) = (used.kin..used.len).find(alike) else {
-                return false;
+                return;
             };
             from = start;
             end = start + (start..used.len).take_while(alike).count() as u32;
@@ -165,7 +163,6 @@ impl CompactHashing {
             from += run.len;
             out.push(run);
         }
-        end > 0
     }
 
     /// Adds a point to a used cell of its hash, or to a new one; says whether it is the first of its spatial cell.
@@ -304,75 +301,6 @@ impl CompactHashing {
             self.links.resize(self.cells.len());
         }
         self.emptied = emptied;
-    }
-
-    /// Sets the links to the first spatial cell of a used cell, found by those from it.
-    fn point_links_at(&mut self, handle: u32, to: u32) {
-        let cell = self.cells[handle as usize].cell;
-        let last = self.links.each().wrapping_sub(1);
-        for k in 0..self.links.each() {
-            let other = self.links.of(handle as usize)[k];
-            let around = cell.wrapping_add(self.grid.neighbourhood[k]);
-            if around == cell {
-                self.links.set(handle, k, to);
-            } else if let Some(used) = self.cells.get(other as usize)
-                && used.cell == around
-            {
-                // The neighbourhood is symmetric: counted from the end its offsets point back.
-                self.links.set(other, last - k, to);
-            }
-        }
-    }
-
-    /// The used cell that holds points of a spatial cell.
-    #[inline]
-    fn holder(&self, cell: IVec3) -> u32 {
-        let holds = |used: &UsedCell| {
-            let mut others = used.kin..used.len;
-            used.cell == cell || others.any(|k| self.pool.cell(&self.grid, used.first, k) == cell)
-        };
-        let used = self.used(cell).filter(|(_, used)| holds(used));
-        used.map_or(ABSENT, |(handle, _)| handle)
-    }
-
-    /// Sets the links from and to the spatial cells that changed.
-    fn relink(&mut self) {
-        let changed = std::mem::take(&mut self.changed);
-        self.links.resize(self.cells.len());
-        for &cell in &changed {
-            let holder = self.holder(cell);
-            let first = self.cells.get(holder as usize).map(|used| used.cell);
-            for k in 0..self.links.each() {
-                let around = cell.wrapping_add(self.grid.neighbourhood[k]);
-                let other = self.holder(around);
-                if first == Some(cell) {
-                    self.links.set(holder, k, other);
-                }
-                if let Some(used) = self.cells.get(other as usize)
-                    && used.cell == around
-                {
-                    self.links.set(other, self.links.each() - 1 - k, holder);
-                }
-            }
-        }
-        self.changed = changed;
-        self.changed.clear();
-    }
-
-    /// Sets all links.
-    fn link_all(&mut self, execution: &Execution) {
-        let mut links = std::mem::replace(&mut self.links, Links::new(&self.grid));
-        links.resize(self.cells.len());
-        let this = &*self;
-        execution.install(|| {
-            let cells = links.par_iter_mut().zip(&this.cells);
-            cells.for_each(|(links, used)| {
-                for (link, &offset) in links.iter_mut().zip(&this.grid.neighbourhood) {
-                    *link = this.holder(used.cell.wrapping_add(offset));
-                }
-            });
-        });
-        self.links = links;
     }
 }
 
