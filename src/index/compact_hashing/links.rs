@@ -99,7 +99,7 @@ impl CompactHashing {
 
     /// The used cell that holds points of a spatial cell.
     #[inline]
-    fn holder(&self, cell: IVec3) -> u32 {
+    pub(super) fn holder(&self, cell: IVec3) -> u32 {
         let holds = |used: &UsedCell| {
             let mut others = used.kin..used.len;
             used.cell == cell || others.any(|k| self.pool.cell(&self.grid, used.first, k) == cell)

@@ -20,12 +20,15 @@
 //! tells the 26 around. Two used cells of a hundred hold several spatial cells, and to tell their points apart by position
 //! for each of 27 queries took a seventh of all: the points of one of the cells come first and are counted.
 //!
-//! Tried and dropped: answers of the table remembered by each thread for the cells nearby, and links that are looked up
-//! and set by the query that needs them (both a quarter of the query, for a tenth now); unknown cells looked up together,
-//! so that their loads overlap (slower); blocks fetched ahead by prefetching (no difference).
+//! Cells smaller than h have no links but remember look-ups (see `lookups.rs`).
+//!
+//! Tried and dropped: remembered look-ups for cells of h, too, and links that are looked up and set by the query that
+//! needs them (both a quarter of the query, for a tenth now); unknown cells looked up together, so that their loads
+//! overlap (slower); blocks fetched ahead by prefetching (no difference).
 
 mod compare;
 mod links;
+mod lookups;
 mod pool;
 
 use glam::{IVec3, Vec4};
@@ -33,6 +36,7 @@ use glam::{IVec3, Vec4};
 use self::{
     compare::{Mover, copy_and_compare},
     links::{ABSENT, Links},
+    lookups::State,
     pool::Pool,
 };
 use super::{
@@ -46,7 +50,7 @@ const EMPTY: u32 = u32::MAX;
 /// Handles a point (4.4: "a hash table size of two times the number of particles is appropriate").
 const HANDLES_A_POINT: f32 = 2.0;
 
-/// Bits of [`CompactHashing::reached`] a point: about 64 a used cell.
+/// Bits of [`CompactHashing::reached`] a point: about 64 a used cell of edge h.
 const BITS_A_POINT: usize = 8;
 
 /// The structure of the paper's Figure 3.
@@ -63,6 +67,8 @@ pub struct CompactHashing {
     reached: Vec<u64>,
     cells: Vec<UsedCell>,
     links: Links,
+    /// What look-ups are remembered of.
+    state: State,
     pool: Pool,
     /// Number of points.
     len: usize,
@@ -105,6 +111,7 @@ impl CompactHashing {
         let reserved = (1.5 * particles_a_cell).ceil().clamp(2.0, 1024.0) as usize;
         Self {
             links: Links::new(&grid),
+            state: State::new(),
             grid,
             handles_a_point: HANDLES_A_POINT,
             hash: CellHash::new(MIN_TABLE),
@@ -306,6 +313,7 @@ impl CompactHashing {
 
 impl SpatialIndex for CompactHashing {
     fn update(&mut self, points: &[Vec4], execution: &Execution) -> Result<(), DomainTooLarge> {
+        self.state = State::new();
         let hash = self.hash.resized(points.len(), self.handles_a_point);
         if self.len == 0 || points.is_empty() || hash.size != self.hash.size {
             return self.rebuild(points, execution);
@@ -353,6 +361,7 @@ impl SpatialIndex for CompactHashing {
     }
 
     fn rebuild(&mut self, points: &[Vec4], execution: &Execution) -> Result<(), DomainTooLarge> {
+        self.state = State::new();
         self.hash = self.hash.resized(points.len(), self.handles_a_point);
         self.table.clear();
         self.table.resize(self.hash.size, EMPTY);
@@ -417,8 +426,18 @@ impl SpatialIndex for CompactHashing {
         if self.reached[word] & bit == 0 {
             return;
         }
-        for &offset in &self.grid.neighbourhood {
-            let cell = center.wrapping_add(offset);
+        let cells = self.grid.neighbourhood.iter();
+        let cells = cells.map(|&offset| center.wrapping_add(offset));
+        if self.links.each() == 0 {
+            let holder = |cell| self.holder(cell);
+            lookups::each(self.state, cells, holder, |cell, holder| {
+                if let Some(used) = self.cells.get(holder as usize) {
+                    self.find_in(used, cell, out);
+                }
+            });
+            return;
+        }
+        for cell in cells {
             if let Some((_, used)) = self.used(cell) {
                 self.find_in(used, cell, out);
             }
