@@ -275,8 +275,8 @@ pub fn search(
     }
 }
 
-/// Distances that [`search`] computes: for every row all candidates around its cell, the row itself among them. The
-/// padding of vectors does not count.
+/// Distances that the paper's query computes: for every row all candidates around its cell, the row itself among them.
+/// Ours computes fewer, since it first drops candidates that none of the cell's points reaches.
 pub fn tested_pairs(search: &Search) -> usize {
     let mut scratch = Scratch::default();
     let mut tested = 0;

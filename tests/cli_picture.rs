@@ -1,10 +1,13 @@
 //! Pictures of a run, and `overfall picture`.
 #![cfg(feature = "cli")]
 
+#[path = "cli_support/mod.rs"]
+mod support;
+
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
 
+use support::{folder_with, overfall};
 use tempfile::TempDir;
 
 const TINY: &str = r#"(
@@ -20,19 +23,10 @@ const TINY: &str = r#"(
 )
 "#;
 
-fn overfall(folder: &TempDir, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_overfall"))
-        .args(arguments)
-        .current_dir(folder.path())
-        .output()
-        .expect("overfall starts")
-}
-
 /// A folder in which the scene has been run with some more options.
 #[track_caller]
 fn run(options: &[&str]) -> TempDir {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    fs::write(folder.path().join("tiny.ron"), TINY).expect("a scene file");
+    let folder = folder_with(&[("tiny.ron", TINY)]);
     let output = overfall(
         &folder,
         &[&["run", "tiny.ron", "--quiet"], options].concat(),

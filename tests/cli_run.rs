@@ -1,11 +1,15 @@
 //! `overfall run` and `overfall check` as a user meets them: exit statuses, messages, files.
 #![cfg(feature = "cli")]
 
+#[path = "cli_support/mod.rs"]
+mod support;
+
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
 use serde_json::Value;
+use support::{folder_with, overfall};
 use tempfile::TempDir;
 
 /// 125 particles in a tank.
@@ -23,17 +27,7 @@ const TINY: &str = r#"(
 
 /// A folder with `tiny.ron` in it, to run in.
 fn folder() -> TempDir {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    fs::write(folder.path().join("tiny.ron"), TINY).expect("a scene file");
-    folder
-}
-
-fn overfall(folder: &TempDir, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_overfall"))
-        .args(arguments)
-        .current_dir(folder.path())
-        .output()
-        .expect("overfall starts")
+    folder_with(&[("tiny.ron", TINY)])
 }
 
 fn stdout(output: &Output) -> &str {

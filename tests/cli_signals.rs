@@ -1,6 +1,9 @@
 //! What is left of a run that is stopped from outside: by a signal, a full disk, a reader that has gone away.
 #![cfg(all(feature = "cli", unix))]
 
+#[path = "cli_support/mod.rs"]
+mod support;
+
 use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -8,6 +11,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use overfall::output::{Frame, Series, Status, Summary};
+use support::{command, folder_with};
 use tempfile::TempDir;
 
 /// A thousand particles, and more steps than any machine takes within a test.
@@ -27,20 +31,12 @@ const LONG: &str = r#"(
 const PATIENCE: Duration = Duration::from_secs(60);
 
 fn folder() -> TempDir {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    fs::write(folder.path().join("long.ron"), LONG).expect("a scene file");
-    folder
-}
-
-fn overfall(folder: &TempDir) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_overfall"));
-    command.current_dir(folder.path());
-    command
+    folder_with(&[("long.ron", LONG)])
 }
 
 /// Starts a run and waits until it has written some frames.
 fn start(folder: &TempDir) -> (Child, PathBuf) {
-    let run = overfall(folder)
+    let run = command(folder)
         .args(["run", "long.ron", "--quiet"])
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
@@ -125,7 +121,7 @@ fn a_second_interrupt_leaves_a_step_that_does_not_end() {
         "not_converged: Accept, min_iterations: 1000000000, max_iterations: 1000000000",
     );
     fs::write(folder.path().join("long.ron"), endless).expect("a scene file");
-    let mut run = overfall(&folder)
+    let mut run = command(&folder)
         .args(["run", "long.ron"])
         .stdout(Stdio::null())
         .stderr(Stdio::piped())
@@ -191,7 +187,7 @@ fn a_reader_that_has_gone_away_is_no_failure() {
         &["check", "long.ron"],
         &["run", "--help"],
     ] {
-        let mut run = overfall(&folder)
+        let mut run = command(&folder)
             .args(arguments)
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
@@ -207,7 +203,7 @@ fn a_reader_that_has_gone_away_is_no_failure() {
 #[test]
 fn progress_shows_as_plain_lines_where_there_is_no_terminal() {
     let folder = folder();
-    let mut run = overfall(&folder)
+    let mut run = command(&folder)
         .args(["run", "long.ron"])
         .stdout(Stdio::null())
         .stderr(Stdio::piped())

@@ -3,10 +3,10 @@
 #[path = "physics_support/mod.rs"]
 mod support;
 
-use std::{collections::HashMap, path::Path};
+use std::collections::HashMap;
 
 use overfall::{integrate::Motion, scene::TimeStep, time_step::constant_limits};
-use support::{measured, particles_of, run, scene, simulation, step};
+use support::{measured, particles_of, reference, run, scene, simulation, step};
 
 /// The column of Koshizuka & Oka 1996: width L, height 2 L [m].
 const WIDTH: f32 = 0.146;
@@ -24,28 +24,6 @@ fn column(method: &str, tank: f32) -> String {
           boundaries: [Tank(min: (0, 0, 0), max: ({}, 0.5, 0))])",
         tank * WIDTH
     )
-}
-
-/// Two columns of numbers of a reference file, by the names in its header.
-fn reference(file: &str, names: [&str; 2]) -> Vec<[f64; 2]> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("assets/reference")
-        .join(file);
-    let text = std::fs::read_to_string(&path)
-        .unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-    let mut rows = text.lines().filter(|line| !line.starts_with('#'));
-    let header: Vec<&str> = rows.next().unwrap_or_default().split(',').collect();
-    let place = names.map(|name| {
-        header
-            .iter()
-            .position(|found| *found == name)
-            .expect("a column")
-    });
-    rows.map(|row| {
-        let cells: Vec<&str> = row.split(',').collect();
-        place.map(|place| cells[place].parse().expect("a number"))
-    })
-    .collect()
 }
 
 /// The front [m] at times [s]: the farthest particle's outer side, half a spacing from its centre.

@@ -8,9 +8,7 @@ mod support;
 use glam::Vec3;
 use meshes::{Files, Surface};
 use overfall::Simulation;
-use overfall::particle::{Fluid, Position, Velocity};
-use overfall::step::{FailureCause, StepError};
-use support::{measured, particles_of, run, simulation, simulation_of, step};
+use support::{measured, particles_of, run, shoot, simulation, simulation_of, step};
 
 const DX: f32 = 0.025;
 
@@ -117,29 +115,16 @@ fn fire(
                 if distance(start) < 0.5 * DX {
                     continue;
                 }
-                for particle in particles_of(&mut jet) {
-                    jet.world_mut().despawn(particle.entity);
-                }
                 let velocity = speed * 2.0 * DX / dt * direction;
-                jet.world_mut()
-                    .spawn((Fluid, Position(start), Velocity(velocity)));
                 shots += 1;
-                for _ in 0..14 {
-                    match jet.step() {
-                        Ok(_) => {}
-                        Err(StepError {
-                            cause: FailureCause::TooFast { .. },
-                            ..
-                        }) if speed > 0.45 => break,
-                        Err(error) => panic!("the step failed: {error}"),
-                    }
-                    let x = particles_of(&mut jet)[0].position;
+                shoot(&mut jet, (start, velocity), 14, speed > 0.45, |_, x| {
                     least = least.min(distance(x) / DX);
-                    if crossed(start, x) {
+                    let through = crossed(start, x);
+                    if through {
                         leaks.push(format!("{speed} from {start} with {direction} is at {x}"));
-                        break;
                     }
-                }
+                    !through
+                });
             }
         }
     }

@@ -10,9 +10,8 @@ mod support;
 use std::f32::consts::PI;
 
 use glam::Vec3;
-use overfall::particle::{BoundaryNormal, Fluid, Position, Velocity};
-use overfall::step::{FailureCause, StepError};
-use support::{measured, particles_of, run, simulation, simulation_of};
+use overfall::particle::BoundaryNormal;
+use support::{measured, particles_of, run, shoot, simulation, simulation_of};
 
 /// Signed distance [m] of a point from the fluid's side of a solid: positive in the fluid.
 #[derive(Debug, Clone, Copy)]
@@ -181,28 +180,14 @@ fn fire(
         shots.len()
     );
     for shot in all {
-        for particle in particles_of(&mut jet) {
-            jet.world_mut().despawn(particle.entity);
-        }
-        jet.world_mut()
-            .spawn((Fluid, Position(shot.0), Velocity(shot.1)));
-        for _ in 0..12 {
-            // At 0.49 h a step a wall that pushes back a little faster breaks the limit of h/2: refused, nothing moved.
-            match jet.step() {
-                Ok(_) => {}
-                Err(StepError {
-                    cause: FailureCause::TooFast { .. },
-                    ..
-                }) if speed > 0.45 => break,
-                Err(error) => panic!("the step failed: {error}"),
-            }
-            let now = clearance(&mut jet, solids, dx);
+        shoot(&mut jet, shot, 12, speed > 0.45, |jet, at| {
+            let now = clearance(jet, solids, dx);
             if now < least {
-                let at = particles_of(&mut jet)[0].position;
                 worst = format!("shot from {} with {} m/s is at {at}", shot.0, shot.1);
                 least = now;
             }
-        }
+            true
+        });
     }
     (least, worst)
 }

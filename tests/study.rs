@@ -1,12 +1,15 @@
 //! Studies: the shipped ones are right, a small one gives its table and chart, a spoilt one is refused with its place.
 #![cfg(feature = "cli")]
 
+#[path = "cli_support/mod.rs"]
+mod support;
+
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
 
 use overfall::study::{Chart, Plan};
+use support::{folder_with, overfall};
 use tempfile::TempDir;
 
 /// 150 particles in a tank.
@@ -51,19 +54,7 @@ const KNOWN: &str = "# units: none\nrow,tested\nh,10\n0.5 h,20\n";
 
 /// A folder with the study `s.ron` and what it names.
 fn folder(study: &str) -> TempDir {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    for (name, text) in [("tiny.ron", SCENE), ("known.csv", KNOWN), ("s.ron", study)] {
-        fs::write(folder.path().join(name), text).expect("a file");
-    }
-    folder
-}
-
-fn overfall(folder: &TempDir, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_overfall"))
-        .args(arguments)
-        .current_dir(folder.path())
-        .output()
-        .expect("overfall starts")
+    folder_with(&[("tiny.ron", SCENE), ("known.csv", KNOWN), ("s.ron", study)])
 }
 
 fn text(bytes: &[u8]) -> &str {

@@ -20,13 +20,14 @@ use bevy_ecs::{
     schedule::{ScheduleConfigs, ScheduleLabel},
     system::ScheduleSystem,
 };
+use glam::Vec4;
 use rayon::prelude::*;
 
 use super::{
     Corrected, PressureSolve,
     implicit::{
-        self, DensityRate, DensityRates, Jacobi, NeighbourCount, PredictedVelocities, Response,
-        Responses, corrected, predict_rates,
+        self, DensityRate, DensityRates, Jacobi, PredictedVelocities, Response, Responses,
+        corrected, predict_rates,
     },
     solve::{Convergence, has_pressure, iterate},
 };
@@ -35,8 +36,9 @@ use crate::{
     density::DensitySum,
     execution::Execution,
     material::Material,
-    pairs::Pairs,
+    pairs::{PairSum, Pairs},
     scene::{Dfsph, Dimension},
+    simd::Simd,
     step::Clock,
 };
 
@@ -189,4 +191,23 @@ fn update_impulses(
             error: to_error * rate,
         }
     });
+}
+
+/// Counts neighbours, fluid and boundary.
+#[derive(Clone, Copy)]
+struct NeighbourCount;
+
+impl PairSum for NeighbourCount {
+    type Sums<S: Simd> = ();
+    type Output = u32;
+    const FLUID: bool = false;
+    const BOUNDARY: bool = false;
+
+    #[inline(always)]
+    fn start<S: Simd>(&self, _: S, _: usize, _: Vec4) {}
+
+    #[inline(always)]
+    fn finish<S: Simd>(&self, _: S, neighbours: usize, (): ()) -> u32 {
+        neighbours as u32
+    }
 }

@@ -282,22 +282,3 @@ impl PairSum for DensityRate<'_> {
         self.factor * simd.sum(sums.sum)
     }
 }
-
-/// Counts neighbours, fluid and boundary.
-#[derive(Clone, Copy)]
-pub struct NeighbourCount;
-
-impl PairSum for NeighbourCount {
-    type Sums<S: Simd> = ();
-    type Output = u32;
-    const FLUID: bool = false;
-    const BOUNDARY: bool = false;
-
-    #[inline(always)]
-    fn start<S: Simd>(&self, _: S, _: usize, _: Vec4) {}
-
-    #[inline(always)]
-    fn finish<S: Simd>(&self, _: S, neighbours: usize, (): ()) -> u32 {
-        neighbours as u32
-    }
-}

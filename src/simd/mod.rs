@@ -8,6 +8,8 @@
 
 mod portable;
 #[cfg(target_arch = "x86_64")]
+mod wide;
+#[cfg(target_arch = "x86_64")]
 mod x86;
 
 use glam::Vec4;

@@ -59,6 +59,62 @@ fn every_instruction_set_collects_the_same_hits() {
     }
 }
 
+struct Take<'a>(Near, (&'a [u32], usize), &'a [Run]);
+
+impl Vectorised for Take<'_> {
+    type Output = Vec<u32>;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> Vec<u32> {
+        let mut candidates = Candidates::default();
+        // Twice: what is there stays.
+        simd.take_near(&mut candidates, self.0, self.1, &self.2[..1]);
+        simd.take_near(&mut candidates, self.0, self.1, &self.2[1..]);
+        let len = candidates.len();
+        candidates.pad();
+        let ([x, y, z], rows) = candidates.columns();
+        assert!(x[len..].iter().all(|x| *x == f32::INFINITY));
+        for (k, &row) in rows[..len].iter().enumerate() {
+            let [px, py, pz] = [0, 1, 2].map(|axis| self.1.0[row as usize + axis * self.1.1]);
+            assert_eq!([x[k], y[k], z[k]].map(f32::to_bits), [px, py, pz]);
+        }
+        rows[..len].to_vec()
+    }
+}
+
+#[test]
+fn every_instruction_set_takes_the_same_candidates() {
+    const PITCH: usize = 100;
+    let mut next = numbers(7);
+    let mut words: Vec<u32> = (0..3 * PITCH).map(|_| next().to_bits()).collect();
+    words[11] = f32::NAN.to_bits();
+    words.extend(0..PITCH as u32);
+    words.extend([u32::MAX; CANDIDATE_ALIGNMENT]);
+    let runs = [(0, 1), (3, 8), (11, 17), (40, 0), (41, 16), (60, 40)];
+    let runs = runs.map(|(start, len)| Run { start, len });
+    let near = Near {
+        low: [0.4, 0.2, 0.5],
+        high: [0.6, 0.5, 0.5],
+        radius_squared: 0.09,
+    };
+    let outside = |row: u32, axis: usize| {
+        let x = f32::from_bits(words[row as usize + axis * PITCH]);
+        (near.low[axis] - x).max(x - near.high[axis]).max(0.0)
+    };
+    let rows = runs.iter().flat_map(|run| run.start..run.start + run.len);
+    let expected: Vec<u32> = rows
+        .clone()
+        .filter(|&row| (0..3).map(|axis| outside(row, axis).powi(2)).sum::<f32>() <= 0.09)
+        .collect();
+    assert!(expected.len() > 10 && expected.len() < 60);
+    for set in InstructionSet::available() {
+        let found = set.dispatch(Take(near, (&words, PITCH), &runs));
+        assert_eq!(found, expected, "{set:?}");
+        let all = set.dispatch(Take(Near::ALL, (&words, PITCH), &runs));
+        assert_eq!(all, rows.clone().collect::<Vec<_>>(), "{set:?}");
+    }
+}
+
 struct Arithmetic<'a>(&'a [Vec4], &'a [u32]);
 
 impl Vectorised for Arithmetic<'_> {

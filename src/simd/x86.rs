@@ -5,7 +5,10 @@ use std::arch::x86_64::*;
 
 use glam::Vec4;
 
-use super::{Candidates, LANES, Near, Probe, Run, Simd, Vectorised};
+use super::{
+    Candidates, LANES, Near, Probe, Run, Simd, Vectorised,
+    wide::{collect_hits, take_near},
+};
 
 /// Largest row whose byte offset fits 32 bits.
 const MAX_ROW: usize = (1 << 28) - 1;
@@ -161,107 +164,19 @@ impl Simd for Avx2 {
         self,
         candidates: &mut Candidates,
         near: Near,
-        (words, pitch): (&[u32], usize),
+        blocks: (&[u32], usize),
         runs: &[Run],
     ) {
-        let ([to_x, to_y, to_z], to_rows) = candidates.room(runs);
-        let room = to_rows.len();
-        assert!(to_x.len() == room && to_y.len() == room && to_z.len() == room);
-        let mut count = 0;
-        // SAFETY: `self` proves that the machine has AVX2. Loads start within a run, in one of four columns, and read a
-        // vector: the assertion in the loop says that a vector after the run in the last column there still are words. A store starts at `count`, which is at most
-        // the number of entries seen, and `room` is a vector more than there are in all runs.
-        unsafe {
-            let low = near.low.map(|x| _mm256_set1_ps(x));
-            let high = near.high.map(|x| _mm256_set1_ps(x));
-            let limit = _mm256_set1_ps(near.radius_squared);
-            for run in runs {
-                let (start, end) = (run.start as usize, (run.start + run.len) as usize);
-                assert!(3 * pitch + end + LANES <= words.len());
-                for k in (start..end).step_by(LANES) {
-                    let word = |column: usize| words.as_ptr().add(k + column * pitch);
-                    let point = [0, 1, 2].map(|axis| _mm256_loadu_ps(word(axis).cast()));
-                    let square = |axis: usize| {
-                        let below = _mm256_sub_ps(low[axis], point[axis]);
-                        let above = _mm256_sub_ps(point[axis], high[axis]);
-                        let d = _mm256_max_ps(_mm256_max_ps(below, above), _mm256_setzero_ps());
-                        _mm256_mul_ps(d, d)
-                    };
-                    let distance = _mm256_add_ps(_mm256_add_ps(square(0), square(1)), square(2));
-                    let inside = _mm256_cmp_ps::<_CMP_LE_OQ>(distance, limit);
-                    let present = (1usize << (end - k).min(LANES)) - 1;
-                    let mask = _mm256_movemask_ps(inside) as usize & present;
-                    let order = _mm256_loadu_si256(COMPACTION[mask].as_ptr().cast());
-                    for (column, point) in
-                        [&mut *to_x, &mut *to_y, &mut *to_z].into_iter().zip(point)
-                    {
-                        let packed = _mm256_permutevar8x32_ps(point, order);
-                        _mm256_storeu_ps(column.as_mut_ptr().add(count), packed);
-                    }
-                    let row = _mm256_loadu_si256(word(3).cast());
-                    let packed = _mm256_permutevar8x32_epi32(row, order);
-                    _mm256_storeu_si256(to_rows.as_mut_ptr().add(count).cast(), packed);
-                    count += mask.count_ones() as usize;
-                }
-            }
-        }
-        candidates.len += count;
+        // SAFETY: `self` proves that the machine has AVX2.
+        unsafe { take_near::<__m256>(candidates, near, blocks, runs) }
     }
 
     #[inline(always)]
     fn collect_hits(self, candidates: &Candidates, probe: Probe, hits: &mut [u32]) -> usize {
-        let ([x, y, z], rows) = candidates.columns();
-        let len = rows.len();
-        assert!(x.len() == len && y.len() == len && z.len() == len && len.is_multiple_of(LANES));
-        assert!(hits.len() >= len + LANES);
-        let mut count = 0;
-        // SAFETY: `self` proves that the machine has AVX2. Loads end at `len`, a multiple of eight by the assertion.
-        // Stores of eight start at `count ≤ len`, and `hits` has eight entries more than that.
-        unsafe {
-            let [cx, cy, cz] = probe.center;
-            let center = [_mm256_set1_ps(cx), _mm256_set1_ps(cy), _mm256_set1_ps(cz)];
-            let limit = _mm256_set1_ps(probe.radius_squared);
-            let own = _mm256_set1_epi32(probe.own_row as i32);
-            for k in (0..len).step_by(LANES) {
-                let dx = _mm256_sub_ps(_mm256_loadu_ps(x.as_ptr().add(k)), center[0]);
-                let dy = _mm256_sub_ps(_mm256_loadu_ps(y.as_ptr().add(k)), center[1]);
-                let dz = _mm256_sub_ps(_mm256_loadu_ps(z.as_ptr().add(k)), center[2]);
-                let distance = _mm256_add_ps(
-                    _mm256_add_ps(_mm256_mul_ps(dx, dx), _mm256_mul_ps(dy, dy)),
-                    _mm256_mul_ps(dz, dz),
-                );
-                let row = _mm256_loadu_si256(rows.as_ptr().add(k).cast());
-                let inside = _mm256_cmp_ps::<_CMP_LE_OQ>(distance, limit);
-                let other =
-                    _mm256_andnot_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32(row, own)), inside);
-                let mask = _mm256_movemask_ps(other) as usize;
-                let order = _mm256_loadu_si256(COMPACTION[mask].as_ptr().cast());
-                let packed = _mm256_permutevar8x32_epi32(row, order);
-                _mm256_storeu_si256(hits.as_mut_ptr().add(count).cast(), packed);
-                count += mask.count_ones() as usize;
-            }
-        }
-        count
+        // SAFETY: `self` proves that the machine has AVX2.
+        unsafe { collect_hits::<__m256>(candidates, probe, hits) }
     }
 }
-
-/// For every mask of eight lanes: its set lanes first, in order.
-static COMPACTION: [[u32; LANES]; 256] = {
-    let mut table = [[0; LANES]; 256];
-    let mut mask = 0;
-    while mask < 256 {
-        let (mut lane, mut count) = (0, 0);
-        while lane < LANES {
-            if mask >> lane & 1 == 1 {
-                table[mask][count] = lane as u32;
-                count += 1;
-            }
-            lane += 1;
-        }
-        mask += 1;
-    }
-    table
-};
 
 /// Passes an operation on to AVX2.
 macro_rules! as_avx2 {
@@ -297,84 +212,16 @@ impl Simd for Avx512 {
         self,
         candidates: &mut Candidates,
         near: Near,
-        (words, pitch): (&[u32], usize),
+        blocks: (&[u32], usize),
         runs: &[Run],
     ) {
-        const WIDE: usize = 16;
-        let ([to_x, to_y, to_z], to_rows) = candidates.room(runs);
-        let room = to_rows.len();
-        assert!(to_x.len() == room && to_y.len() == room && to_z.len() == room);
-        let mut count = 0;
-        // SAFETY: `self` proves that the machine has AVX-512 F. Loads start within a run, in one of four columns, and read a
-        // vector: the assertion in the loop says that a vector after the run in the last column there still are words. A store starts at `count`, which is at most
-        // the number of entries seen, and `room` is a vector more than there are in all runs.
-        unsafe {
-            let low = near.low.map(|x| _mm512_set1_ps(x));
-            let high = near.high.map(|x| _mm512_set1_ps(x));
-            let limit = _mm512_set1_ps(near.radius_squared);
-            for run in runs {
-                let (start, end) = (run.start as usize, (run.start + run.len) as usize);
-                assert!(3 * pitch + end + WIDE <= words.len());
-                for k in (start..end).step_by(WIDE) {
-                    let word = |column: usize| words.as_ptr().add(k + column * pitch);
-                    let point = [0, 1, 2].map(|axis| _mm512_loadu_ps(word(axis).cast()));
-                    let square = |axis: usize| {
-                        let below = _mm512_sub_ps(low[axis], point[axis]);
-                        let above = _mm512_sub_ps(point[axis], high[axis]);
-                        let d = _mm512_max_ps(_mm512_max_ps(below, above), _mm512_setzero_ps());
-                        _mm512_mul_ps(d, d)
-                    };
-                    let distance = _mm512_add_ps(_mm512_add_ps(square(0), square(1)), square(2));
-                    let present = ((1u32 << (end - k).min(WIDE)) - 1) as u16;
-                    let inside = _mm512_mask_cmp_ps_mask::<_CMP_LE_OQ>(present, distance, limit);
-                    for (column, point) in
-                        [&mut *to_x, &mut *to_y, &mut *to_z].into_iter().zip(point)
-                    {
-                        let packed = _mm512_maskz_compress_ps(inside, point);
-                        _mm512_storeu_ps(column.as_mut_ptr().add(count), packed);
-                    }
-                    let row = _mm512_loadu_si512(word(3).cast());
-                    let packed = _mm512_maskz_compress_epi32(inside, row);
-                    _mm512_storeu_si512(to_rows.as_mut_ptr().add(count).cast(), packed);
-                    count += inside.count_ones() as usize;
-                }
-            }
-        }
-        candidates.len += count;
+        // SAFETY: `self` proves that the machine has AVX-512 F.
+        unsafe { take_near::<__m512>(candidates, near, blocks, runs) }
     }
 
     #[inline(always)]
     fn collect_hits(self, candidates: &Candidates, probe: Probe, hits: &mut [u32]) -> usize {
-        const WIDE: usize = 16;
-        let ([x, y, z], rows) = candidates.columns();
-        let len = rows.len();
-        assert!(x.len() == len && y.len() == len && z.len() == len && len.is_multiple_of(WIDE));
-        assert!(hits.len() >= len + WIDE);
-        let mut count = 0;
-        // SAFETY: `self` proves that the machine has AVX-512 F. Loads end at `len`, a multiple of sixteen by the
-        // assertion. Stores of sixteen start at `count ≤ len`, and `hits` has sixteen entries more than that.
-        unsafe {
-            let [cx, cy, cz] = probe.center;
-            let center = [_mm512_set1_ps(cx), _mm512_set1_ps(cy), _mm512_set1_ps(cz)];
-            let limit = _mm512_set1_ps(probe.radius_squared);
-            let own = _mm512_set1_epi32(probe.own_row as i32);
-            for k in (0..len).step_by(WIDE) {
-                let dx = _mm512_sub_ps(_mm512_loadu_ps(x.as_ptr().add(k)), center[0]);
-                let dy = _mm512_sub_ps(_mm512_loadu_ps(y.as_ptr().add(k)), center[1]);
-                let dz = _mm512_sub_ps(_mm512_loadu_ps(z.as_ptr().add(k)), center[2]);
-                let distance = _mm512_add_ps(
-                    _mm512_add_ps(_mm512_mul_ps(dx, dx), _mm512_mul_ps(dy, dy)),
-                    _mm512_mul_ps(dz, dz),
-                );
-                let row = _mm512_loadu_si512(rows.as_ptr().add(k).cast());
-                let inside = _mm512_cmp_ps_mask::<_CMP_LE_OQ>(distance, limit);
-                let hit = _mm512_mask_cmpneq_epi32_mask(inside, row, own);
-                // In a register first: a compressing store to memory is slow on some processors.
-                let packed = _mm512_maskz_compress_epi32(hit, row);
-                _mm512_storeu_si512(hits.as_mut_ptr().add(count).cast(), packed);
-                count += hit.count_ones() as usize;
-            }
-        }
-        count
+        // SAFETY: `self` proves that the machine has AVX-512 F.
+        unsafe { collect_hits::<__m512>(candidates, probe, hits) }
     }
 }

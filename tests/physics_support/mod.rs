@@ -4,12 +4,15 @@
     reason = "every test file is a crate of its own and uses a part of this one"
 )]
 
+use std::path::Path;
+
 use bevy_ecs::prelude::*;
 use glam::{DVec3, Vec3};
 use overfall::{
-    Simulation, StepReport,
+    Simulation, StepError, StepReport,
     particle::{Density, Fluid, Position, Pressure, Velocity},
     scene::Scene,
+    step::FailureCause,
 };
 
 /// A fluid particle after a step. Position and velocity are those at its end, density and pressure those that it
@@ -63,6 +66,37 @@ pub(crate) fn run(
     while simulation.time() < time {
         let report = step(simulation);
         observe(simulation, &report);
+    }
+}
+
+/// Lets a lone particle, in the place of those there are, fly for so many steps from a place with a velocity [m, m/s].
+/// `observe` sees where it is and says whether to go on. At nearly h/2 a step a wall that pushes back a little faster breaks
+/// the limit: with `may_be_refused` that is the end.
+pub(crate) fn shoot(
+    jet: &mut Simulation,
+    (start, velocity): (Vec3, Vec3),
+    steps: usize,
+    may_be_refused: bool,
+    mut observe: impl FnMut(&mut Simulation, Vec3) -> bool,
+) {
+    for particle in particles_of(jet) {
+        jet.world_mut().despawn(particle.entity);
+    }
+    jet.world_mut()
+        .spawn((Fluid, Position(start), Velocity(velocity)));
+    for _ in 0..steps {
+        match jet.step() {
+            Ok(_) => {}
+            Err(StepError {
+                cause: FailureCause::TooFast { .. },
+                ..
+            }) if may_be_refused => return,
+            Err(error) => panic!("the step failed: {error}"),
+        }
+        let place = particles_of(jet)[0].position;
+        if !observe(jet, place) {
+            return;
+        }
     }
 }
 
@@ -150,6 +184,26 @@ pub(crate) const METHODS: [Method; 5] = [
         pressure: |_| "Dfsph()".to_owned(),
     },
 ];
+
+/// Two columns of numbers of a file of `assets/reference`, by the names in its header.
+pub(crate) fn reference(file: &str, names: [&str; 2]) -> Vec<[f64; 2]> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("assets/reference")
+        .join(file);
+    let text = std::fs::read_to_string(&path)
+        .unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    let mut rows = text.lines().filter(|line| !line.starts_with('#'));
+    let header: Vec<&str> = rows.next().unwrap_or_default().split(',').collect();
+    let place = names.map(|name| {
+        let mut columns = header.iter();
+        columns.position(|found| *found == name).expect("a column")
+    });
+    rows.map(|row| {
+        let cells: Vec<&str> = row.split(',').collect();
+        place.map(|place| cells[place].parse().expect("a number"))
+    })
+    .collect()
+}
 
 /// Prints what a test measured; `cargo test -- --nocapture` shows it.
 #[expect(

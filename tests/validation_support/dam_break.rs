@@ -8,8 +8,8 @@ use overfall::{
     scene::{Scene, Shape},
 };
 
-use super::{Case, Figure, at, reference};
-use crate::support::{particles_of, run};
+use super::{Case, Figure, at};
+use crate::support::{particles_of, reference, run};
 
 pub(crate) const KOSHIZUKA_OKA: Case = Case {
     scene: "dam_break_koshizuka_oka",

@@ -2,8 +2,8 @@
 
 use overfall::{Simulation, measure::semi_axes, scene::Scene};
 
-use super::{Case, Figure, at, reference};
-use crate::support::{particles_of, run};
+use super::{Case, Figure, at};
+use crate::support::{particles_of, reference, run};
 
 pub(crate) const CASE: Case = Case {
     scene: "elliptic_drop",

@@ -97,26 +97,6 @@ pub(crate) const CASES: [&Case; 6] = [
     &free_flight::CASE,
 ];
 
-/// Two columns of numbers of a file of `assets/reference`, by the names in its header.
-pub(crate) fn reference(file: &str, names: [&str; 2]) -> Vec<[f64; 2]> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("assets/reference")
-        .join(file);
-    let text = std::fs::read_to_string(&path)
-        .unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-    let mut rows = text.lines().filter(|line| !line.starts_with('#'));
-    let header: Vec<&str> = rows.next().unwrap_or_default().split(',').collect();
-    let place = names.map(|name| {
-        let mut columns = header.iter();
-        columns.position(|found| *found == name).expect("a column")
-    });
-    rows.map(|row| {
-        let cells: Vec<&str> = row.split(',').collect();
-        place.map(|place| cells[place].parse().expect("a number"))
-    })
-    .collect()
-}
-
 /// Linear interpolation in rows of (abscissa, ordinate).
 pub(crate) fn at(rows: &[[f64; 2]], x: f64) -> f64 {
     let next = rows

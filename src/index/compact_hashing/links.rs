@@ -59,6 +59,10 @@ impl Links {
         self.links[handle as usize * self.each + k] = to;
     }
 
+    fn get(&self, handle: u32, k: usize) -> u32 {
+        self.links[handle as usize * self.each + k]
+    }
+
     /// Gives a cell the links of another.
     pub(super) fn copy(&mut self, from: u32, to: u32) {
         let from = from as usize * self.each;
@@ -82,9 +86,8 @@ impl CompactHashing {
     /// Sets the links to the first spatial cell of a used cell, found by those from it.
     pub(super) fn point_links_at(&mut self, handle: u32, to: u32) {
         let cell = self.cells[handle as usize].cell;
-        let last = self.links.each().wrapping_sub(1);
         for k in 0..self.links.each() {
-            let other = self.links.of(handle as usize)[k];
+            let other = self.links.get(handle, k);
             let around = cell.wrapping_add(self.grid.neighbourhood[k]);
             if around == cell {
                 self.links.set(handle, k, to);
@@ -92,14 +95,14 @@ impl CompactHashing {
                 && used.cell == around
             {
                 // The neighbourhood is symmetric: counted from the end its offsets point back.
-                self.links.set(other, last - k, to);
+                self.links.set(other, self.links.each() - 1 - k, to);
             }
         }
     }
 
     /// The used cell that holds points of a spatial cell.
     #[inline]
-    pub(super) fn holder(&self, cell: IVec3) -> u32 {
+    fn holder(&self, cell: IVec3) -> u32 {
         let holds = |used: &UsedCell| {
             let mut others = used.kin..used.len;
             used.cell == cell || others.any(|k| self.pool.cell(&self.grid, used.first, k) == cell)
@@ -110,7 +113,10 @@ impl CompactHashing {
 
     /// Sets the links from and to the spatial cells that changed.
     pub(super) fn relink(&mut self) {
-        let changed = std::mem::take(&mut self.changed);
+        let mut changed = std::mem::take(&mut self.changed);
+        if self.links.each() == 0 {
+            changed.clear();
+        }
         self.links.resize(self.cells.len());
         for &cell in &changed {
             let holder = self.holder(cell);
@@ -128,8 +134,8 @@ impl CompactHashing {
                 }
             }
         }
+        changed.clear();
         self.changed = changed;
-        self.changed.clear();
     }
 
     /// Sets all links.

@@ -20,15 +20,13 @@
 //! tells the 26 around. Two used cells of a hundred hold several spatial cells, and to tell their points apart by position
 //! for each of 27 queries took a seventh of all: the points of one of the cells come first and are counted.
 //!
-//! Cells smaller than h have no links but remember look-ups (see `lookups.rs`).
-//!
-//! Tried and dropped: remembered look-ups for cells of h, too, and links that are looked up and set by the query that
-//! needs them (both a quarter of the query, for a tenth now); unknown cells looked up together, so that their loads
-//! overlap (slower); blocks fetched ahead by prefetching (no difference).
+//! Tried and dropped: look-ups remembered by each thread for the cells nearby (a quarter of the query, where links take
+//! a tenth; for cells of h/2, which have no links, 9.7 µs a point for 8.6 without), links that are looked up and set by the
+//! query that needs them (a quarter), a bit for every place of the table that is in use (no difference), unknown cells
+//! looked up together, so that their loads overlap (slower), blocks fetched ahead by prefetching (no difference).
 
 mod compare;
 mod links;
-mod lookups;
 mod pool;
 
 use glam::{IVec3, Vec4};
@@ -36,7 +34,6 @@ use glam::{IVec3, Vec4};
 use self::{
     compare::{Mover, copy_and_compare},
     links::{ABSENT, Links},
-    lookups::State,
     pool::Pool,
 };
 use super::{
@@ -60,15 +57,11 @@ pub struct CompactHashing {
     hash: CellHash,
     /// For every hash its used cell, or `EMPTY`.
     table: Vec<u32>,
-    /// For every hash whether it has a used cell, a bit each: around walls most do not, and bits stay in the first cache.
-    occupied: Vec<u64>,
     /// Cells that may have a point within reach, a bit each by a hash of its own: most cells of a fluid are far from any
     /// wall, and this is one question for 27. Bits stay when points go, until the next rebuild.
     reached: Vec<u64>,
     cells: Vec<UsedCell>,
     links: Links,
-    /// What look-ups are remembered of.
-    state: State,
     pool: Pool,
     /// Number of points.
     len: usize,
@@ -111,12 +104,10 @@ impl CompactHashing {
         let reserved = (1.5 * particles_a_cell).ceil().clamp(2.0, 1024.0) as usize;
         Self {
             links: Links::new(&grid),
-            state: State::new(),
             grid,
             handles_a_point: HANDLES_A_POINT,
             hash: CellHash::new(MIN_TABLE),
             table: Vec::new(),
-            occupied: Vec::new(),
             reached: Vec::new(),
             cells: Vec::new(),
             pool: Pool::new(reserved),
@@ -144,11 +135,7 @@ impl CompactHashing {
     /// The used cell of the hash of `cell`.
     #[inline(always)]
     fn used(&self, cell: IVec3) -> Option<(u32, &UsedCell)> {
-        let hash = self.hash.of(cell);
-        if self.occupied[hash as usize / 64] >> (hash % 64) & 1 == 0 {
-            return None;
-        }
-        let handle = self.table[hash as usize];
+        let handle = self.table[self.hash.of(cell) as usize];
         Some((handle, self.cells.get(handle as usize)?))
     }
 
@@ -179,7 +166,6 @@ impl CompactHashing {
             self.pool.set(first, 0, row, point);
             let hash = self.hash.of(cell);
             self.table[hash as usize] = self.cells.len() as u32;
-            self.occupied[hash as usize / 64] |= 1 << (hash % 64);
             self.cells.push(UsedCell {
                 cell,
                 hash,
@@ -292,7 +278,6 @@ impl CompactHashing {
             }
             self.pool.release(used.first, used.blocks);
             self.table[used.hash as usize] = EMPTY;
-            self.occupied[used.hash as usize / 64] &= !(1 << (used.hash % 64));
             self.point_links_at(handle, ABSENT);
             self.cells.swap_remove(handle as usize);
             let last = self.cells.len() as u32;
@@ -313,7 +298,6 @@ impl CompactHashing {
 
 impl SpatialIndex for CompactHashing {
     fn update(&mut self, points: &[Vec4], execution: &Execution) -> Result<(), DomainTooLarge> {
-        self.state = State::new();
         let hash = self.hash.resized(points.len(), self.handles_a_point);
         if self.len == 0 || points.is_empty() || hash.size != self.hash.size {
             return self.rebuild(points, execution);
@@ -361,12 +345,9 @@ impl SpatialIndex for CompactHashing {
     }
 
     fn rebuild(&mut self, points: &[Vec4], execution: &Execution) -> Result<(), DomainTooLarge> {
-        self.state = State::new();
         self.hash = self.hash.resized(points.len(), self.handles_a_point);
         self.table.clear();
         self.table.resize(self.hash.size, EMPTY);
-        self.occupied.clear();
-        self.occupied.resize(self.hash.size.div_ceil(64), 0);
         let words = (points.len() * BITS_A_POINT)
             .div_ceil(64)
             .next_power_of_two();
@@ -426,18 +407,14 @@ impl SpatialIndex for CompactHashing {
         if self.reached[word] & bit == 0 {
             return;
         }
-        let cells = self.grid.neighbourhood.iter();
-        let cells = cells.map(|&offset| center.wrapping_add(offset));
-        if self.links.each() == 0 {
-            let holder = |cell| self.holder(cell);
-            lookups::each(self.state, cells, holder, |cell, holder| {
-                if let Some(used) = self.cells.get(holder as usize) {
-                    self.find_in(used, cell, out);
-                }
-            });
-            return;
+        if let Some((handle, used)) = self.used(center)
+            && used.cell == center
+            && self.links.each() > 0
+        {
+            return self.runs_around(handle as usize, center, out);
         }
-        for cell in cells {
+        for &offset in &self.grid.neighbourhood {
+            let cell = center.wrapping_add(offset);
             if let Some((_, used)) = self.used(cell) {
                 self.find_in(used, cell, out);
             }
@@ -445,7 +422,7 @@ impl SpatialIndex for CompactHashing {
     }
 
     fn runs_around(&self, place: usize, center: IVec3, out: &mut Vec<Run>) {
-        if self.links.each() == 0 || self.cells[place].cell != center {
+        if self.cells[place].cell != center || self.links.each() == 0 {
             return self.runs(center, out);
         }
         let links = self.links.of(place);
@@ -453,9 +430,10 @@ impl SpatialIndex for CompactHashing {
             let Some(used) = self.cells.get(link as usize) else {
                 continue;
             };
-            if used.collision() || used.len > self.pool.reserved() as u32 {
+            if used.collision() || used.blocks > 1 {
                 self.find_in(used, center.wrapping_add(offset), out);
             } else {
+                // Nearly all: one run, of the cell that was asked for.
                 out.push(self.pool.run(used.first, 0, used.len));
             }
         }
@@ -466,7 +444,7 @@ impl SpatialIndex for CompactHashing {
         (self.table.capacity() + self.emptied.capacity()) * size_of::<u32>()
             + self.changed.capacity() * size_of::<IVec3>()
             + self.cells.capacity() * size_of::<UsedCell>()
-            + (self.occupied.capacity() + self.reached.capacity()) * size_of::<u64>()
+            + self.reached.capacity() * size_of::<u64>()
             + self.links.bytes()
             + self.pool.bytes()
             + movers * size_of::<Mover>()

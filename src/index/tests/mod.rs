@@ -247,6 +247,29 @@ fn assert_sound(index: &dyn SpatialIndex, points: &[Vec4]) {
     );
 }
 
+/// Around every point's cell the index hands out the points of the neighbourhood and no other.
+fn assert_exact(index: &dyn SpatialIndex, points: &[Vec4]) {
+    let grid = index.grid();
+    for place in 0..index.places() {
+        let mut done = 0;
+        while let Some((center, members)) = index.group(place, done) {
+            done += members.len();
+            let mut runs = Vec::new();
+            index.runs(center, &mut runs);
+            let rows = runs.iter().flat_map(|&run| index.entries().rows(run));
+            let mut found: Vec<u32> = rows.copied().collect();
+            found.sort_unstable();
+            let around = |point: Vec4| {
+                let offset = grid.cell_of(point).wrapping_sub(center);
+                grid.neighbourhood.contains(&offset)
+            };
+            let rows = (0u32..).zip(points).filter(|(_, point)| around(**point));
+            let expected: Vec<u32> = rows.map(|(row, _)| row).collect();
+            assert_eq!(found, expected, "around {center}");
+        }
+    }
+}
+
 /// Soundness, the same sets as the reference, and no row twice in a list.
 fn assert_agrees(index: &dyn SpatialIndex, points: &[Vec4]) {
     assert_sound(index, points);
@@ -319,6 +342,9 @@ proptest! {
             }
             update(&mut *index, &points);
             assert_sound(&*index, &points);
+            if let Kind::CompactHashing | Kind::CompactHashingSmall = kind {
+                assert_exact(&*index, &points);
+            }
         }
         assert_agrees(&*index, &points);
     }
