@@ -228,6 +228,8 @@ struct Pass {
     operations: f64,
     /// Bytes of columns: each is fetched once, since rows along the Z-curve share their neighbours.
     columns: f64,
+    /// Bytes of lists and slopes a neighbour.
+    pair: f64,
 }
 
 fn passes(particles: usize) -> Result<(), Failure> {
@@ -252,30 +254,35 @@ fn passes(particles: usize) -> Result<(), Failure> {
                 system: world.register_system(find_fluid_neighbours),
                 operations: 0.0,
                 columns: 16.0,
+                pair: 4.0,
             },
             Pass {
                 name: "neighbours, walls",
                 system: world.register_system(find_boundary_neighbours),
                 operations: 0.0,
                 columns: 16.0,
+                pair: 0.0,
             },
             Pass {
                 name: "density",
                 system: world.register_system(compute_density),
-                operations: 22.0,
+                operations: 26.0,
                 columns: 20.0,
+                pair: 8.0,
             },
             Pass {
                 name: "viscosity",
                 system: world.register_system(apply_laminar_viscosity),
-                operations: 37.0,
+                operations: 27.0,
                 columns: 44.0,
+                pair: 8.0,
             },
             Pass {
                 name: "pressure force",
                 system: world.register_system(pressure_force),
-                operations: 28.0,
+                operations: 11.0,
                 columns: 28.0,
+                pair: 8.0,
             },
         ];
         let mut times = vec![Vec::new(); table.len()];
@@ -301,12 +308,7 @@ fn passes(particles: usize) -> Result<(), Failure> {
         "pass", "ns/part.", "1 thr.", "ratio", "GB/s", "of copy", "Gflop/s", "of peak"
     );
     for (pass, (one, two)) in table.iter().zip(results[0].iter().zip(&results[1])) {
-        let list = if pass.name == "neighbours, walls" {
-            0.0
-        } else {
-            4.0 * neighbours
-        };
-        let bytes = (pass.columns + list + 8.0) / two;
+        let bytes = (pass.columns + pass.pair * neighbours + 8.0) / two;
         let operations = pass.operations * neighbours / two;
         print!(
             "{:18} {two:8.1} {one:8.1} {:6.2} {bytes:8.1} {:7.0}%",

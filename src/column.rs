@@ -16,6 +16,7 @@ use smallvec::SmallVec;
 
 use crate::{
     execution::Execution,
+    pairs::PairSlopes,
     particle::{Density, Fluid, Position, Pressure, Velocity},
 };
 
@@ -110,8 +111,12 @@ pub fn gather_columns(
     mut predicted: ResMut<PredictedPositions>,
     mut velocities: ResMut<Velocities>,
     mut pressures: ResMut<Pressures>,
+    slopes: Option<ResMut<PairSlopes>>,
     execution: Res<Execution>,
 ) {
+    if let Some(mut slopes) = slopes {
+        slopes.forget();
+    }
     let tables = || fluid.contiguous_iter().into_iter().flatten();
     let rows: usize = tables().map(|(entities, ..)| entities.len()).sum();
     positions.0.resize(rows + 1, SENTINEL);

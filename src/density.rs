@@ -8,14 +8,20 @@ use crate::{
     column::Densities,
     kernel::CubicSpline,
     material::Material,
-    pairs::{Pair, PairSum, Pairs},
+    pairs::{Pair, PairSlopes, PairSum, Pairs},
     simd::Simd,
 };
 
 /// Densities at the positions of the step (phase `Density`).
-pub fn compute_density(mut densities: ResMut<Densities>, pairs: Pairs, material: Res<Material>) {
+pub fn compute_density(
+    mut densities: ResMut<Densities>,
+    mut slopes: Option<ResMut<PairSlopes>>,
+    pairs: Pairs,
+    material: Res<Material>,
+) {
     densities.0.resize(pairs.positions().rows(), 0.0);
-    pairs.sum(&DensitySum::new(&material), &mut densities.0);
+    let pass = DensitySum::new(&material);
+    pairs.sum_and_keep(&pass, &mut densities.0, slopes.as_deref_mut());
 }
 
 /// The sum of equation 1, at any positions.

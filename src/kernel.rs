@@ -74,16 +74,9 @@ impl CubicSpline {
     /// `(b² − a²)/r` [m⁻¹] at eight squared distances [m²].
     #[inline(always)]
     pub fn slope<S: Simd>(&self, simd: S, distance_squared: S::F) -> S::F {
-        let (numerator, r) = self.slope_fraction(simd, distance_squared);
-        simd.div(numerator, r)
-    }
-
-    /// [`slope`](Self::slope) as `b² − a²` [-] and r [m], for a pass that has something else to divide by.
-    #[inline(always)]
-    pub fn slope_fraction<S: Simd>(&self, simd: S, distance_squared: S::F) -> (S::F, S::F) {
         let r = radius(simd, distance_squared);
         let (a, b) = self.hats(simd, r);
-        (simd.mul(simd.sub(b, a), simd.add(b, a)), r)
+        simd.div(simd.mul(simd.sub(b, a), simd.add(b, a)), r)
     }
 
     #[inline(always)]

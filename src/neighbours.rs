@@ -23,6 +23,7 @@ use crate::{
     column::Positions,
     execution::Execution,
     index::{FluidIndex, Run, SpatialIndex},
+    pairs::PairSlopes,
     simd::{CANDIDATE_ALIGNMENT, Candidates, Near, Portable, Probe, Simd, Vectorised},
 };
 
@@ -436,10 +437,12 @@ pub struct BoundaryNeighbours(pub NeighbourLists);
 /// Finds the neighbours among the fluid (phase `FindNeighbours`).
 pub fn find_fluid_neighbours(
     mut lists: ResMut<FluidNeighbours>,
+    mut slopes: ResMut<PairSlopes>,
     index: Res<FluidIndex>,
     positions: Res<Positions>,
     execution: Res<Execution>,
 ) {
+    slopes.forget();
     let points = positions.points();
     let of = &*index.structure;
     let task = Search {

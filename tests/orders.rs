@@ -48,6 +48,11 @@ fn the_default_order_written_out_gives_the_same_bits() {
         format!("Repeat(1, [Every(1, [{STAGES}])])"),
         // What it makes depends on nothing that it made before.
         STAGES.replace(r#"Run("density")"#, r#"Repeat(2, [Run("density")])"#),
+        // Slopes that the density pass kept are those of other lists then, and are calculated.
+        STAGES.replace(
+            r#"Run("density")"#,
+            r#"Run("density"), Run("find_neighbours")"#,
+        ),
     ] {
         let (scene, _folder) = ordered(&format!("(stages: [{stages}])"));
         assert!(bits_after(&scene, 2, 25) == expected, "{stages}");

@@ -86,6 +86,7 @@ const IN_THE_PLANE: Bounds = &[
     ("-dp/dy", [0.08, 0.07, 0.06, 0.08, 0.08]),
     ("p at half depth", [0.05; 5]),
     ("worst layer", [0.07; 5]),
+    ("energy gained", [0.01; 5]),
     ("rms speed", [0.03, 0.03, 0.01, 0.01, 0.01]),
     ("largest speed", [0.08, 0.08, 0.05, 0.05, 0.05]),
 ];
@@ -93,26 +94,23 @@ const IN_SPACE: Bounds = &[
     ("-dp/dy", [0.22; 5]),
     ("p at half depth", [0.16; 5]),
     ("worst layer", [0.17; 5]),
+    ("energy gained", [0.01; 5]),
     ("rms speed", [0.03, 0.03, 0.01, 0.01, 0.01]),
     ("largest speed", [0.1; 5]),
 ];
 
-// The target, 1 % of the semi-major axis at the end, is met by IISPH and DFSPH. What is left is the sum of the density: a
-// square lattice that is drawn out 1.44 times along an axis at constant area has 5.5 % more of it than at rest, and by as much
-// the drop widens. Pressure follows that sum. PCISPH pushes too hard in steps of the default length, and nothing pulls the
-// drop together again: with `time_step: Cfl(factor: 0.05)` it is 1.1 % off, with the default 27 %.
+// The target, 1 % of the semi-major axis at the end, is met by IISPH and DFSPH; the others are 1.1 % off. What is left is the
+// sum of the density: a square lattice that is drawn out 1.44 times along an axis at constant area has 5.5 % more of it than
+// at rest. Pressure follows that sum: 38 to 48 % too much of it pushes the lattice back, in every method alike, and then,
+// with the drop ahead of the ellipse, there is none. Nothing pulls it together again.
 const DROP: Bounds = &[
     ("semi-major axis at 0.0008", [0.01; 5]),
-    (
-        "semi-major axis at 0.0038",
-        [0.011, 0.011, 0.18, 0.011, 0.011],
-    ),
+    ("semi-major axis at 0.0038", [0.011; 5]),
     (
         "semi-major axis at 0.0076",
-        [0.012, 0.012, 0.28, 0.01, 0.01],
+        [0.012, 0.012, 0.012, 0.01, 0.01],
     ),
-    // What DFSPH calls pressure is its second solve's; the first takes a share that changes from step to step.
-    ("centre pressure", [0.9, 0.9, 1.01, 0.1, 0.9]),
+    ("centre pressure", [0.5, 0.5, 0.45, 0.45, 0.45]),
 ];
 
 // All methods agree to 2 %, and are as much as 22 % ahead of Koshizuka & Oka where they are within 5 % of the fronts of

@@ -41,6 +41,7 @@ pub fn volumes(
         Places {
             fluid: packed,
             boundary: &[SENTINEL],
+            kernel: &pass.kernel,
         },
         &mut volumes,
         execution,

@@ -7,7 +7,7 @@ use glam::{Vec3, Vec4};
 use crate::{
     column::Accelerations,
     material::Material,
-    pairs::{Pair, PairSum, Pairs, accumulate},
+    pairs::{Pair, PairSum, PairsWithSlopes, accumulate},
     simd::Simd,
 };
 
@@ -20,7 +20,7 @@ pub fn apply_surface_tension(
     mut accelerations: ResMut<Accelerations>,
     cohesion: Res<Cohesion>,
     material: Res<Material>,
-    pairs: Pairs,
+    pairs: PairsWithSlopes,
 ) {
     let pass = CohesionSum {
         material: &material,

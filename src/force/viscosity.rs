@@ -15,7 +15,7 @@ use glam::{Vec3, Vec4};
 use crate::{
     column::{Accelerations, Densities, Velocities},
     material::Material,
-    pairs::{Pair, PairSum, Pairs, accumulate, broadcast, difference, dot},
+    pairs::{Pair, PairSum, PairsWithSlopes, accumulate, broadcast, difference, dot},
     simd::Simd,
 };
 
@@ -39,7 +39,7 @@ pub fn apply_laminar_viscosity(
     densities: Res<Densities>,
     viscosity: Res<LaminarViscosity>,
     material: Res<Material>,
-    pairs: Pairs,
+    pairs: PairsWithSlopes,
 ) {
     let d = f32::from(u8::from(material.dimension));
     let strength = 4.0 * (d + 2.0) * viscosity.0;
@@ -60,7 +60,7 @@ pub fn apply_artificial_viscosity(
     densities: Res<Densities>,
     viscosity: Res<ArtificialViscosity>,
     material: Res<Material>,
-    pairs: Pairs,
+    pairs: PairsWithSlopes,
 ) {
     let ArtificialViscosity { alpha, sound_speed } = *viscosity;
     let h = material.kernel.support_radius;
@@ -82,7 +82,7 @@ fn apply_friction<const APPROACHING: bool>(
     velocities: &mut Velocities,
     densities: &Densities,
     material: &Material,
-    pairs: &Pairs,
+    pairs: &PairsWithSlopes,
     strength: f32,
 ) {
     let rows = densities.0.len();
@@ -132,7 +132,9 @@ impl<const APPROACHING: bool> PairSum for Friction<'_, APPROACHING> {
     #[inline(always)]
     fn fluid<S: Simd>(&self, simd: S, pair: &Pair<S>, j: S::Rows, sums: &mut FrictionSums<S>) {
         let h = self.material.kernel.support_radius;
-        let Pair { x, distance, .. } = *pair;
+        let Pair {
+            x, distance, slope, ..
+        } = *pair;
         let (v, density) = difference(simd, sums.velocity, self.velocities, j);
         let mut approach = dot(simd, v, x);
         if APPROACHING {
@@ -140,10 +142,7 @@ impl<const APPROACHING: bool> PairSum for Friction<'_, APPROACHING> {
         }
         let damped = simd.add(distance, simd.splat(0.01 * h * h));
         let densities = simd.add(sums.density, density);
-        // One division for the rate and the kernel's slope.
-        let (numerator, r) = self.material.kernel.slope_fraction(simd, distance);
-        let denominator = simd.mul(simd.mul(damped, densities), r);
-        let factor = simd.div(simd.mul(approach, numerator), denominator);
+        let factor = simd.div(simd.mul(approach, slope), simd.mul(damped, densities));
         accumulate(simd, &mut sums.sum, factor, x);
     }
 

@@ -11,14 +11,14 @@ use glam::{Vec3, Vec4};
 use crate::{
     column::PressureAccelerations,
     material::Material,
-    pairs::{Pair, PairSum, Pairs, accumulate},
+    pairs::{Pair, PairSum, PairsWithSlopes, accumulate},
     simd::Simd,
 };
 
 /// Accelerations of the pressure terms beside the positions (phase `Pressure`).
 pub fn pressure_force(
     mut accelerations: ResMut<PressureAccelerations>,
-    pairs: Pairs,
+    pairs: PairsWithSlopes,
     material: Res<Material>,
 ) {
     accelerations.0.resize(pairs.positions().rows(), Vec3::ZERO);
@@ -55,17 +55,15 @@ impl PairSum for PressureForce<'_> {
 
     #[inline(always)]
     fn fluid<S: Simd>(&self, simd: S, pair: &Pair<S>, _: S::Rows, sums: &mut ForceSums<S>) {
-        let slope = self.material.kernel.slope(simd, pair.distance);
         let terms = simd.add(sums.term, pair.fourth);
-        accumulate(simd, &mut sums.sum, simd.mul(terms, slope), pair.x);
+        accumulate(simd, &mut sums.sum, simd.mul(terms, pair.slope), pair.x);
     }
 
     #[inline(always)]
     fn boundary<S: Simd>(&self, simd: S, pair: &Pair<S>, sums: &mut ForceSums<S>) {
-        let slope = self.material.kernel.slope(simd, pair.distance);
         let mass = simd.mul(pair.fourth, simd.splat(self.boundary_mass));
         let term = simd.mul(mass, sums.term);
-        accumulate(simd, &mut sums.sum, simd.mul(term, slope), pair.x);
+        accumulate(simd, &mut sums.sum, simd.mul(term, pair.slope), pair.x);
     }
 
     #[inline(always)]

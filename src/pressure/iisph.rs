@@ -19,7 +19,11 @@ use super::{
     solve::has_pressure,
 };
 use crate::{
-    column::Densities, density::DensitySum, material::Material, pairs::Pairs, scene::Iisph,
+    column::Densities,
+    density::DensitySum,
+    material::Material,
+    pairs::{PairSlopes, Pairs},
+    scene::Iisph,
 };
 
 /// Density and `1/D` of every particle, as their pass gives them.
@@ -48,6 +52,7 @@ pub fn compute_density(
     mut pass: ResMut<DensityPass>,
     mut densities: ResMut<Densities>,
     mut responses: ResMut<Responses>,
+    mut slopes: Option<ResMut<PairSlopes>>,
     pairs: Pairs,
     material: Res<Material>,
 ) {
@@ -56,7 +61,7 @@ pub fn compute_density(
     densities.0.resize(rows, 0.0);
     responses.0.resize(rows, 0.0);
     let sums = (DensitySum::new(&material), Response::new(&material));
-    pairs.sum(&sums, &mut pass.0);
+    pairs.sum_and_keep(&sums, &mut pass.0, slopes.as_deref_mut());
     let columns = densities.0.par_iter_mut().zip(&mut responses.0);
     pairs.execution.install(|| {
         columns

@@ -20,9 +20,8 @@ use super::{Corrected, PressureSolve, lattice_response};
 use crate::{
     column::{Accelerations, Densities, Positions, PressureAccelerations, Pressures, Velocities},
     execution::Execution,
-    kernel::CubicSpline,
     material::Material,
-    pairs::{Pair, PairSum, Pairs, accumulate, broadcast, difference, dot},
+    pairs::{Pair, PairSum, PairsWithSlopes, accumulate, broadcast, difference, dot},
     simd::Simd,
     step::Clock,
 };
@@ -100,7 +99,7 @@ impl PredictedVelocities {
 pub fn predict_rates(
     mut rates: ResMut<DensityRates>,
     predicted: Res<PredictedVelocities>,
-    pairs: Pairs,
+    pairs: PairsWithSlopes,
     material: Res<Material>,
 ) {
     rates.0.resize(pairs.positions().rows(), 0.0);
@@ -150,7 +149,6 @@ pub fn update_pressure(
 /// Sums `1/D`.
 #[derive(Clone, Copy)]
 pub struct Response {
-    kernel: CubicSpline,
     /// ρ0/m: with a volume, the boundary particle's mass in particle masses.
     boundary_mass: f32,
     /// m² and the square of the kernel's factor.
@@ -168,7 +166,6 @@ impl Response {
     pub fn new(material: &Material) -> Self {
         let mass = f64::from(material.particle_mass);
         Self {
-            kernel: material.kernel,
             boundary_mass: material.rest_density / material.particle_mass,
             factor: (material.particle_mass * material.kernel.slope_factor).powi(2),
             least: (LEAST_RESPONSE * mass * mass * lattice_response(material)) as f32,
@@ -196,16 +193,15 @@ impl PairSum for Response {
 
     #[inline(always)]
     fn fluid<S: Simd>(&self, simd: S, pair: &Pair<S>, _: S::Rows, sums: &mut ResponseSums<S>) {
-        let slope = self.kernel.slope(simd, pair.distance);
-        accumulate(simd, &mut sums.sum, slope, pair.x);
-        sums.squares = simd.mul_add(simd.mul(slope, slope), pair.distance, sums.squares);
+        accumulate(simd, &mut sums.sum, pair.slope, pair.x);
+        let square = simd.mul(pair.slope, pair.slope);
+        sums.squares = simd.mul_add(square, pair.distance, sums.squares);
     }
 
     #[inline(always)]
     fn boundary<S: Simd>(&self, simd: S, pair: &Pair<S>, sums: &mut ResponseSums<S>) {
-        let slope = self.kernel.slope(simd, pair.distance);
         let mass = simd.mul(pair.fourth, simd.splat(self.boundary_mass));
-        accumulate(simd, &mut sums.sum, simd.mul(mass, slope), pair.x);
+        accumulate(simd, &mut sums.sum, simd.mul(mass, pair.slope), pair.x);
     }
 
     #[inline(always)]
@@ -224,7 +220,6 @@ impl PairSum for Response {
 /// Sums Dρ/Dt.
 #[derive(Clone, Copy)]
 pub struct DensityRate<'a> {
-    kernel: CubicSpline,
     velocities: &'a [Vec4],
     /// ρ0/m: with a volume, the boundary particle's mass in particle masses.
     boundary_mass: f32,
@@ -236,7 +231,6 @@ impl<'a> DensityRate<'a> {
     /// The sum over `velocities`, which end with a sentinel of zero.
     pub fn new(material: &Material, velocities: &'a [Vec4]) -> Self {
         Self {
-            kernel: material.kernel,
             velocities,
             boundary_mass: material.rest_density / material.particle_mass,
             factor: material.particle_mass * material.kernel.slope_factor,
@@ -265,16 +259,14 @@ impl PairSum for DensityRate<'_> {
     #[inline(always)]
     fn fluid<S: Simd>(&self, simd: S, pair: &Pair<S>, j: S::Rows, sums: &mut DensityRateSums<S>) {
         let (v, _) = difference(simd, sums.velocity, self.velocities, j);
-        let slope = self.kernel.slope(simd, pair.distance);
-        sums.sum = simd.mul_add(slope, dot(simd, v, pair.x), sums.sum);
+        sums.sum = simd.mul_add(pair.slope, dot(simd, v, pair.x), sums.sum);
     }
 
     #[inline(always)]
     fn boundary<S: Simd>(&self, simd: S, pair: &Pair<S>, sums: &mut DensityRateSums<S>) {
-        let slope = self.kernel.slope(simd, pair.distance);
         let mass = simd.mul(pair.fourth, simd.splat(self.boundary_mass));
         let approach = dot(simd, sums.velocity, pair.x);
-        sums.sum = simd.mul_add(simd.mul(mass, slope), approach, sums.sum);
+        sums.sum = simd.mul_add(simd.mul(mass, pair.slope), approach, sums.sum);
     }
 
     #[inline(always)]

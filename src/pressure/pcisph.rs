@@ -26,9 +26,8 @@ use crate::{
     },
     density::DensitySum,
     execution::Execution,
-    kernel::CubicSpline,
     material::Material,
-    pairs::{Pair, PairSum, Pairs, accumulate},
+    pairs::{Pair, PairSum, Pairs, PairsWithSlopes, accumulate},
     scene::{Pcisph, Scene},
     simd::Simd,
     step::Clock,
@@ -159,12 +158,11 @@ pub fn wall_response(
     mut walls: ResMut<WallResponse>,
     correction: Res<PressureCorrection>,
     material: Res<Material>,
-    pairs: Pairs,
+    pairs: PairsWithSlopes,
 ) {
     walls.0.resize(pairs.positions().rows(), 1.0);
     let mass = material.rest_density / material.particle_mass * material.kernel.slope_factor;
     let pass = WallGradient {
-        kernel: material.kernel,
         factor: mass * mass / (2.0 * correction.lattice_response),
     };
     pairs.sum(&pass, &mut walls.0);
@@ -172,7 +170,6 @@ pub fn wall_response(
 
 #[derive(Clone, Copy)]
 struct WallGradient {
-    kernel: CubicSpline,
     /// `(ρ0/m)²` and the kernel's factor, squared, over twice the lattice's response.
     factor: f32,
 }
@@ -189,8 +186,7 @@ impl PairSum for WallGradient {
 
     #[inline(always)]
     fn boundary<S: Simd>(&self, simd: S, pair: &Pair<S>, sum: &mut Self::Sums<S>) {
-        let slope = self.kernel.slope(simd, pair.distance);
-        accumulate(simd, sum, simd.mul(pair.fourth, slope), pair.x);
+        accumulate(simd, sum, simd.mul(pair.fourth, pair.slope), pair.x);
     }
 
     #[inline(always)]

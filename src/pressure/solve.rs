@@ -101,7 +101,7 @@ pub(super) fn has_pressure(solve: Res<PressureSolve>) -> bool {
 /// Iterates until the density error is small enough (phase `Pressure`).
 ///
 /// With a time step that follows the motion (`Cfl`), one that turns out too long is halved and solved again before
-/// anything has moved: when the iterations take too many or a particle would move more than the paper's h/2. With one that
+/// anything has moved: when the error stops falling or a particle would move more than the paper's h/2. With one that
 /// goes back (`Adaptive`) the iterations give up as early, and the step is taken back.
 pub fn solve_pressure(world: &mut World) {
     let convergence = *world.resource::<Convergence>();
@@ -114,20 +114,13 @@ pub fn solve_pressure(world: &mut World) {
             && world
                 .get_resource::<AdaptiveTimeStep>()
                 .is_some_and(|scheme| scheme.may_go_back(world.resource::<Clock>().dt));
-        let max_iterations = if shorter.is_some() || goes_back {
-            PATIENCE.min(convergence.max_iterations)
+        let patience = if shorter.is_some() || goes_back {
+            PATIENCE
         } else {
             convergence.max_iterations
         };
         start(world, warm_start);
-        let converged = iterate(
-            world,
-            PressureIteration,
-            &Convergence {
-                max_iterations,
-                ..convergence
-            },
-        );
+        let converged = iterate(world, PressureIteration, &convergence, patience);
         // There only if the scene asks for it.
         let _ = world.try_run_schedule(LastCorrection);
         if let Some(dt) = shorter
@@ -152,28 +145,44 @@ pub fn solve_pressure(world: &mut World) {
     }
 }
 
-/// Iterations after which a time step that may be shorter is; the median step takes 3 to 10.
-const PATIENCE: u32 = 50;
+/// Iterations in which the error must fall where a time step may be shorter; the median step takes 3 to 10.
+///
+/// As long as it falls the step is as long as it was: what the density has too much at its start is pushed out within it,
+/// with a speed that grows as 1/dt. Halved whenever 50 iterations did not do, still water of 30 layers, whose weight takes
+/// a hundred to arrive at the floor, went from 5 ms to 0.035 ms and jumped with 8 sqrt(g H) (IISPH, 0.1 % mean error).
+const PATIENCE: u32 = 25;
 
-/// Runs `iteration` until the error comes under its limit, which it says, or the iterations are too many.
+/// Runs `iteration` until the error comes under its limit, which it says, or the iterations are too many, or `patience`
+/// of them in a row have not made it less.
 pub(super) fn iterate(
     world: &mut World,
     iteration: impl ScheduleLabel,
     convergence: &Convergence,
+    patience: u32,
 ) -> bool {
+    let mut before = f32::INFINITY;
     world.schedule_scope(iteration, |world, iteration| {
         loop {
             iteration.run(world);
             let mut solve = world.resource_mut::<PressureSolve>();
             solve.iterations += 1;
             solve.has_pressure = true;
-            if convergence.judged(&solve).0 <= convergence.max_density_error
+            let (error, _) = convergence.judged(&solve);
+            if error <= convergence.max_density_error
                 && solve.iterations >= convergence.min_iterations
             {
                 return true;
             }
             if solve.iterations >= convergence.max_iterations {
                 return false;
+            }
+            if solve.iterations.is_multiple_of(patience) {
+                // What is not a number does not.
+                let falls = error < before;
+                if !falls {
+                    return false;
+                }
+                before = error;
             }
         }
     })

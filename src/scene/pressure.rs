@@ -103,7 +103,8 @@ pub struct Dfsph {
     pub relaxation: f32,
     /// Limit on the compression that the velocities would cause in a step, `dt max(0, Dρ/Dt)/ρ0` [-].
     pub max_divergence_error: f32,
-    /// At least so many iterations of the solve that removes the divergence.
+    /// At least so many iterations of the solve that removes the divergence. The paper's 1 finds out how much there is;
+    /// here the density pass has, and velocities that are within the limit cost nothing more.
     pub min_divergence_iterations: u32,
     /// After so many the divergence that is left is left: the density solve has the last word.
     pub max_divergence_iterations: u32,
@@ -174,7 +175,7 @@ impl Default for Dfsph {
             warm_start: 0.5,
             relaxation: 0.5,
             max_divergence_error: 1e-3,
-            min_divergence_iterations: 1,
+            min_divergence_iterations: 0,
             max_divergence_iterations: 100,
         }
     }

@@ -19,6 +19,11 @@ pub use portable::Portable;
 /// Lanes of a vector.
 pub const LANES: usize = 8;
 
+/// Eight numbers in memory, where one load takes them.
+#[derive(Debug, Clone, Copy, Default)]
+#[repr(C, align(32))]
+pub struct Lanes(pub [f32; LANES]);
+
 /// Candidates are padded to a multiple of this with points that nothing reaches.
 pub const CANDIDATE_ALIGNMENT: usize = 16;
 
@@ -31,6 +36,10 @@ pub trait Simd: Copy {
 
     /// The same number in every lane.
     fn splat(self, x: f32) -> Self::F;
+    /// Eight numbers from memory.
+    fn load(self, lanes: &Lanes) -> Self::F;
+    /// Eight numbers to memory.
+    fn store(self, a: Self::F, lanes: &mut Lanes);
     /// `a + b`
     fn add(self, a: Self::F, b: Self::F) -> Self::F;
     /// `a − b`

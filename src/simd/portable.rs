@@ -4,48 +4,58 @@ use std::array::from_fn;
 
 use glam::Vec4;
 
-use super::{Candidates, LANES, Near, Probe, Run, Simd};
+use super::{Candidates, LANES, Lanes, Near, Probe, Run, Simd};
 
 /// Plain Rust.
 #[derive(Debug, Clone, Copy)]
 pub struct Portable;
 
-type Lanes = [f32; LANES];
+type F = [f32; LANES];
 
 /// Whether the build target multiplies and adds with one rounding; a call of the library's would be far too slow.
 const FUSED: bool = cfg!(any(target_feature = "fma", target_arch = "aarch64"));
 
 impl Simd for Portable {
-    type F = Lanes;
+    type F = F;
     type Rows = [u32; LANES];
 
     #[inline(always)]
-    fn splat(self, x: f32) -> Lanes {
+    fn splat(self, x: f32) -> F {
         [x; LANES]
     }
 
     #[inline(always)]
-    fn add(self, a: Lanes, b: Lanes) -> Lanes {
+    fn load(self, lanes: &Lanes) -> F {
+        lanes.0
+    }
+
+    #[inline(always)]
+    fn store(self, a: F, lanes: &mut Lanes) {
+        lanes.0 = a;
+    }
+
+    #[inline(always)]
+    fn add(self, a: F, b: F) -> F {
         from_fn(|k| a[k] + b[k])
     }
 
     #[inline(always)]
-    fn sub(self, a: Lanes, b: Lanes) -> Lanes {
+    fn sub(self, a: F, b: F) -> F {
         from_fn(|k| a[k] - b[k])
     }
 
     #[inline(always)]
-    fn mul(self, a: Lanes, b: Lanes) -> Lanes {
+    fn mul(self, a: F, b: F) -> F {
         from_fn(|k| a[k] * b[k])
     }
 
     #[inline(always)]
-    fn div(self, a: Lanes, b: Lanes) -> Lanes {
+    fn div(self, a: F, b: F) -> F {
         from_fn(|k| a[k] / b[k])
     }
 
     #[inline(always)]
-    fn mul_add(self, a: Lanes, b: Lanes, c: Lanes) -> Lanes {
+    fn mul_add(self, a: F, b: F, c: F) -> F {
         if FUSED {
             from_fn(|k| a[k].mul_add(b[k], c[k]))
         } else {
@@ -54,22 +64,22 @@ impl Simd for Portable {
     }
 
     #[inline(always)]
-    fn max(self, a: Lanes, b: Lanes) -> Lanes {
+    fn max(self, a: F, b: F) -> F {
         from_fn(|k| if a[k] > b[k] { a[k] } else { b[k] })
     }
 
     #[inline(always)]
-    fn min(self, a: Lanes, b: Lanes) -> Lanes {
+    fn min(self, a: F, b: F) -> F {
         from_fn(|k| if a[k] < b[k] { a[k] } else { b[k] })
     }
 
     #[inline(always)]
-    fn sqrt(self, a: Lanes) -> Lanes {
+    fn sqrt(self, a: F) -> F {
         a.map(f32::sqrt)
     }
 
     #[inline(always)]
-    fn sum(self, a: Lanes) -> f32 {
+    fn sum(self, a: F) -> f32 {
         ((a[0] + a[4]) + (a[2] + a[6])) + ((a[1] + a[5]) + (a[3] + a[7]))
     }
 
@@ -79,7 +89,7 @@ impl Simd for Portable {
     }
 
     #[inline(always)]
-    fn gather(self, table: &[Vec4], rows: [u32; LANES]) -> [Lanes; 4] {
+    fn gather(self, table: &[Vec4], rows: [u32; LANES]) -> [F; 4] {
         let last = table.len() - 1;
         let entries: [[f32; 4]; LANES] =
             from_fn(|k| table[(rows[k] as usize).min(last)].to_array());

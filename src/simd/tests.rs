@@ -118,13 +118,15 @@ fn every_instruction_set_takes_the_same_candidates() {
 struct Arithmetic<'a>(&'a [Vec4], &'a [u32]);
 
 impl Vectorised for Arithmetic<'_> {
-    type Output = [f32; 8];
+    type Output = [f32; 9];
 
     #[inline(always)]
-    fn run<S: Simd>(self, simd: S) -> [f32; 8] {
+    fn run<S: Simd>(self, simd: S) -> [f32; 9] {
         let (whole, rest) = self.1.split_at(LANES);
         let [x, y, z, w] = simd.gather(self.0, simd.rows(whole));
         let [tail, ..] = simd.gather(self.0, simd.rows(rest));
+        let mut memory = Lanes::default();
+        simd.store(simd.mul(x, z), &mut memory);
         [
             simd.sum(simd.add(x, y)),
             simd.sum(simd.sub(x, z)),
@@ -133,6 +135,7 @@ impl Vectorised for Arithmetic<'_> {
             simd.sum(simd.min(x, y)),
             simd.sum(simd.sqrt(z)),
             simd.sum(tail),
+            simd.sum(simd.add(y, simd.load(&memory))),
             simd.sum(simd.mul_add(x, y, z)),
         ]
     }
@@ -153,9 +156,9 @@ fn every_instruction_set_calculates_alike() {
     );
     for set in InstructionSet::available() {
         let other = set.dispatch(Arithmetic(&table, &rows));
-        assert_eq!(other[..7], portable[..7], "{set:?}");
+        assert_eq!(other[..8], portable[..8], "{set:?}");
         assert!(
-            (other[7] - portable[7]).abs() < 1e-5,
+            (other[8] - portable[8]).abs() < 1e-5,
             "{set:?}: fused or not differs by rounding only"
         );
     }

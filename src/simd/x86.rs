@@ -6,7 +6,7 @@ use std::arch::x86_64::*;
 use glam::Vec4;
 
 use super::{
-    Candidates, LANES, Near, Probe, Run, Simd, Vectorised,
+    Candidates, LANES, Lanes, Near, Probe, Run, Simd, Vectorised,
     wide::{collect_hits, take_near},
 };
 
@@ -90,6 +90,18 @@ impl Simd for Avx2 {
     fn splat(self, x: f32) -> __m256 {
         // SAFETY: `self` proves that the machine has AVX2.
         unsafe { _mm256_set1_ps(x) }
+    }
+
+    #[inline(always)]
+    fn load(self, lanes: &Lanes) -> __m256 {
+        // SAFETY: `self` proves that the machine has AVX2; `Lanes` are eight numbers, aligned to 32 bytes.
+        unsafe { _mm256_load_ps(lanes.0.as_ptr()) }
+    }
+
+    #[inline(always)]
+    fn store(self, a: __m256, lanes: &mut Lanes) {
+        // SAFETY: as in `load`.
+        unsafe { _mm256_store_ps(lanes.0.as_mut_ptr(), a) }
     }
 
     #[inline(always)]
@@ -194,6 +206,8 @@ impl Simd for Avx512 {
 
     as_avx2! {
         fn splat(x: f32) -> __m256;
+        fn load(lanes: &Lanes) -> __m256;
+        fn store(a: __m256, lanes: &mut Lanes) -> ();
         fn add(a: __m256, b: __m256) -> __m256;
         fn sub(a: __m256, b: __m256) -> __m256;
         fn mul(a: __m256, b: __m256) -> __m256;

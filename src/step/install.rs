@@ -24,6 +24,7 @@ use crate::{
     material::Material,
     mesh::MeshError,
     neighbours::{BoundaryNeighbours, FluidNeighbours},
+    pairs::PairSlopes,
     particle::{self, Boundary, BoundaryNormal, BoundaryVolume, Density, Position, Velocity},
     pressure::{
         PressureSolve, dfsph, iisph, pcisph, solve::Convergence, state_equation::EquationOfState,
@@ -174,6 +175,7 @@ fn insert_step_resources(world: &mut World, scene: &Scene, material: &Material) 
     }
     if scene.neighbours == Neighbours::Stored {
         world.init_resource::<FluidNeighbours>();
+        world.init_resource::<PairSlopes>();
     }
     world.insert_resource(Clock {
         next_dt: dt,

@@ -152,9 +152,12 @@ impl Stage {
                     pressure::solve::solve_pressure,
                 )
                     .chain(),
-                PressureMethod::Iisph(_) | PressureMethod::Dfsph(_) => {
-                    pressure::solve::solve_pressure.into_configs()
-                }
+                PressureMethod::Iisph(_) => pressure::solve::solve_pressure.into_configs(),
+                PressureMethod::Dfsph(_) => (
+                    pressure::solve::solve_pressure,
+                    pressure::dfsph::add_divergence_pressure,
+                )
+                    .chain(),
             },
         },
         Self {

@@ -10,7 +10,7 @@
 //!
 //! These are the limits of `Cfl`. Speeds and forces are those of the step before. PCISPH adds a limit of its own: what an iteration costs is fixed,
 //! how many a step needs grows faster than its length, so a step that took more than [`ITERATIONS`] is followed by a
-//! shorter one, and one that does not converge is halved before anything moves.
+//! shorter one, and one whose error does not fall is halved before anything moves.
 
 pub mod adaptive;
 pub mod roll_back;

@@ -12,8 +12,8 @@ pub(crate) const CASE: Case = Case {
     measure,
 };
 
-/// Semi-major axis at the published times, and the pressure within 0.2 m of the centre from 0.0034 to 0.0042 s, by the mean
-/// of both: pressure waves run through the drop, and the time of a step of an incompressible method is no instant.
+/// Semi-major axis at the published times, and the pressure within 0.2 m of the centre, by the mean of both up to the second
+/// of them: pressure waves run through the drop, and a step of an incompressible method is no instant.
 fn measure(_: &Scene, drop: &mut Simulation) -> Vec<Figure> {
     let file = "elliptic_drop_analytic.csv";
     let axis = reference(file, ["t_s", "b"]);
@@ -25,7 +25,7 @@ fn measure(_: &Scene, drop: &mut Simulation) -> Vec<Figure> {
         let particles = particles_of(drop);
         let [_, b] = semi_axes(particles.iter().map(|p| p.position));
         measured_axis.push([report.time, b]);
-        if (0.0034..0.0042).contains(&report.time) {
+        if report.time < 0.0038 {
             let near = particles.iter().filter(|p| p.position.length() < 0.2);
             let (sum, count) = near.fold((0.0, 0.0), |(sum, count), p| {
                 (sum + f64::from(p.pressure), count + 1.0)
@@ -43,7 +43,7 @@ fn measure(_: &Scene, drop: &mut Simulation) -> Vec<Figure> {
             Figure::new(name, at(&measured_axis, time), at(&axis, time))
         })
         .collect();
-    let name = "centre pressure at 0.0038 s [Pa]";
+    let name = "centre pressure to 0.0038 s [Pa]";
     figures.push(Figure::new(name, measured / weight, expected / weight));
     figures
 }

@@ -1,7 +1,8 @@
 //! Still water in a tank: `p = ρ0 g (H − y)`, and nothing moves.
 //!
 //! Pressures and speeds are taken over the last half of the run, weighted with the time steps. Left out are particles
-//! nearer than two spacings to the floor or the surface: there a kernel does not see a full neighbourhood.
+//! nearer than two spacings to the floor or the surface: there a kernel does not see a full neighbourhood. Energy is
+//! watched from the start, when the water falls onto pressure that is not there yet.
 
 use overfall::{
     Simulation,
@@ -35,10 +36,13 @@ fn measure(scene: &Scene, tank: &mut Simulation) -> Vec<Figure> {
     // Sums of weight and of p − ρ0 g (H − y), a layer of two spacings each.
     let mut misfit = vec![[0.0_f64; 2]; layers + 1];
     let (mut squares, mut weights, mut largest) = (0.0, 0.0, 0.0_f32);
+    let (mut energy, mut most_energy) = (None, 0.0_f64);
     // Density and pressure belong to the positions at the start of a step.
     let mut before = particles_of(tank);
     run(tank, end, |tank, report| {
         let after = particles_of(tank);
+        let now = report.kinetic_energy + report.potential_energy;
+        most_energy = most_energy.max(now / *energy.get_or_insert(now) - 1.0);
         if report.time > 0.5 * end {
             let dt = f64::from(report.dt);
             largest = largest.max(report.max_speed);
@@ -77,6 +81,7 @@ fn measure(scene: &Scene, tank: &mut Simulation) -> Vec<Figure> {
             0.5 * weight_of_all,
         ),
         Figure::residual("worst layer [rho g H]", worst),
+        Figure::residual("energy gained [its energy]", most_energy),
         Figure::residual("rms speed [sqrt(g H)]", (squares / weights).sqrt() / speed),
         Figure::residual("largest speed [sqrt(g H)]", f64::from(largest) / speed),
     ]

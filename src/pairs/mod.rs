@@ -3,7 +3,9 @@
 //! A pass says what one particle adds up over its fluid and its boundary neighbours, eight at a time ([`PairSum`]);
 //! [`Pairs::sum`] runs it over all rows in parallel, with stored lists or with neighbours found on the spot. The loop
 //! fetches the neighbours' positions, a third of its time, and hands a [`Pair`] to the pass: several sums in one pass
-//! fetch them once.
+//! fetch them once. After the density pass the kernel's slopes are known, too (see [`PairSlopes`]).
+
+mod slopes;
 
 use std::{cell::RefCell, ops::AddAssign};
 
@@ -11,11 +13,15 @@ use bevy_ecs::{prelude::*, system::SystemParam};
 use glam::{IVec3, Vec4};
 use rayon::prelude::*;
 
+pub use self::slopes::PairSlopes;
+use self::slopes::{Computed, Kept, Known, Slopes};
 use crate::{
     boundary::BoundarySamples,
     column::{Positions, SENTINEL},
     execution::{CHUNK, Execution},
     index::FluidIndex,
+    kernel::CubicSpline,
+    material::Material,
     neighbours::{BoundaryNeighbours, FluidNeighbours, NeighbourLists, OnTheSpot, Search},
     simd::{LANES, Simd, Vectorised},
 };
@@ -85,6 +91,8 @@ pub struct Pair<S: Simd> {
     pub distance: S::F,
     /// The neighbours' fourth entries.
     pub fourth: S::F,
+    /// The kernel's slope at the distance [m⁻¹].
+    pub slope: S::F,
 }
 
 /// A vector in all lanes.
@@ -115,22 +123,33 @@ pub fn difference<S: Simd>(
 }
 
 #[inline(always)]
-fn pair<S: Simd>(simd: S, own: [S::F; 3], points: &[Vec4], rows: S::Rows) -> Pair<S> {
+fn pair<S: Simd>(
+    simd: S,
+    own: [S::F; 3],
+    points: &[Vec4],
+    rows: S::Rows,
+    (kernel, slopes): (&CubicSpline, &mut impl Slopes),
+) -> Pair<S> {
     let (x, fourth) = difference(simd, own, points, rows);
+    let distance = dot(simd, x, x);
     Pair {
         x,
-        distance: dot(simd, x, x),
+        distance,
         fourth,
+        slope: slopes.next(simd, kernel, distance),
     }
 }
 
-/// Where the particles of a pass are: fluid and boundary, each with a fourth entry and ended by a sentinel.
+/// Where the particles of a pass are: fluid and boundary, each with a fourth entry and ended by a sentinel; and how far
+/// they reach.
 #[derive(Clone, Copy)]
 pub struct Places<'a> {
     /// Positions of the fluid particles [m].
     pub fluid: &'a [Vec4],
     /// Positions [m] and volumes [m³; m² in 2-D] of the boundary particles.
     pub boundary: &'a [Vec4],
+    /// The kernel whose slopes the pairs have.
+    pub kernel: &'a CubicSpline,
 }
 
 /// Scalar product.
@@ -155,8 +174,47 @@ pub struct Pairs<'w> {
     samples: Option<Res<'w, BoundarySamples>>,
     index: Res<'w, FluidIndex>,
     positions: Res<'w, Positions>,
+    material: Res<'w, Material>,
     /// Where loops run.
     pub execution: Res<'w, Execution>,
+}
+
+/// The same after the density pass, which left the slopes of all pairs.
+#[derive(SystemParam)]
+pub struct PairsWithSlopes<'w> {
+    pairs: Pairs<'w>,
+    slopes: Option<Res<'w, PairSlopes>>,
+}
+
+impl<'w> std::ops::Deref for PairsWithSlopes<'w> {
+    type Target = Pairs<'w>;
+
+    fn deref(&self) -> &Pairs<'w> {
+        &self.pairs
+    }
+}
+
+impl PairsWithSlopes<'_> {
+    /// Runs `pass` over all rows into `out`, which has one entry a row.
+    pub fn sum<P: PairSum>(&self, pass: &P, out: &mut [P::Output]) {
+        self.each(pass, out, |out, sum| *out = sum);
+    }
+
+    /// Runs `pass` over all rows and adds what it gives to `out`, which has one entry a row.
+    pub fn add<P: PairSum<Output: AddAssign>>(&self, pass: &P, out: &mut [P::Output]) {
+        self.each(pass, out, |out, sum| *out += sum);
+    }
+
+    fn each<P: PairSum>(
+        &self,
+        pass: &P,
+        out: &mut [P::Output],
+        put: impl Fn(&mut P::Output, P::Output) + Copy + Sync,
+    ) {
+        let (source, places) = (self.source(), self.places(&self.positions.0));
+        let slopes = self.slopes.as_deref();
+        over_rows(pass, source, places, slopes, out, &self.execution, put);
+    }
 }
 
 impl Pairs<'_> {
@@ -165,12 +223,42 @@ impl Pairs<'_> {
         &self.positions
     }
 
-    /// Runs `pass` over all rows, at the positions of the step, into `out`, which has one entry a row.
-    pub fn sum<P: PairSum>(&self, pass: &P, out: &mut [P::Output]) {
-        self.sum_at(&self.positions.0, pass, out);
+    /// Runs `pass` over all rows, at the positions of the step, into `out`, which has one entry a row, and keeps the
+    /// slopes of the pairs, unless the scene has no place for them.
+    pub fn sum_and_keep<P: PairSum>(
+        &self,
+        pass: &P,
+        out: &mut [P::Output],
+        slopes: Option<&mut PairSlopes>,
+    ) {
+        let places = self.places(&self.positions.0);
+        let (Source::Stored(fluid, boundary), Some(slopes)) = (self.source(), slopes) else {
+            return self.sum_at(places.fluid, pass, out);
+        };
+        let set = self.execution.instruction_set.arithmetic();
+        let slopes = slopes.chunks_to_fill(out.len());
+        self.execution.install(|| {
+            out.par_chunks_mut(CHUNK)
+                .zip(slopes)
+                .enumerate()
+                .for_each(|(chunk, (out, slopes))| {
+                    let first = chunk * CHUNK;
+                    slopes::make_room(slopes, (fluid, boundary), first, out.len());
+                    set.dispatch(StoredChunk {
+                        pass,
+                        places,
+                        fluid,
+                        boundary,
+                        slopes: Kept(slopes.iter_mut()),
+                        first,
+                        out,
+                        put: |out: &mut P::Output, sum| *out = sum,
+                    });
+                });
+        });
     }
 
-    /// The same with the step's neighbours at other positions, which a sentinel ends.
+    /// Runs `pass` with the step's neighbours at any positions, which a sentinel ends.
     pub fn sum_at<P: PairSum>(&self, fluid: &[Vec4], pass: &P, out: &mut [P::Output]) {
         sum(
             pass,
@@ -181,18 +269,12 @@ impl Pairs<'_> {
         );
     }
 
-    /// Runs `pass` over all rows and adds what it gives to `out`, which has one entry a row.
-    pub fn add<P: PairSum<Output: AddAssign>>(&self, pass: &P, out: &mut [P::Output]) {
-        let places = self.places(&self.positions.0);
-        let put = |out: &mut P::Output, sum| *out += sum;
-        over_rows(pass, self.source(), places, out, &self.execution, put);
-    }
-
     fn places<'a>(&'a self, fluid: &'a [Vec4]) -> Places<'a> {
         let samples = self.samples.as_ref();
         Places {
             fluid,
             boundary: samples.map_or(&[SENTINEL], |samples| &samples.packed),
+            kernel: &self.material.kernel,
         }
     }
 
@@ -275,13 +357,15 @@ pub fn sum<P: PairSum>(
     out: &mut [P::Output],
     execution: &Execution,
 ) {
-    over_rows(pass, source, places, out, execution, |out, sum| *out = sum);
+    let put = |out: &mut P::Output, sum| *out = sum;
+    over_rows(pass, source, places, None, out, execution, put);
 }
 
 fn over_rows<P: PairSum>(
     pass: &P,
     source: Source,
     places: Places,
+    slopes: Option<&PairSlopes>,
     out: &mut [P::Output],
     execution: &Execution,
     put: impl Fn(&mut P::Output, P::Output) + Copy + Sync,
@@ -294,11 +378,15 @@ fn over_rows<P: PairSum>(
                 places,
                 fluid,
                 boundary,
+                slopes: Computed,
                 first,
                 out,
                 put,
             };
-            set.arithmetic().dispatch(chunk);
+            match slopes.and_then(|slopes| slopes.chunk(first)) {
+                Some(slopes) => set.arithmetic().dispatch(chunk.with(Known(slopes.iter()))),
+                None => set.arithmetic().dispatch(chunk),
+            }
         }
         Source::OnTheSpot(fluid, boundary) => {
             set.dispatch(SpotChunk {
@@ -321,50 +409,81 @@ fn row<P: PairSum, S: Simd>(
     simd: S,
     places: Places,
     i: usize,
-    mut fluid: &[u32],
-    mut boundary: &[u32],
+    (mut fluid, mut boundary): (&[u32], &[u32]),
+    slopes: &mut impl Slopes,
 ) -> P::Output {
     let neighbours = fluid.len() + boundary.len();
     let mut sums = pass.start(simd, i, places.fluid[i]);
     let own = broadcast(simd, places.fluid[i]);
+    if !P::FLUID {
+        slopes.skip(fluid.len());
+    }
     while P::FLUID && !fluid.is_empty() {
         let rows = simd.rows(fluid);
-        let pair = pair(simd, own, places.fluid, rows);
+        let pair = pair(simd, own, places.fluid, rows, (places.kernel, slopes));
         pass.fluid(simd, &pair, rows, &mut sums);
         fluid = fluid.get(LANES..).unwrap_or_default();
     }
+    if !P::BOUNDARY {
+        slopes.skip(boundary.len());
+    }
     while P::BOUNDARY && !boundary.is_empty() {
-        let pair = pair(simd, own, places.boundary, simd.rows(boundary));
+        let rows = simd.rows(boundary);
+        let pair = pair(simd, own, places.boundary, rows, (places.kernel, slopes));
         pass.boundary(simd, &pair, &mut sums);
         boundary = boundary.get(LANES..).unwrap_or_default();
     }
     pass.finish(simd, neighbours, sums)
 }
 
-struct StoredChunk<'a, P: PairSum, F> {
+struct StoredChunk<'a, P: PairSum, L, F> {
     pass: &'a P,
     places: Places<'a>,
     fluid: &'a NeighbourLists,
     boundary: Option<&'a NeighbourLists>,
+    slopes: L,
     first: usize,
     out: &'a mut [P::Output],
     put: F,
 }
 
-impl<P: PairSum, F: Fn(&mut P::Output, P::Output)> Vectorised for StoredChunk<'_, P, F> {
+impl<'a, P: PairSum, L, F> StoredChunk<'a, P, L, F> {
+    fn with<M>(self, slopes: M) -> StoredChunk<'a, P, M, F> {
+        StoredChunk {
+            pass: self.pass,
+            places: self.places,
+            fluid: self.fluid,
+            boundary: self.boundary,
+            slopes,
+            first: self.first,
+            out: self.out,
+            put: self.put,
+        }
+    }
+}
+
+impl<P: PairSum, L: Slopes, F: Fn(&mut P::Output, P::Output)> Vectorised
+    for StoredChunk<'_, P, L, F>
+{
     type Output = ();
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        // A copy of its own, so that its fields stay in registers.
+        // Copies of its own, so that their fields stay in registers.
         let pass = *self.pass;
+        let kernel = *self.places.kernel;
+        let places = Places {
+            kernel: &kernel,
+            ..self.places
+        };
+        let mut slopes = self.slopes;
         for (i, out) in (self.first..).zip(self.out) {
             let boundary = match self.boundary {
                 Some(lists) => lists.of(i),
                 None => &[],
             };
-            let fluid = self.fluid.of(i);
-            (self.put)(out, row(&pass, simd, self.places, i, fluid, boundary));
+            let lists = (self.fluid.of(i), boundary);
+            (self.put)(out, row(&pass, simd, places, i, lists, &mut slopes));
         }
     }
 }
@@ -424,8 +543,8 @@ impl<P: PairSum, F: Fn(&mut P::Output, P::Output)> Vectorised for SpotChunk<'_, 
                 Some(search) => search.of(simd, i),
                 None => &[],
             };
-            let near = fluid.of(simd, i);
-            let sum = row(self.pass, simd, self.places, i, near, near_boundary);
+            let near = (fluid.of(simd, i), near_boundary);
+            let sum = row(self.pass, simd, self.places, i, near, &mut Computed);
             (self.put)(&mut self.out[k], sum);
         }
         ORDER.set(order);
