@@ -184,7 +184,7 @@ fn a_variant_that_fails_says_so_and_the_others_go_on() {
         .replace("index.cell_size=0.5", "time_step=Fixed(0.5)")
         .replace(
             "chart: Ratios(columns: [\"tested\", \"step\"])",
-            "chart: Points(x: \"step\", y: \"ratio\")",
+            "chart: Points(x: \"step\", y: [\"ratio\", \"tested\"])",
         );
     let folder = folder(&study);
     let output = overfall(&folder, &["study", "s.ron", "--out", "here"]);
@@ -203,7 +203,7 @@ fn a_variant_that_fails_says_so_and_the_others_go_on() {
         .filter_map(|node| node.text())
         .map(str::trim)
         .collect();
-    for label in ["step [ms]", "ratio", "coarse"] {
+    for label in ["step [ms]", "ratio", "tested", "coarse"] {
         assert!(words.contains(&label), "{label} is not among {words:?}");
     }
 }
@@ -249,7 +249,7 @@ fn every_spoilt_study_is_refused_with_its_place_and_a_remedy() {
         ("known.csv", "unknown.csv", "s.ron:21:16", &["there is no file"]),
         ("baseline: \"coarse\"", "baseline: \"course\"", "s.ron:22:15", &["did you mean `coarse`?"]),
         ("[\"tested\", \"step\"]", "[\"tested\", \"stop\"]", "s.ron:23:39", &["did you mean `step`?"]),
-        ("Ratios(columns: [\"tested\", \"step\"])", "Points(x: \"steps\", y: \"ratio\")", "s.ron:23:22", &["did you mean `step`?"]),
+        ("Ratios(columns: [\"tested\", \"step\"])", "Points(x: \"steps\", y: [\"ratio\"])", "s.ron:23:22", &["did you mean `step`?"]),
         ("[find_neighbours, pressure]", "[]", "s.ron:18:33", &["name one"]),
     ];
     for (part, instead, place, messages) in cases {

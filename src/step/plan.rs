@@ -96,6 +96,11 @@ fn bytes_per_particle(scene: &Scene, neighbours: f32) -> Vec<(String, f64)> {
             "neighbour lists".to_owned(),
             f64::from(neighbours) * 4.0 * 17.0 / 16.0 + 16.0,
         ));
+        // Filled up to whole vectors, half of one on average.
+        bytes.push((
+            "slopes of the kernel".to_owned(),
+            (f64::from(neighbours) + 4.0) * 4.0 * 9.0 / 8.0,
+        ));
     }
     if let TimeStep::Adaptive(_) = scene.time_step {
         bytes.push(("state to go back to".to_owned(), KEPT_BYTES as f64));

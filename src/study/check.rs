@@ -195,7 +195,12 @@ impl Checker<'_> {
             }
             Some(Chart::Points { x, y }) => {
                 self.check_known("chart.x", "column", x, &columns)?;
-                self.check_known("chart.y", "column", y, &columns)?;
+                if y.is_empty() {
+                    return self.refuse("chart.y", "no column to show; name one");
+                }
+                for (k, name) in y.iter().enumerate() {
+                    self.check_known(&format!("chart.y.{k}"), "column", name, &columns)?;
+                }
             }
             None => {}
         }

@@ -145,12 +145,12 @@ pub enum Chart {
         /// Names of columns.
         columns: Vec<String>,
     },
-    /// A point a row, one column against another, both on logarithmic axes.
+    /// A point a row, one column against another, both on logarithmic axes: a panel for each of the columns `y`.
     Points {
         /// Name of the column along the horizontal axis.
         x: String,
-        /// Name of the column along the vertical axis.
-        y: String,
+        /// Names of the columns along the vertical axes.
+        y: Vec<String>,
     },
 }
 

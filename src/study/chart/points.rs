@@ -3,12 +3,14 @@
 use plotters::prelude::*;
 
 use super::{
-    At, COLOURS, ChartError, Drawn, FONT, GRID, INK, WIDTH, axis, drawing, on_canvas, text,
-    width_of,
+    At, COLOURS, ChartError, Drawn, FONT, GRID, INK, axis, drawing, on_canvas, text, width_of,
 };
 use crate::study::Table;
 
-const HEIGHT: u32 = 640;
+/// Height of title and legend [px].
+const HEAD: u32 = 54;
+/// Height of a panel [px].
+const HEIGHT: u32 = 586;
 /// Size of the points' labels [px].
 const LABEL: f64 = 13.0;
 /// Radius of a point [px].
@@ -20,15 +22,36 @@ struct Series {
     points: Vec<(f64, f64, String)>,
 }
 
-pub(super) fn draw(table: &Table, x: &str, y: &str) -> Result<String, ChartError> {
-    let (Some(x), Some(y)) = (table.column(x), table.column(y)) else {
+pub(super) fn draw(table: &Table, x: &str, y: &[String]) -> Result<String, ChartError> {
+    let x = table.column(x).ok_or(ChartError::Empty)?;
+    let columns = y.iter().filter_map(|y| table.column(y));
+    let panels: Vec<_> = columns.map(|y| (y, series(table, x, y))).collect();
+    let panels = || {
+        let full = |panel: &&(usize, Vec<Series>)| panel.1.iter().any(|s| !s.points.is_empty());
+        panels.iter().filter(full)
+    };
+    let (Some((_, first)), count) = (panels().next(), panels().count()) else {
         return Err(ChartError::Empty);
     };
-    let series = series(table, x, y);
+    on_canvas(&table.title, HEAD + count as u32 * HEIGHT, |root| {
+        legend(root, first)?;
+        let (_, body) = root.split_vertically(HEAD);
+        for (area, (y, series)) in body.split_evenly((count, 1)).iter().zip(panels()) {
+            panel(root, &area.margin(6, 8, 8, 16), table, (x, *y), series)?;
+        }
+        Ok(())
+    })
+}
+
+/// Draws series into a part of the canvas, with columns `x` and `y` along its axes.
+fn panel(
+    root: &super::Area,
+    plot: &super::Area,
+    table: &Table,
+    (x, y): (usize, usize),
+    series: &[Series],
+) -> Drawn {
     let points = || series.iter().flat_map(|series| &series.points);
-    if points().next().is_none() {
-        return Err(ChartError::Empty);
-    }
     let range = |of: &dyn Fn(&(f64, f64, String)) -> f64| {
         let (low, high) = points()
             .map(of)
@@ -38,98 +61,91 @@ pub(super) fn draw(table: &Table, x: &str, y: &str) -> Result<String, ChartError
         (low / 1.5)..(high * 1.5)
     };
     let (across, along) = (range(&|point| point.0), range(&|point| point.1));
-
-    on_canvas(&table.title, HEIGHT, |root| {
-        let plot = root.margin(36, 8, 8, 16);
-        let mut chart = ChartBuilder::on(&plot)
-            .x_label_area_size(52)
-            .y_label_area_size(84)
-            .build_cartesian_2d(across.log_scale(), along.log_scale())
+    let mut chart = ChartBuilder::on(plot)
+        .x_label_area_size(52)
+        .y_label_area_size(84)
+        .build_cartesian_2d(across.log_scale(), along.log_scale())
+        .map_err(drawing)?;
+    chart
+        .configure_mesh()
+        .bold_line_style(GRID)
+        .light_line_style(TRANSPARENT)
+        .axis_style(INK)
+        .label_style((FONT, 13).into_font().color(&INK))
+        .axis_desc_style((FONT, 15).into_font().color(&INK))
+        .x_desc(axis(table, x))
+        .y_desc(axis(table, y))
+        .x_label_formatter(&|value| tick(*value))
+        .y_label_formatter(&|value| tick(*value))
+        .draw()
+        .map_err(drawing)?;
+    let area = chart.plotting_area();
+    let mut taken = Vec::new();
+    let mut labels = Vec::new();
+    for (number, series) in series.iter().enumerate() {
+        let colour = COLOURS[number % COLOURS.len()];
+        let line: Vec<_> = series
+            .points
+            .iter()
+            .map(|point| (point.0, point.1))
+            .collect();
+        area.draw(&PathElement::new(line.clone(), colour.stroke_width(1)))
             .map_err(drawing)?;
-        chart
-            .configure_mesh()
-            .bold_line_style(GRID)
-            .light_line_style(TRANSPARENT)
-            .axis_style(INK)
-            .label_style((FONT, 13).into_font().color(&INK))
-            .axis_desc_style((FONT, 15).into_font().color(&INK))
-            .x_desc(axis(table, x))
-            .y_desc(axis(table, y))
-            .x_label_formatter(&|value| tick(*value))
-            .y_label_formatter(&|value| tick(*value))
-            .draw()
-            .map_err(drawing)?;
-        let area = chart.plotting_area();
-        let mut taken = Vec::new();
-        let mut labels = Vec::new();
-        for (number, series) in series.iter().enumerate() {
-            let colour = COLOURS[number % COLOURS.len()];
-            let line: Vec<_> = series
-                .points
-                .iter()
-                .map(|point| (point.0, point.1))
-                .collect();
-            area.draw(&PathElement::new(line.clone(), colour.stroke_width(1)))
-                .map_err(drawing)?;
-            for (place, label) in line.iter().zip(series.points.iter().map(|point| &point.2)) {
-                match number / COLOURS.len() {
-                    0 => area.draw(&Circle::new(*place, RADIUS, colour.filled())),
-                    _ => area.draw(&TriangleMarker::new(*place, RADIUS + 2, colour.filled())),
-                }
-                .map_err(drawing)?;
-                let at = area.map_coordinate(place);
-                taken.push(Frame::around(at));
-                labels.push((at, label.clone()));
+        for (place, label) in line.iter().zip(series.points.iter().map(|point| &point.2)) {
+            match number / COLOURS.len() {
+                0 => area.draw(&Circle::new(*place, RADIUS, colour.filled())),
+                _ => area.draw(&TriangleMarker::new(*place, RADIUS + 2, colour.filled())),
             }
+            .map_err(drawing)?;
+            let at = area.map_coordinate(place);
+            taken.push(Frame::around(at));
+            labels.push((at, label.clone()));
         }
-        // Of the canvas, not of the plot: `map_coordinate` counts from its corner.
-        let (columns, rows) = area.get_pixel_range();
-        let bounds = Frame {
-            left: columns.start,
-            top: rows.start,
-            right: columns.end,
-            bottom: rows.end,
-        };
-        for (at, label) in labels {
-            let frame = free_place(at, &label, &taken, bounds);
-            text(
-                root,
-                &label,
-                (frame.left, (frame.top + frame.bottom) / 2),
-                LABEL,
-                At::Left,
-            )?;
-            taken.push(frame);
-        }
-        legend(root, &series)
-    })
+    }
+    // Of the canvas, not of the plot: `map_coordinate` counts from its corner.
+    let (columns, rows) = area.get_pixel_range();
+    let bounds = Frame {
+        left: columns.start,
+        top: rows.start,
+        right: columns.end,
+        bottom: rows.end,
+    };
+    for (at, label) in labels {
+        let frame = free_place(at, &label, &taken, bounds);
+        let middle = (frame.top + frame.bottom) / 2;
+        text(root, &label, (frame.left, middle), LABEL, At::Left)?;
+        taken.push(frame);
+    }
+    Ok(())
 }
 
-/// The rows with both figures above zero, by series in the order of the study.
+/// The rows with both figures above zero, by series in the order of the study. A series without such a row is there, too, so
+/// that it has the same colour in all panels.
 fn series(table: &Table, x: usize, y: usize) -> Vec<Series> {
     let mut all: Vec<Series> = Vec::new();
     for (k, row) in table.rows.iter().enumerate() {
+        let name = row.series.clone().unwrap_or_else(|| row.variant.clone());
+        let place = all.iter().position(|series| series.name == name);
+        let place = place.unwrap_or_else(|| {
+            all.push(Series {
+                name: name.clone(),
+                points: Vec::new(),
+            });
+            all.len() - 1
+        });
         let (Some(x), Some(y)) = (table.figure(k, x), table.figure(k, y)) else {
             continue;
         };
         if row.failure.is_some() || x.value <= 0.0 || y.value <= 0.0 {
             continue;
         }
-        let name = row.series.clone().unwrap_or_else(|| row.variant.clone());
         // The legend names the series; its point need not.
         let label = row.label();
         let label = match label.strip_prefix(&name).map(str::trim) {
             Some("") | None => label,
             Some(rest) => rest.trim_start_matches([',', ' ']).to_owned(),
         };
-        let point = (x.value, y.value, label);
-        match all.iter_mut().find(|series| series.name == name) {
-            Some(series) => series.points.push(point),
-            None => all.push(Series {
-                name,
-                points: vec![point],
-            }),
-        }
+        all[place].points.push((x.value, y.value, label));
     }
     all
 }
@@ -198,19 +214,20 @@ fn free_place((x, y): (i32, i32), label: &str, taken: &[Frame], bounds: Frame) -
     places.find(is_free).unwrap_or(first)
 }
 
+/// A line under the title.
 fn legend(root: &super::Area, series: &[Series]) -> Drawn {
-    let mut x = WIDTH as i32 - 24;
-    for (number, series) in series.iter().enumerate().rev() {
+    const Y: i32 = 42;
+    let mut x = 22;
+    for (number, series) in series.iter().enumerate() {
         let colour = COLOURS[number % COLOURS.len()];
-        x -= width_of(&series.name, 14.0);
-        text(root, &series.name, (x, 26), 14.0, At::Left)?;
-        x -= 14;
         let mark: Result<(), _> = match number / COLOURS.len() {
-            0 => root.draw(&Circle::new((x, 26), RADIUS, colour.filled())),
-            _ => root.draw(&TriangleMarker::new((x, 26), RADIUS + 2, colour.filled())),
+            0 => root.draw(&Circle::new((x, Y), RADIUS, colour.filled())),
+            _ => root.draw(&TriangleMarker::new((x, Y), RADIUS + 2, colour.filled())),
         };
         mark.map_err(drawing)?;
-        x -= 20;
+        x += 14;
+        text(root, &series.name, (x, Y), 14.0, At::Left)?;
+        x += width_of(&series.name, 14.0) + 24;
     }
     Ok(())
 }
