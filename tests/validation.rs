@@ -85,7 +85,8 @@ macro_rules! for_every_method {
 const IN_THE_PLANE: Bounds = &[
     ("-dp/dy", [0.08, 0.07, 0.06, 0.08, 0.08]),
     ("p at half depth", [0.05; 5]),
-    ("worst layer", [0.07; 5]),
+    // Where the slope is too steep the layers next to the surface and the floor are as far off.
+    ("worst layer", [0.07, 0.07, 0.07, 0.08, 0.08]),
     ("energy gained", [0.01; 5]),
     ("rms speed", [0.03, 0.03, 0.01, 0.01, 0.01]),
     ("largest speed", [0.08, 0.08, 0.05, 0.05, 0.05]),
