@@ -148,6 +148,25 @@ fn particles_may_come_and_go_while_neighbours_are_stale() {
 }
 
 #[test]
+fn a_divergence_solve_that_is_skipped_leaves_nothing_behind() {
+    let stages = STAGES.replace(
+        r#"Run("gravity")"#,
+        r#"Every(3, [Run("divergence")]), Run("gravity")"#,
+    );
+    let (mut scene, _folder) = ordered(&format!("(stages: [{stages}], allow_stale: true)"));
+    scene.pressure = overfall::scene::PressureMethod::Dfsph(overfall::scene::Dfsph::default());
+    let mut simulation = simulation(&scene);
+    run(&mut simulation, 1);
+    // More rows than the last divergence solve had, in chunks of their own.
+    let spawned = (0..3000).map(|k| {
+        let [x, y] = [k % 60, k / 60].map(|k| 0.1 * k as f32);
+        (Fluid, Position(Vec3::new(x, 5.0 + y, 20.0)))
+    });
+    simulation.world_mut().spawn_batch(spawned);
+    run(&mut simulation, 4);
+}
+
+#[test]
 fn a_wrong_order_is_refused_with_its_path_and_the_reason() {
     let cases = [
         (

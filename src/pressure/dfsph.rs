@@ -196,20 +196,23 @@ fn update_impulses(
 }
 
 /// Adds to the pressures of the second solve what the impulses of the first come to over the step, `ρ² τ/dt` (phase
-/// `Pressure`).
+/// `Pressure`), and forgets them: in an order that skips the first solve the next step has none.
 pub fn add_divergence_pressure(
     mut pressures: ResMut<Pressures>,
-    terms: Res<DivergenceTerms>,
+    mut terms: ResMut<DivergenceTerms>,
     densities: Res<Densities>,
     clock: Res<Clock>,
     execution: Res<Execution>,
 ) {
+    let impulses = &terms.0;
     execution.for_each_chunk(&mut pressures.0, |first, pressures| {
-        let columns = terms.0[first..].iter().zip(&densities.0[first..]);
+        let impulses = impulses.get(first..).unwrap_or_default();
+        let columns = impulses.iter().zip(&densities.0[first..]);
         for (pressure, (impulse, rho)) in pressures.iter_mut().zip(columns) {
             *pressure += rho * rho * impulse / clock.dt;
         }
     });
+    terms.0.clear();
 }
 
 /// Counts neighbours, fluid and boundary.
