@@ -12,6 +12,7 @@
 //! | DFSPH | [`dfsph`] | no compression in the velocities, then as IISPH | as IISPH |
 
 pub mod dfsph;
+pub mod fluid_share;
 pub mod force;
 pub mod iisph;
 pub mod implicit;

@@ -5,7 +5,7 @@ use bevy_ecs::{prelude::*, schedule::ScheduleLabel};
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::PressureSolve;
+use super::{PressureSolve, fluid_share::FluidShares};
 use crate::{
     column::{Accelerations, Densities, Positions, PressureAccelerations, Pressures, Velocities},
     execution::Execution,
@@ -219,11 +219,14 @@ fn start(world: &mut World, share: f32) {
     world.resource_scope(|world, mut positions: Mut<Positions>| {
         let rows = positions.rows();
         let (densities, pressures) = (world.resource::<Densities>(), world.resource::<Pressures>());
+        let shares = world.get_resource::<FluidShares>();
         let execution = world.resource::<Execution>();
         execution.for_each_chunk(&mut positions.0[..rows], |first, positions| {
             let columns = pressures.0[first..].iter().zip(&densities.0[first..]);
-            for (position, (pressure, rho)) in positions.iter_mut().zip(columns) {
-                position.w = share * pressure / (rho * rho);
+            let rows = (first..).zip(positions.iter_mut().zip(columns));
+            for (row, (position, (pressure, rho))) in rows {
+                let fluid_share = shares.map_or(1.0, |shares| shares.0[row]);
+                position.w = share * pressure / (fluid_share * rho * rho);
             }
         });
     });

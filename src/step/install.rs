@@ -27,7 +27,7 @@ use crate::{
     pairs::PairSlopes,
     particle::{self, Boundary, BoundaryNormal, BoundaryVolume, Density, Position, Velocity},
     pressure::{
-        PressureSolve, dfsph, iisph, pcisph, solve::Convergence, state_equation::EquationOfState,
+        PressureSolve, dfsph, fluid_share::FluidShares, iisph, pcisph, solve::Convergence, state_equation::EquationOfState,
     },
     reorder::ReorderState,
     scene::{
@@ -221,6 +221,7 @@ fn insert_boundary(world: &mut World, scene: &Scene) -> Result<(), InstallError>
         )
     }));
     world.insert_resource(samples);
+    world.init_resource::<FluidShares>();
     if let BoundaryHandling::DirectForcing(parameters) = scene.boundary_handling {
         let direct = DirectForcing::new(parameters, world.resource::<Material>());
         world.insert_resource(direct);

@@ -141,23 +141,34 @@ impl Stage {
             makes: &[Pressure],
             spoils_all: false,
             wanted: |_| true,
-            systems: |scene| match scene.pressure {
-                PressureMethod::Sesph(_) => (
-                    pressure::state_equation::compute_pressure,
-                    pressure::pressure_force,
+            systems: |scene| {
+                let method = match scene.pressure {
+                    PressureMethod::Sesph(_) => (
+                        pressure::state_equation::compute_pressure,
+                        pressure::pressure_force,
+                    )
+                        .chain(),
+                    PressureMethod::Pcisph(_) => (
+                        pressure::pcisph::wall_response,
+                        pressure::solve::solve_pressure,
+                    )
+                        .chain(),
+                    PressureMethod::Iisph(_) => pressure::solve::solve_pressure.into_configs(),
+                    PressureMethod::Dfsph(_) => (
+                        pressure::solve::solve_pressure,
+                        pressure::dfsph::add_divergence_pressure,
+                    )
+                        .chain(),
+                };
+                if scene.boundaries.is_empty() {
+                    return method;
+                }
+                (
+                    pressure::fluid_share::find_fluid_shares,
+                    method,
+                    pressure::fluid_share::weigh_pressures,
                 )
-                    .chain(),
-                PressureMethod::Pcisph(_) => (
-                    pressure::pcisph::wall_response,
-                    pressure::solve::solve_pressure,
-                )
-                    .chain(),
-                PressureMethod::Iisph(_) => pressure::solve::solve_pressure.into_configs(),
-                PressureMethod::Dfsph(_) => (
-                    pressure::solve::solve_pressure,
-                    pressure::dfsph::add_divergence_pressure,
-                )
-                    .chain(),
+                    .chain()
             },
         },
         Self {
