@@ -75,29 +75,25 @@ macro_rules! for_every_method {
     };
 }
 
-// The target is 2 % of the pressure and 1 % of sqrt(g H) for the mean speed. Every method misses the first, and by as much:
-// the slope is 5 to 7 % too steep with 15 spacings between side walls in the plane, 17 to 19 % with 8 × 8. Two parts: PCISPH's
-// 4.6 % are 3.5 % in a tank of 30 spacings, so 2.3 % stay however wide it is, as much as a hexagonal lattice, into which water
-// settles, answers a pressure less than its volume would (at a support of two spacings: a sum over the lattice). The rest goes
-// with the walls: their share of the force has no part along the wall, so particles beside one hang on their neighbours.
-// SESPH misses the second: the sound of the start, when the water falls onto pressure that is not there yet, is damped by
-// viscosity alone.
+// The target, 2 % of the slope and 1 % of sqrt(g H) for the mean speed, is met by every method. Layers are further off at
+// half depth, as the surface settles half a spacing lower, and within three spacings of the floor, where pressures alternate
+// from layer to layer (at 60 layers: 1.1 % and 6 %). The sound of the start, when the water falls onto pressure
+// that is not there yet, is damped by viscosity alone: SESPH's speeds are what is left of it.
 const IN_THE_PLANE: Bounds = &[
-    ("-dp/dy", [0.08, 0.07, 0.06, 0.08, 0.08]),
-    ("p at half depth", [0.05; 5]),
-    // Where the slope is too steep the layers next to the surface and the floor are as far off.
-    ("worst layer", [0.07, 0.07, 0.07, 0.08, 0.08]),
+    ("-dp/dy", [0.02; 5]),
+    ("p at half depth", [0.04; 5]),
+    ("worst layer", [0.035; 5]),
     ("energy gained", [0.01; 5]),
-    ("rms speed", [0.03, 0.03, 0.01, 0.01, 0.01]),
-    ("largest speed", [0.08, 0.08, 0.05, 0.05, 0.05]),
+    ("rms speed", [0.01; 5]),
+    ("largest speed", [0.04, 0.04, 0.02, 0.01, 0.01]),
 ];
 const IN_SPACE: Bounds = &[
-    ("-dp/dy", [0.22; 5]),
-    ("p at half depth", [0.16; 5]),
-    ("worst layer", [0.17; 5]),
+    ("-dp/dy", [0.02; 5]),
+    ("p at half depth", [0.06; 5]),
+    ("worst layer", [0.045; 5]),
     ("energy gained", [0.01; 5]),
-    ("rms speed", [0.03, 0.03, 0.01, 0.01, 0.01]),
-    ("largest speed", [0.1; 5]),
+    ("rms speed", [0.01; 5]),
+    ("largest speed", [0.05, 0.05, 0.07, 0.03, 0.03]),
 ];
 
 // The target, 1 % of the semi-major axis at the end, is met by IISPH and DFSPH; the others are 1.1 % off. What is left is the
