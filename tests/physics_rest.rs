@@ -1,9 +1,10 @@
-//! Fluid at rest: the density of a lattice. Still water is among the known answers, `validation.rs`.
+//! Fluid at rest: the density of a lattice, and water that begins without pressure. Still water with its pressure is among
+//! the known answers, `validation.rs`.
 
 #[path = "physics_support/mod.rs"]
 mod support;
 
-use support::{Particle, measured, particles_of, simulation, step};
+use support::{Particle, measured, particles_of, run, simulation, step};
 
 /// Densities over the rest density of the lattice of `text`, with how many walls of the tank 0–`size` m are
 /// `spacing` m or nearer.
@@ -79,4 +80,92 @@ fn lattice_at_a_wall_has_the_rest_density() {
             );
         }
     }
+}
+
+/// Still water in the plane, `depth` layers of 1 cm, that begins without pressure.
+fn still_water(depth: u32, width: u32, pressure: &str) -> String {
+    let (height, width) = (0.01 * f64::from(depth), 0.01 * f64::from(width));
+    format!(
+        "(name: \"still\", dimension: 2, spacing: 0.01, pressure: {pressure},
+          bodies: [(shape: Box(min: (0, 0, 0), max: ({width}, {height}, 0)))],
+          boundaries: [Tank(min: (0, 0, 0), max: ({width}, {}, 0))])",
+        1.3 * height
+    )
+}
+
+/// Nothing lifts water: it starts at rest, and what it has of energy is its weight. Ninety layers fall onto pressure that is
+/// not there yet; pushed out in ever shorter steps, their compression gave them 0.4 to 1.6 times their energy.
+#[test]
+fn deep_water_gains_no_energy_as_its_weight_arrives_at_the_floor() {
+    for (pressure, limit) in [
+        ("Iisph()", 0.015),
+        ("Iisph(max_density_error: 1e-4)", 0.015),
+        ("Dfsph()", 0.015),
+    ] {
+        let mut simulation = simulation(&still_water(90, 30, pressure));
+        let (mut start, mut gained) = (None, 0.0_f64);
+        run(&mut simulation, 0.06, |_, report| {
+            let energy = report.kinetic_energy + report.potential_energy;
+            gained = gained.max(energy / *start.get_or_insert(energy) - 1.0);
+        });
+        measured(&format!(
+            "{pressure}: energy gained {:.3} %",
+            100.0 * gained
+        ));
+        assert!(gained < limit, "{pressure}: {gained}");
+    }
+}
+
+/// Momentum carries a weight down N layers in N iterations, where Jacobi's takes N².
+#[test]
+fn momentum_saves_iterations_in_deep_water() {
+    let iterations = |momentum: &str| -> u32 {
+        let text = still_water(
+            60,
+            10,
+            &format!("Iisph(max_density_error: 1e-4, {momentum})"),
+        );
+        let mut simulation = simulation(&text);
+        (0..4).map(|_| step(&mut simulation).iterations).sum()
+    };
+    let (with, without) = (
+        iterations("momentum: true"),
+        iterations("momentum: false, relaxation: 0.5"),
+    );
+    measured(&format!("with momentum {with}, without {without}"));
+    assert!(3 * with < without, "{with} against {without}");
+}
+
+/// What a wall has of a density does no work in the fluid, and is no pressure: beside a side wall it was 1.4 to 1.6 times
+/// that of the same depth.
+#[test]
+fn pressure_at_a_wall_is_that_of_its_depth() {
+    let text = still_water(30, 15, "Iisph()").replace(
+        "dimension: 2",
+        "dimension: 2, fluid: (viscosity: Artificial(alpha: 0.5, sound_speed: 17))",
+    );
+    let mut simulation = simulation(&text);
+    let (mut wall, mut inside) = ([0.0_f64; 2], [0.0_f64; 2]);
+    run(&mut simulation, 1.0, |simulation, report| {
+        if report.time < 0.5 {
+            return;
+        }
+        for particle in particles_of(simulation) {
+            let x = particle.position;
+            if x.y > 0.05 && x.y < 0.25 {
+                let sums = match (x.x - 0.075).abs() {
+                    0.0..0.04 => &mut inside,
+                    0.065.. => &mut wall,
+                    _ => continue,
+                };
+                sums[0] += f64::from(particle.pressure) / (9810.0 * f64::from(0.3 - x.y));
+                sums[1] += 1.0;
+            }
+        }
+    });
+    let ratio = wall[0] / wall[1] / (inside[0] / inside[1]);
+    measured(&format!(
+        "at the side walls {ratio:.3} times the pressure inside"
+    ));
+    assert!((ratio - 1.0).abs() < 0.25, "{ratio}");
 }

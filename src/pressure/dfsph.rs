@@ -8,9 +8,8 @@
 //!
 //! Deviations. The solves follow each other in another place of the loop: neighbours are found at the start of a step, so what
 //! is the end of the paper's is the start of ours. A correction may be taken back by a later one, as long as the sum does
-//! not pull: with every correction bounded by itself, an overshoot stays. So the iteration is relaxed, ω = ½: on a
-//! lattice of the default support `D⁻¹ A` has eigenvalues up to 2.45, and the ω = 1 of the paper lets the shortest waves
-//! grow. The divergence solve starts from zero: what a step has to remove has little to do with what the last one removed.
+//! not pull: with every correction bounded by itself, an overshoot stays. So the iteration is relaxed, and has momentum: the
+//! ω = 1 of the paper lets the shortest waves grow (see [`implicit`]). The divergence solve starts from zero: what a step has to remove has little to do with what the last one removed.
 //! Particles keep the pressures of both solves together, and the second starts from a share of the last step's. A dam break
 //! gains no energy by that, whatever the share, since too little density is judged too (see
 //! [`solve`](super::solve)).
@@ -26,8 +25,8 @@ use rayon::prelude::*;
 use super::{
     Corrected, PressureSolve,
     implicit::{
-        self, DensityRate, DensityRates, Jacobi, PredictedVelocities, Response, Responses,
-        corrected, predict_rates,
+        self, DensityRate, DensityRates, Iterate, Jacobi, PredictedVelocities, Response, Responses,
+        predict_rates,
     },
     solve::{Convergence, has_pressure, iterate},
 };
@@ -56,9 +55,9 @@ pub struct DivergenceConvergence(Convergence);
 /// What one particle sums up in the density pass: density, `1/D`, Dρ/Dt, number of neighbours.
 type Sums = ((f32, f32), (f32, u32));
 
-/// Impulses that the divergence solve applies, as pressure terms times dt [Pa s·m⁶/kg²].
+/// Impulses of the divergence solve, as pressure terms times dt [Pa s·m⁶/kg²].
 #[derive(Resource, Debug, Default)]
-pub struct DivergenceTerms(Vec<f32>);
+pub struct DivergenceTerms(Vec<Iterate>);
 
 /// These sums of every particle.
 #[derive(Resource, Debug, Default)]
@@ -90,7 +89,7 @@ pub fn divergence_iteration() -> ScheduleConfigs<ScheduleSystem> {
 
 /// Inserts what the method needs.
 pub fn install(world: &mut World, parameters: Dfsph) {
-    implicit::install(world, parameters.relaxation);
+    implicit::install(world, parameters.relaxation, parameters.momentum);
     world.init_resource::<DensityPass>();
     world.init_resource::<DivergenceTerms>();
     world.insert_resource(DivergenceConvergence(Convergence {
@@ -139,9 +138,11 @@ pub fn solve_divergence(world: &mut World) {
     let rows = world.resource::<Positions>().rows();
     let mut terms = world.resource_mut::<DivergenceTerms>();
     terms.0.clear();
-    terms.0.resize(rows, 0.0);
+    terms.0.resize(rows, Iterate::default());
+    let overshoots = world.resource::<Jacobi>().overshoots();
     let mut solve = world.resource_mut::<PressureSolve>();
     (solve.iterations, solve.has_pressure) = (0, false);
+    solve.both_ways = overshoots;
     let convergence = world.resource::<DivergenceConvergence>().0;
     let patience = convergence.max_iterations;
     iterate(world, DivergenceIteration, &convergence, patience);
@@ -170,7 +171,7 @@ fn update_impulses(
     mut positions: ResMut<Positions>,
     mut solve: ResMut<PressureSolve>,
     columns: (Res<DensityPass>, Res<DensityRates>, Res<Responses>),
-    jacobi: Res<Jacobi>,
+    mut jacobi: ResMut<Jacobi>,
     material: Res<Material>,
     clock: Res<Clock>,
     execution: Res<Execution>,
@@ -178,21 +179,29 @@ fn update_impulses(
     let (pass, rates, responses) = columns;
     let least = least_neighbours(material.dimension);
     let to_error = clock.dt / material.rest_density;
+    let first = solve.iterations == 0;
+    if first {
+        jacobi.start();
+    }
     let (positions, terms) = (&mut positions.0, &mut terms.0);
-    solve.update(positions, terms, &execution, |row, _, term| {
+    solve.update(positions, terms, &execution, |row, term, impulse| {
         let (_, (_, neighbours)) = pass.0[row];
         let rate = if neighbours < least {
             0.0
         } else {
             rates.0[row]
         };
-        let term = corrected(term, jacobi.relaxation * rate, responses.0[row]);
+        // Beside the positions are the terms of the last step until the first correction.
+        let acted = if first { 0.0 } else { term };
+        let (term, step) = jacobi.correct(impulse, acted, (responses.0[row], rate), first);
         Corrected {
             term,
-            kept: term,
             error: to_error * rate,
+            excess: to_error * rate,
+            progress: step * rate,
         }
     });
+    jacobi.advance(solve.progress);
 }
 
 /// Adds to the pressures of the second solve what the impulses of the first come to over the step, `ρ² τ/dt` (phase
@@ -209,7 +218,7 @@ pub fn add_divergence_pressure(
         let impulses = impulses.get(first..).unwrap_or_default();
         let columns = impulses.iter().zip(&densities.0[first..]);
         for (pressure, (impulse, rho)) in pressures.iter_mut().zip(columns) {
-            *pressure += rho * rho * impulse / clock.dt;
+            *pressure += rho * rho * impulse.acted / clock.dt;
         }
     });
     terms.0.clear();

@@ -12,6 +12,21 @@
 //! This is IISPH's iteration (Ihmsen et al. 2014) with p/ρ² for p, `a_ii = −dt² D_i/ρ_i²`, and its sums over d_ij taken as
 //! accelerations, `d_ii p_i + Σ_j d_ij p_j = dt² a_i`: no coefficient but D is stored. And it is DFSPH's (Bender & Koschier
 //! 2015), whose α_i is `ρ_i/D_i`, with the sum of the corrections κ kept and bounded instead of every one.
+//!
+//! Two things go past both papers.
+//!
+//! Momentum: as the force is the gradient of the densities that pressure acts against (see
+//! [`force`](super::force)), the iteration descends a convex function, and Nesterov's acceleration with restarts applies.
+//! It is stable for eigenvalues of `D⁻¹ A` up to 4/(3 ω). The largest is 2.45 on a lattice of the default support, so
+//! ω = 0.4, which leaves room up to 3.3. Measured in a dam break of 15 000 particles, 0.6 s with DFSPH's defaults:
+//! 6761 : 4263 iterations, 3939 with more of the last step's pressures ([`Dfsph`](crate::scene::Dfsph)), which pay only
+//! then.
+//!
+//! Recovery: a solve pushes out within its step what the density has too much at the start, with a speed that grows as 1/dt;
+//! where steps follow the motion, one drives the other. So a step that is much shorter than those before it removes
+//! what it finds at their pace ([`RecoveryTime`]), and what it would add it removes as ever. Measured in still water of 90
+//! layers that begins without pressure, 0.15 s, mean error 0.01 %: energy gained 160 : 0.4 %, largest speed 18 : 1.8 m/s, mean
+//! error at most 0.01 : 0.13 %. In the dam break, where steps change slowly, the mean over time of that error stays the same.
 
 use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};
@@ -26,11 +41,84 @@ use crate::{
     step::Clock,
 };
 
-/// Parameters of the iteration.
+/// The iteration's parameters, and its momentum.
 #[derive(Resource, Debug, Clone, Copy)]
 pub struct Jacobi {
     /// Relaxation ω [-].
-    pub relaxation: f32,
+    relaxation: f32,
+    /// Whether corrections have momentum.
+    momentum: bool,
+    /// Iterations since the momentum was zero.
+    since: u32,
+}
+
+/// A pressure term while it is solved for.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Iterate {
+    /// The one whose force acted last.
+    pub acted: f32,
+    /// What its correction came to, before momentum.
+    corrected: f32,
+}
+
+/// The terms of the density solve.
+#[derive(Resource, Debug, Default)]
+pub struct Iterates(pub Vec<Iterate>);
+
+/// Time over which compression that a step finds is pushed out [s]: its own length, or nearly that of a longer one before
+/// it. There where the time step follows the motion; a scheme that goes back from a shock wants it out in the shorter step.
+#[derive(Resource, Debug, Clone, Copy, Default)]
+pub struct RecoveryTime(f32);
+
+/// Part of the recovery time that the next step keeps at least. Measured with 0.9, 0.95, 0.98: energy gained 1.3, 0.4, 0.2 %
+/// by the still water of 90 layers.
+const SLOWING: f32 = 0.95;
+
+impl Jacobi {
+    /// Corrects the term that acted, by the error that it left and the response that removes one. Gives the next term, and how
+    /// far the correction went.
+    ///
+    /// With momentum the next is `t_k + k/(k + 3) (t_k − t_{k−1})` (Nesterov 1983).
+    #[inline]
+    pub(super) fn correct(
+        &self,
+        iterate: &mut Iterate,
+        acted: f32,
+        (response, error): (f32, f32),
+        first: bool,
+    ) -> (f32, f32) {
+        let before = if first { acted } else { iterate.corrected };
+        let corrected = if response > 0.0 {
+            (acted + self.relaxation * response * error).max(0.0)
+        } else {
+            // Nothing answers.
+            0.0
+        };
+        *iterate = Iterate { acted, corrected };
+        let step = corrected - before;
+        if self.momentum {
+            let k = self.since as f32;
+            ((corrected + k / (k + 3.0) * step).max(0.0), step)
+        } else {
+            (corrected, step)
+        }
+    }
+
+    /// Whether terms that start below their solution may go above it.
+    pub(super) fn overshoots(&self) -> bool {
+        self.momentum
+    }
+
+    /// Before the first iteration of a solve.
+    pub(super) fn start(&mut self) {
+        self.since = 0;
+    }
+
+    /// After an iteration that went so far along the errors in all: momentum that goes against them ends (O'Donoghue &
+    /// Candès 2015).
+    pub(super) fn advance(&mut self, progress: f64) {
+        self.since = if progress < 0.0 { 0 } else { self.since + 1 };
+    }
 }
 
 /// `1/D` of every particle [m⁸/kg²; m⁶/kg² in 2-D]; 0 where nothing answers.
@@ -46,8 +134,13 @@ pub struct PredictedVelocities(pub Vec<Vec4>);
 pub struct DensityRates(pub Vec<f32>);
 
 /// Inserts what the iteration needs.
-pub fn install(world: &mut World, relaxation: f32) {
-    world.insert_resource(Jacobi { relaxation });
+pub fn install(world: &mut World, relaxation: f32, momentum: bool) {
+    world.insert_resource(Jacobi {
+        relaxation,
+        momentum,
+        since: 0,
+    });
+    world.init_resource::<Iterates>();
     world.init_resource::<Responses>();
     world.init_resource::<PredictedVelocities>();
     world.init_resource::<DensityRates>();
@@ -107,41 +200,58 @@ pub fn predict_rates(
     pairs.sum(&pass, &mut rates.0);
 }
 
-/// The term after a correction, not below zero; none where nothing answers it.
-#[inline]
-pub(super) fn corrected(term: f32, correction: f32, response: f32) -> f32 {
-    if response > 0.0 {
-        (term + response * correction).max(0.0)
-    } else {
-        0.0
-    }
-}
-
-/// Corrects the pressures by the predicted densities.
+/// Corrects the pressure terms by the predicted densities.
 pub fn update_pressure(
-    mut pressures: ResMut<Pressures>,
+    mut iterates: ResMut<Iterates>,
     mut positions: ResMut<Positions>,
     mut solve: ResMut<PressureSolve>,
+    mut jacobi: ResMut<Jacobi>,
+    mut recovery: Option<ResMut<RecoveryTime>>,
     columns: (Res<Densities>, Res<DensityRates>, Res<Responses>),
-    jacobi: Res<Jacobi>,
     material: Res<Material>,
     clock: Res<Clock>,
     execution: Res<Execution>,
 ) {
     let (densities, rates, responses) = columns;
     let (dt, rest_density) = (clock.dt, material.rest_density);
-    let factor = jacobi.relaxation / (dt * dt);
-    let (positions, pressures) = (&mut positions.0, &mut pressures.0);
-    solve.update(positions, pressures, &execution, |row, term, _| {
-        let rho = densities.0[row];
-        let error = rho + dt * rates.0[row] - rest_density;
-        // The term that has acted: the last correction exerts no force.
-        let acted = term * rho * rho;
-        let term = corrected(term, factor * error, responses.0[row]);
+    let to_term = 1.0 / (dt * dt);
+    let first = solve.iterations == 0;
+    if first {
+        jacobi.start();
+        if let Some(recovery) = &mut recovery {
+            recovery.0 = dt.max(SLOWING * recovery.0);
+        }
+        iterates.0.resize(densities.0.len(), Iterate::default());
+    }
+    let left_for_later = recovery.map_or(0.0, |recovery| 1.0 - dt / recovery.0);
+    let (positions, iterates) = (&mut positions.0, &mut iterates.0);
+    solve.update(positions, iterates, &execution, |row, term, iterate| {
+        let found = densities.0[row] - rest_density;
+        let error = found + dt * rates.0[row];
+        let excess = error - left_for_later * found.max(0.0);
+        let answer = (responses.0[row], to_term * excess);
+        let (term, step) = jacobi.correct(iterate, term, answer, first);
         Corrected {
             term,
-            kept: acted,
             error: error / rest_density,
+            excess: excess / rest_density,
+            progress: step * excess,
+        }
+    });
+    jacobi.advance(solve.progress);
+}
+
+/// Takes the pressures of the terms that acted, `ρ² t` (phase `Pressure`): the last correction exerts no force.
+pub fn take_pressures(
+    mut pressures: ResMut<Pressures>,
+    iterates: Res<Iterates>,
+    densities: Res<Densities>,
+    execution: Res<Execution>,
+) {
+    execution.for_each_chunk(&mut pressures.0, |first, pressures| {
+        let columns = iterates.0[first..].iter().zip(&densities.0[first..]);
+        for (pressure, (iterate, rho)) in pressures.iter_mut().zip(columns) {
+            *pressure = rho * rho * iterate.acted;
         }
     });
 }

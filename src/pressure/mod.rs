@@ -42,9 +42,13 @@ pub struct PressureSolve {
     has_pressure: bool,
     /// Density error that remains.
     pub error: DensityError,
-    /// The same, with too little density counted as much as too much in the particles that have a pressure: what a
-    /// solve that starts with pressures has to get right.
+    /// What a solve has to get right: the part of it that this step has to remove, and where pressures may be too high also
+    /// the density that is missing in particles that have one.
     residual: DensityError,
+    /// Whether pressures may be too high.
+    both_ways: bool,
+    /// How far the last iteration went along them in all.
+    progress: f64,
     chunks: ChunkResults<(ErrorSum, ErrorSum)>,
 }
 
@@ -65,16 +69,19 @@ struct ErrorSum {
     largest: f32,
     row: usize,
     sum: f64,
+    progress: f64,
 }
 
 /// What a method makes of a row.
 struct Corrected {
     /// The pressure term `p/ρ²`.
     term: f32,
-    /// What the method keeps of it: the pressure [Pa].
-    kept: f32,
     /// `(ρ − ρ0)/ρ0` [-], counted if positive.
     error: f32,
+    /// What of it the step has to remove [-].
+    excess: f32,
+    /// How far the correction went along that, where the method wants to know.
+    progress: f32,
 }
 
 /// `|Σ_j ∇W_ij|² + Σ_j |∇W_ij|²` of a particle in a full lattice.
@@ -92,29 +99,31 @@ fn lattice_response(material: &Material) -> f64 {
 
 impl PressureSolve {
     /// Sets the pressure term beside every position, and what the method keeps of it, and measures the errors.
-    fn update(
+    fn update<K: Send>(
         &mut self,
         positions: &mut [Vec4],
-        kept: &mut [f32],
+        kept: &mut [K],
         execution: &Execution,
-        // From row, old term and what was kept of it.
-        correct: impl Fn(usize, f32, f32) -> Corrected + Sync,
+        // From row, old term and what the method keeps of it.
+        correct: impl Fn(usize, f32, &mut K) -> Corrected + Sync,
     ) {
         let rows = kept.len();
         let columns = (&mut positions[..rows], kept);
+        let both_ways = self.both_ways;
         let chunks = self.chunks.reset(rows);
         execution.map_chunks(columns, chunks, |first, positions, kept| {
             let mut result = <(ErrorSum, ErrorSum)>::default();
             for (row, (position, kept)) in (first..).zip(positions.iter_mut().zip(kept)) {
                 let had_pressure = position.w > 0.0;
-                let corrected = correct(row, position.w, *kept);
-                (position.w, *kept) = (corrected.term, corrected.kept);
+                let corrected = correct(row, position.w, kept);
+                position.w = corrected.term;
+                result.0.progress += f64::from(corrected.progress);
                 let compression = corrected.error.max(0.0);
                 result.0.add(compression, row);
-                let missed = if had_pressure {
-                    corrected.error.abs()
+                let missed = if both_ways && had_pressure {
+                    corrected.excess.abs()
                 } else {
-                    compression
+                    corrected.excess.max(0.0)
                 };
                 result.1.add(missed, row);
             }
@@ -123,6 +132,7 @@ impl PressureSolve {
         let chunks = || self.chunks.iter();
         self.error = DensityError::fold(chunks().map(|chunk| chunk.0), rows);
         self.residual = DensityError::fold(chunks().map(|chunk| chunk.1), rows);
+        self.progress = chunks().map(|chunk| chunk.0.progress).sum();
     }
 }
 

@@ -137,15 +137,17 @@ fn update_pressure(
     let delta = correction.delta_dt_squared / (clock.dt * clock.dt);
     let square = rest_density * rest_density;
     let (positions, pressures) = (&mut positions.0, &mut pressures.0);
-    solve.update(positions, pressures, &execution, |row, term, _| {
+    solve.update(positions, pressures, &execution, |row, term, kept| {
         let error = predicted.0[row] - rest_density;
         let acted = square * term;
         let pressure = (acted + delta / walls.0[row] * error).max(0.0);
+        // The last correction exerts no force: with it still water would carry 8.7 % more than its weight.
+        *kept = if correction.last { pressure } else { acted };
         Corrected {
             term: pressure / square,
-            // The last correction exerts no force: with it still water would carry 8.7 % more than its weight.
-            kept: if correction.last { pressure } else { acted },
             error: error / rest_density,
+            excess: error / rest_density,
+            progress: 0.0,
         }
     });
 }

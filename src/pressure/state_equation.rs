@@ -56,13 +56,14 @@ pub fn compute_pressure(
         &mut positions.0,
         &mut pressures.0,
         &execution,
-        |row, _, _| {
+        |row, _, pressure| {
             let rho = densities.0[row];
-            let pressure = equation.pressure(rho, rest_density);
+            *pressure = equation.pressure(rho, rest_density);
             Corrected {
-                term: pressure / (rho * rho),
-                kept: pressure,
+                term: *pressure / (rho * rho),
                 error: rho / rest_density - 1.0,
+                excess: rho / rest_density - 1.0,
+                progress: 0.0,
             }
         },
     );

@@ -27,7 +27,8 @@ use crate::{
     pairs::PairSlopes,
     particle::{self, Boundary, BoundaryNormal, BoundaryVolume, Density, Position, Velocity},
     pressure::{
-        PressureSolve, dfsph, fluid_share::FluidShares, iisph, pcisph, solve::Convergence, state_equation::EquationOfState,
+        PressureSolve, dfsph, fluid_share::FluidShares, iisph, pcisph, solve::Convergence,
+        state_equation::EquationOfState,
     },
     reorder::ReorderState,
     scene::{

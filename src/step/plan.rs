@@ -102,6 +102,9 @@ fn bytes_per_particle(scene: &Scene, neighbours: f32) -> Vec<(String, f64)> {
             (f64::from(neighbours) + 4.0) * 4.0 * 9.0 / 8.0,
         ));
     }
+    if !scene.boundaries.is_empty() {
+        bytes.push(("the fluid's shares of the kernels".to_owned(), 4.0));
+    }
     if let TimeStep::Adaptive(_) = scene.time_step {
         bytes.push(("state to go back to".to_owned(), KEPT_BYTES as f64));
     }
@@ -111,11 +114,14 @@ fn bytes_per_particle(scene: &Scene, neighbours: f32) -> Vec<(String, f64)> {
             bytes.push(("predicted positions and densities".to_owned(), 20.0));
         }
         PressureMethod::Iisph(_) => {
-            bytes.push(("predicted velocities, rates, responses".to_owned(), 32.0));
+            bytes.push((
+                "predicted velocities, rates, responses, terms".to_owned(),
+                40.0,
+            ));
         }
         PressureMethod::Dfsph(_) => bytes.push((
-            "predicted velocities, rates, responses, impulses".to_owned(),
-            44.0,
+            "predicted velocities, rates, responses, terms, impulses".to_owned(),
+            56.0,
         )),
     }
     bytes

@@ -153,9 +153,14 @@ impl Stage {
                         pressure::solve::solve_pressure,
                     )
                         .chain(),
-                    PressureMethod::Iisph(_) => pressure::solve::solve_pressure.into_configs(),
+                    PressureMethod::Iisph(_) => (
+                        pressure::solve::solve_pressure,
+                        pressure::implicit::take_pressures,
+                    )
+                        .chain(),
                     PressureMethod::Dfsph(_) => (
                         pressure::solve::solve_pressure,
+                        pressure::implicit::take_pressures,
                         pressure::dfsph::add_divergence_pressure,
                     )
                         .chain(),

@@ -125,7 +125,7 @@ fn pressure(method: &PressureMethod) -> Checked {
         let proper = relaxation > 0.0 && relaxation <= 1.0;
         ensure(proper, "pressure.relaxation", || {
             format!(
-                "the relaxation is {relaxation}; it must be above 0 and at most 1 (0.5 is usual)"
+                "the relaxation is {relaxation}; it must be above 0 and at most 1 (0.4 is usual, 0.5 without momentum)"
             )
         })?;
     }
