@@ -2,7 +2,7 @@
 //!
 //! Every method writes the pressure term `p/ρ²` beside the positions and leaves the rest to [`pressure_force`]. Those
 //! that iterate do so in [`solve`]; [`implicit`] is what the two have in common whose densities are predicted from
-//! velocities.
+//! velocities. Beside walls [`fluid_share`] makes pressures of what they find.
 //!
 //! | method | file | solves for | iterates over |
 //! | --- | --- | --- | --- |
