@@ -9,7 +9,8 @@
 //! Deviations. The solves follow each other in another place of the loop: neighbours are found at the start of a step, so what
 //! is the end of the paper's is the start of ours. A correction may be taken back by a later one, as long as the sum does
 //! not pull: with every correction bounded by itself, an overshoot stays. So the iteration is relaxed, and has momentum: the
-//! ω = 1 of the paper lets the shortest waves grow (see [`implicit`]). The divergence solve starts from zero: what a step has to remove has little to do with what the last one removed.
+//! ω = 1 of the paper lets the shortest waves grow (see [`implicit`]). The divergence solve starts from zero: what a step
+//! has to remove has little to do with what the last one removed.
 //! Particles keep the pressures of both solves together, and the second starts from a share of the last step's. A dam break
 //! gains no energy by that, whatever the share, since too little density is judged too (see
 //! [`solve`](super::solve)).

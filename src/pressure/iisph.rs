@@ -6,11 +6,11 @@
 //! pressures start at half of the last step's, as in the paper; at least two iterations are done, and the mean error ends
 //! them.
 //!
-//! Deviations. ω is 0.4 and corrections have momentum (`momentum: false, relaxation: 0.5` is the paper's); a step much shorter than
-//! those before it removes compression at their pace (both: [`implicit`]). The mean is of compressions only: where particles at the surface have too few neighbours, the signed mean
-//! falls below zero and every limit is met. It counts too little density, too, in particles that have a pressure (see
-//! [`solve`](super::solve)). Walls act by the particle's own pressure, once
-//! (see [`force`](super::force)), and count in the diagonal as they do in the force.
+//! Deviations. ω is 0.4 and corrections have momentum (`momentum: false, relaxation: 0.5` is the paper's); a step much
+//! shorter than those before it removes compression at their pace (both: [`implicit`]). The mean is of compressions only:
+//! where particles at the surface have too few neighbours, the signed mean falls below zero and every limit is met. It
+//! counts too little density, too, in particles that have a pressure (see [`solve`](super::solve)). Walls act by the
+//! particle's own term, once (see [`force`](super::force)), and count in the diagonal as they do in the force.
 
 use bevy_ecs::{prelude::*, schedule::ScheduleConfigs, system::ScheduleSystem};
 use rayon::prelude::*;

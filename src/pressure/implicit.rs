@@ -19,8 +19,8 @@
 //! [`force`](super::force)), the iteration descends a convex function, and Nesterov's acceleration with restarts applies.
 //! It is stable for eigenvalues of `D⁻¹ A` up to 4/(3 ω). The largest is 2.45 on a lattice of the default support, so
 //! ω = 0.4, which leaves room up to 3.3. Measured in a dam break of 15 000 particles, 0.6 s with DFSPH's defaults:
-//! 6761 : 4869 iterations, 3939 with 0.7 in place of 0.5 of the last step's pressures; 60 layers of still water, four steps of
-//! IISPH at 0.01 %, 1109 : 198.
+//! 6761 : 4869 iterations, and 3988 with what pays only then: 0.6 in place of ½ of the last step's pressures, and steps that
+//! shorten from 20 iterations on. 60 layers of still water, four steps of IISPH at 0.01 %: 1109 : 198.
 //!
 //! Recovery: a solve pushes out within its step what the density has too much at the start, with a speed that grows as 1/dt;
 //! where steps follow the motion, one drives the other. So a step that is much shorter than those before it removes
