@@ -2,7 +2,7 @@
 
 use glam::{IVec3, Vec4};
 
-use crate::scene::Dimension;
+use crate::{scene::Dimension, simd::Cube};
 
 /// Cells of edge d ≤ h, counted from the origin; coordinates may be negative.
 #[derive(Debug, Clone, PartialEq)]
@@ -48,22 +48,27 @@ impl Grid {
         }
     }
 
-    /// Whether two points are certainly in one cell. A test in `f32`; it says no near the border of a cell and
-    /// 8192 cells from the origin, where the product may be off.
+    /// The points that are certainly in `cell`, by a test in `f32`: all but those so near its border that rounding might
+    /// decide. Far from the origin that is none.
     #[inline(always)]
-    pub(super) fn surely_alike(&self, a: Vec4, b: Vec4) -> bool {
-        /// Adding and subtracting it rounds to whole numbers.
-        const ROUND: Vec4 = Vec4::splat(12_582_912.0);
-        const MARGIN: f32 = 1.0 / 512.0;
-        let inverse_size = self.inverse_size as f32;
-        let (a, b) = (a * inverse_size - 0.5, b * inverse_size - 0.5);
-        let (cell_a, cell_b) = ((a + ROUND) - ROUND, (b + ROUND) - ROUND);
-        let inside = |x: Vec4, cell: Vec4| (x - cell).abs().cmplt(Vec4::splat(0.5 - MARGIN));
-        let alike = cell_a.cmpeq(cell_b)
-            & inside(a, cell_a)
-            & inside(b, cell_b)
-            & a.abs().cmplt(Vec4::splat(8192.0));
-        alike.bitmask() & 0b111 == 0b111
+    pub(super) fn interior(&self, cell: IVec3) -> Cube {
+        // Half the error of the last place is that of the centre; twice as much and more is kept away from.
+        let border = f64::from(f32::EPSILON) * (cell.as_dvec3().abs().max_element() + 2.0);
+        Cube {
+            center: ((cell.as_dvec3() + 0.5) * self.cell_size)
+                .as_vec3()
+                .to_array(),
+            half: ((0.5 - border) * self.cell_size) as f32,
+        }
+    }
+
+    /// Which of [`neighbourhood`](Self::neighbourhood) has this offset.
+    #[inline(always)]
+    pub(super) fn neighbour(&self, offset: IVec3) -> Option<usize> {
+        let place = offset.wrapping_add(self.reach);
+        let sides = 2 * self.reach + 1;
+        let inside = (place.cmpge(IVec3::ZERO) & place.cmplt(sides)).all();
+        inside.then(|| (place.x + sides.x * (place.y + sides.y * place.z)) as usize)
     }
 
     /// The cell of a point. In `f64`: ten kilometres from the origin a product in `f32` is off by a hundredth of a

@@ -61,6 +61,14 @@ pub trait Simd: Copy {
 
     /// The first eight rows of a list; where it has fewer, the other lanes hold `u32::MAX`.
     fn rows(self, list: &[u32]) -> Self::Rows;
+    /// The lanes whose row is less than `limit`, a bit each.
+    fn below(self, rows: Self::Rows, limit: u32) -> u32;
+    /// The lanes whose point is inside a cube, a bit each. Coordinates that are not a number are outside.
+    fn inside(self, point: [Self::F; 3], cube: Cube) -> u32;
+    /// The lanes of `mask` first and in their order; what the others hold is open.
+    fn compress(self, a: Self::F, mask: u32) -> Self::F;
+    /// The same of rows, into memory.
+    fn compress_rows(self, rows: Self::Rows, mask: u32) -> [u32; LANES];
     /// Four columns at eight rows. A row beyond the table reads its last entry.
     fn gather(self, table: &[Vec4], rows: Self::Rows) -> [Self::F; 4];
     /// Appends the entries of `runs` that are near, in their order. `blocks` are words and a pitch: columns of
@@ -87,6 +95,15 @@ pub struct Probe {
     pub radius_squared: f32,
     /// The row that is no neighbour of itself; `u32::MAX` if there is none.
     pub own_row: u32,
+}
+
+/// An open cube.
+#[derive(Debug, Clone, Copy)]
+pub struct Cube {
+    /// Its centre [m].
+    pub center: [f32; 3],
+    /// Half its edge [m].
+    pub half: f32,
 }
 
 /// A stretch of entries within a block.

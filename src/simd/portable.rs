@@ -4,7 +4,7 @@ use std::array::from_fn;
 
 use glam::Vec4;
 
-use super::{Candidates, LANES, Lanes, Near, Probe, Run, Simd};
+use super::{Candidates, Cube, LANES, Lanes, Near, Probe, Run, Simd};
 
 /// Plain Rust.
 #[derive(Debug, Clone, Copy)]
@@ -14,6 +14,23 @@ type F = [f32; LANES];
 
 /// Whether the build target multiplies and adds with one rounding; a call of the library's would be far too slow.
 const FUSED: bool = cfg!(any(target_feature = "fma", target_arch = "aarch64"));
+
+/// The lanes for which a condition holds, a bit each.
+#[inline(always)]
+fn mask(holds: impl Fn(usize) -> bool) -> u32 {
+    (0..LANES).map(|lane| u32::from(holds(lane)) << lane).sum()
+}
+
+/// The lanes of `mask` first and in their order.
+#[inline(always)]
+fn compress<T: Copy>(lanes: [T; LANES], mask: u32) -> [T; LANES] {
+    let (mut compressed, mut count) = (lanes, 0);
+    for (lane, x) in lanes.into_iter().enumerate() {
+        compressed[count.min(LANES - 1)] = x;
+        count += (mask as usize >> lane) & 1;
+    }
+    compressed
+}
 
 impl Simd for Portable {
     type F = F;
@@ -86,6 +103,26 @@ impl Simd for Portable {
     #[inline(always)]
     fn rows(self, list: &[u32]) -> [u32; LANES] {
         from_fn(|k| list.get(k).copied().unwrap_or(u32::MAX))
+    }
+
+    #[inline(always)]
+    fn below(self, rows: [u32; LANES], limit: u32) -> u32 {
+        mask(|lane| rows[lane] < limit)
+    }
+
+    #[inline(always)]
+    fn inside(self, point: [F; 3], cube: Cube) -> u32 {
+        mask(|lane| (0..3).all(|axis| (point[axis][lane] - cube.center[axis]).abs() < cube.half))
+    }
+
+    #[inline(always)]
+    fn compress(self, a: F, mask: u32) -> F {
+        compress(a, mask)
+    }
+
+    #[inline(always)]
+    fn compress_rows(self, rows: [u32; LANES], mask: u32) -> [u32; LANES] {
+        compress(rows, mask)
     }
 
     #[inline(always)]

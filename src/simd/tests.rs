@@ -163,3 +163,79 @@ fn every_instruction_set_calculates_alike() {
         );
     }
 }
+
+struct Masks<'a>(&'a [Vec4], &'a [u32], Cube);
+
+impl Vectorised for Masks<'_> {
+    type Output = (u32, u32, u32, Vec<f32>, Vec<u32>);
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> Self::Output {
+        let Self(table, list, cube) = self;
+        let rows = simd.rows(list);
+        let [x, y, z, _] = simd.gather(table, rows);
+        let inside = simd.inside([x, y, z], cube);
+        let mut compressed = Lanes::default();
+        simd.store(simd.compress(x, inside), &mut compressed);
+        let count = inside.count_ones() as usize;
+        (
+            inside,
+            simd.below(rows, 5),
+            simd.below(rows, u32::MAX) | simd.below(rows, 0) << LANES,
+            compressed.0[..count].to_vec(),
+            simd.compress_rows(rows, inside)[..count].to_vec(),
+        )
+    }
+}
+
+#[test]
+fn every_instruction_set_masks_and_compresses_alike() {
+    let mut next = numbers(11);
+    let mut table: Vec<Vec4> = (0..64)
+        .map(|_| Vec4::new(next(), next(), next(), 0.0))
+        .collect();
+    table[3].y = f32::NAN;
+    // Not inside: the cube is open.
+    table[4] = Vec4::new(0.9, 0.5, 0.5, 0.0);
+    let cube = Cube {
+        center: [0.5; 3],
+        half: 0.4,
+    };
+    let is_inside = |row: u32| {
+        let point = table.get(row as usize).unwrap_or(&table[63]);
+        (point.truncate() - 0.5)
+            .abs()
+            .cmplt(glam::Vec3::splat(0.4))
+            .all()
+    };
+    let mask = |list: &[u32], holds: &dyn Fn(u32) -> bool| {
+        let lane = |lane: usize| u32::from(holds(*list.get(lane).unwrap_or(&u32::MAX))) << lane;
+        (0..LANES).map(lane).sum::<u32>()
+    };
+    for list in [
+        &[0, 1, 2, 3, 4, 5, 6, 7][..],
+        &[9, 4, 3],
+        &[60, 61, u32::MAX, 2],
+        &[40, 41, 42, 43, 44, 45, 46, 47],
+    ] {
+        let inside = mask(list, &is_inside);
+        let rows: Vec<u32> = (0..LANES)
+            .map(|lane| *list.get(lane).unwrap_or(&u32::MAX))
+            .filter(|&row| is_inside(row))
+            .collect();
+        let xs: Vec<f32> = rows
+            .iter()
+            .map(|&row| table.get(row as usize).unwrap_or(&table[63]).x)
+            .collect();
+        let expected = (
+            inside,
+            mask(list, &|row| row < 5),
+            mask(list, &|row| row != u32::MAX),
+            xs,
+            rows,
+        );
+        for set in InstructionSet::available() {
+            assert_eq!(set.dispatch(Masks(&table, list, cube)), expected, "{set:?}");
+        }
+    }
+}

@@ -74,11 +74,8 @@ impl Wide for __m256 {
 
     #[inline(always)]
     unsafe fn compress(a: Self, mask: u32, to: *mut u32) {
-        // SAFETY: the caller has AVX2 and room for eight words; the table has an entry for every mask of eight lanes.
-        unsafe {
-            let order = _mm256_loadu_si256(COMPACTION[mask as usize].as_ptr().cast());
-            _mm256_storeu_ps(to.cast(), _mm256_permutevar8x32_ps(a, order));
-        }
+        // SAFETY: the caller has AVX2 and room for eight words.
+        unsafe { _mm256_storeu_ps(to.cast(), compress(a, mask)) }
     }
 }
 
@@ -206,6 +203,16 @@ pub(super) unsafe fn collect_hits<V: Wide>(
         }
     }
     count
+}
+
+/// The lanes of `mask` first and in their order. The machine must have AVX2.
+#[inline(always)]
+pub(super) unsafe fn compress(a: __m256, mask: u32) -> __m256 {
+    // SAFETY: the caller has AVX2; an order is eight words.
+    unsafe {
+        let order = _mm256_loadu_si256(COMPACTION[mask as usize].as_ptr().cast());
+        _mm256_permutevar8x32_ps(a, order)
+    }
 }
 
 /// For every mask of eight lanes: its set lanes first, in order.

@@ -6,8 +6,8 @@ use std::arch::x86_64::*;
 use glam::Vec4;
 
 use super::{
-    Candidates, LANES, Lanes, Near, Probe, Run, Simd, Vectorised,
-    wide::{collect_hits, take_near},
+    Candidates, Cube, LANES, Lanes, Near, Probe, Run, Simd, Vectorised,
+    wide::{collect_hits, compress, take_near},
 };
 
 /// Largest row whose byte offset fits 32 bits.
@@ -130,6 +130,52 @@ impl Simd for Avx2 {
         }
     }
 
+    #[inline(always)]
+    fn below(self, rows: __m256i, limit: u32) -> u32 {
+        // There is no comparison of unsigned numbers: a row below the limit is the smaller of itself and the last such.
+        let Some(last) = limit.checked_sub(1) else {
+            return 0;
+        };
+        // SAFETY: `self` proves that the machine has AVX2.
+        unsafe {
+            let smaller = _mm256_min_epu32(rows, _mm256_set1_epi32(last as i32));
+            let below = _mm256_cmpeq_epi32(rows, smaller);
+            _mm256_movemask_ps(_mm256_castsi256_ps(below)) as u32
+        }
+    }
+
+    #[inline(always)]
+    fn inside(self, point: [__m256; 3], cube: Cube) -> u32 {
+        // SAFETY: `self` proves that the machine has AVX2.
+        unsafe {
+            let sign = _mm256_set1_ps(-0.0);
+            let half = _mm256_set1_ps(cube.half);
+            let along = |axis: usize| {
+                let distance = _mm256_sub_ps(point[axis], _mm256_set1_ps(cube.center[axis]));
+                _mm256_cmp_ps::<_CMP_LT_OQ>(_mm256_andnot_ps(sign, distance), half)
+            };
+            let inside = _mm256_and_ps(_mm256_and_ps(along(0), along(1)), along(2));
+            _mm256_movemask_ps(inside) as u32
+        }
+    }
+
+    #[inline(always)]
+    fn compress(self, a: __m256, mask: u32) -> __m256 {
+        // SAFETY: `self` proves that the machine has AVX2.
+        unsafe { compress(a, mask) }
+    }
+
+    #[inline(always)]
+    fn compress_rows(self, rows: __m256i, mask: u32) -> [u32; LANES] {
+        let mut words = [0; LANES];
+        // SAFETY: `self` proves that the machine has AVX2; there is room for eight words.
+        unsafe {
+            let compressed = compress(_mm256_castsi256_ps(rows), mask);
+            _mm256_storeu_ps(words.as_mut_ptr().cast(), compressed);
+        }
+        words
+    }
+
     /// Eight loads of 16 bytes and a transposition. Option 1: four hardware gathers, 20 cycles of load port for eight
     /// rows; option 2: this, about 10. We use 2. The offsets go through memory, eight reloads on the two load ports:
     /// taken out of the vector they would compete with the transposition for the one shuffle port (a density pass
@@ -218,6 +264,10 @@ impl Simd for Avx512 {
         fn sqrt(a: __m256) -> __m256;
         fn sum(a: __m256) -> f32;
         fn rows(list: &[u32]) -> __m256i;
+        fn below(rows: __m256i, limit: u32) -> u32;
+        fn compress(a: __m256, mask: u32) -> __m256;
+        fn compress_rows(rows: __m256i, mask: u32) -> [u32; LANES];
+        fn inside(point: [__m256; 3], cube: Cube) -> u32;
         fn gather(table: &[Vec4], rows: __m256i) -> [__m256; 4];
     }
 

@@ -112,30 +112,51 @@ impl CompactHashing {
     }
 
     /// Sets the links from and to the spatial cells that changed.
-    pub(super) fn relink(&mut self) {
-        let mut changed = std::mem::take(&mut self.changed);
-        if self.links.each() == 0 {
-            changed.clear();
+    pub(super) fn relink(&mut self, execution: &Execution) {
+        let each = self.links.each();
+        if each == 0 || self.changed.is_empty() {
+            return self.changed.clear();
         }
         self.links.resize(self.cells.len());
-        for &cell in &changed {
-            let holder = self.holder(cell);
+        // Found in parallel, where many loads wait for the table at a time.
+        let mut around = std::mem::take(&mut self.around);
+        around.resize(self.changed.len() * each, ABSENT);
+        let this = &*self;
+        execution.install(|| {
+            let cells = around.par_chunks_mut(each).zip(&this.changed);
+            cells.for_each(|(around, cell)| {
+                for (other, &offset) in around.iter_mut().zip(&this.grid.neighbourhood) {
+                    *other = this.holder(cell.wrapping_add(offset));
+                }
+            });
+        });
+        for (&cell, around) in self.changed.iter().zip(around.chunks_exact(each)) {
+            // In the middle of its neighbourhood.
+            let holder = around[each / 2];
             let first = self.cells.get(holder as usize).map(|used| used.cell);
-            for k in 0..self.links.each() {
-                let around = cell.wrapping_add(self.grid.neighbourhood[k]);
-                let other = self.holder(around);
+            for (k, &other) in around.iter().enumerate() {
                 if first == Some(cell) {
                     self.links.set(holder, k, other);
                 }
                 if let Some(used) = self.cells.get(other as usize)
-                    && used.cell == around
+                    && used.cell == cell.wrapping_add(self.grid.neighbourhood[k])
                 {
-                    self.links.set(other, self.links.each() - 1 - k, holder);
+                    self.links.set(other, each - 1 - k, holder);
                 }
             }
         }
-        changed.clear();
-        self.changed = changed;
+        self.changed.clear();
+        self.around = around;
+    }
+
+    /// Whether every link leads to the used cell that holds its points.
+    #[cfg(test)]
+    pub(crate) fn links_are_exact(&self) -> bool {
+        self.cells.iter().enumerate().all(|(handle, used)| {
+            let around = self.grid.neighbourhood.iter();
+            let holders = around.map(|&offset| self.holder(used.cell.wrapping_add(offset)));
+            self.links.each() == 0 || holders.eq(self.links.of(handle).iter().copied())
+        })
     }
 
     /// Sets all links.

@@ -3,16 +3,15 @@
 //! - The table has 2 N handles (4.4: "two times the number of particles"), placed by equation 3; a handle names a used
 //!   cell. N here is the number of points at the last rebuild; the table follows when it grows or falls by half.
 //! - A used cell reserves a block of k entries in one pool and moves to twice as many when they are full.
-//! - [`update`](SpatialIndex::update) compares every point's cell with the last step's, in parallel, and moves only
-//!   those that changed, serially and in a fixed order (4.5.1). Cells that are empty then leave the list.
+//! - [`update`](SpatialIndex::update) compares every point's cell with the last step's and moves only those that
+//!   changed (4.5.1; `moves.rs`). Cells that are empty then leave the list.
 //! - A used cell knows whether it holds points of more than one spatial cell (4.5.3).
 //! - [`rebuild`](SpatialIndex::rebuild) inserts the points in the order of their rows. Where rows follow the Z-curve, used
 //!   cells that follow each other are near each other (4.5.4).
 //! - The query goes over the used cells in parallel (4.5.2).
 //!
-//! Deviations. Entries hold a copy of their positions (see `entries.rs`); the copy is of the last step until a point is
-//! compared, so the old cell need not be stored, and one loop over the entries both compares and copies. A used cell
-//! keeps its spatial coordinates: candidates are taken from it only where they are the ones that were asked for, so
+//! Deviations. Entries hold a copy of their positions (see `entries.rs`); one loop over the entries both
+//! compares and copies. A used cell keeps its spatial coordinates: candidates are taken from it only where they are the ones that were asked for, so
 //! two neighbouring cells that share a hash cell are not seen twice. When more than a quarter of the points changed
 //! their cell (a host spawned in the middle of the rows), all are inserted anew.
 //!
@@ -25,15 +24,15 @@
 //! query that needs them (a quarter), a bit for every place of the table that is in use (no difference), unknown cells
 //! looked up together, so that their loads overlap (slower), blocks fetched ahead by prefetching (no difference).
 
-mod compare;
 mod links;
+mod moves;
 mod pool;
 
 use glam::{IVec3, Vec4};
 
 use self::{
-    compare::{Mover, copy_and_compare},
     links::{ABSENT, Links},
+    moves::{Arrival, Mover},
     pool::Pool,
 };
 use super::{
@@ -65,12 +64,18 @@ pub struct CompactHashing {
     pool: Pool,
     /// Number of points.
     len: usize,
-    /// Points that changed their cell, by chunk of entries.
+    /// Points that changed their cell, by chunk of blocks.
     movers: Vec<Vec<Mover>>,
+    /// Those of them that come to a block, by chunk of blocks.
+    arrivals: Vec<Vec<Arrival>>,
+    /// Used cells that lost a point and need another look.
+    reduced: Vec<u32>,
     /// Used cells that lost their last point.
     emptied: Vec<u32>,
     /// Spatial cells that appeared, vanished or are in another used cell.
     changed: Vec<IVec3>,
+    /// The used cells around those.
+    around: Vec<u32>,
 }
 
 /// A non-empty hash cell.
@@ -113,8 +118,11 @@ impl CompactHashing {
             pool: Pool::new(reserved),
             len: 0,
             movers: Vec::new(),
+            arrivals: Vec::new(),
+            reduced: Vec::new(),
             emptied: Vec::new(),
             changed: Vec::new(),
+            around: Vec::new(),
         }
     }
 
@@ -162,10 +170,11 @@ impl CompactHashing {
     /// Adds a point to a used cell of its hash, or to a new one; says whether it is the first of its spatial cell.
     fn insert(&mut self, handle: u32, cell: IVec3, row: u32, point: Vec4) -> bool {
         let Some(used) = self.cells.get_mut(handle as usize) else {
-            let first = self.pool.allocate(1);
+            let handle = self.cells.len() as u32;
+            let first = self.pool.allocate(1, handle);
             self.pool.set(first, 0, row, point);
             let hash = self.hash.of(cell);
-            self.table[hash as usize] = self.cells.len() as u32;
+            self.table[hash as usize] = handle;
             self.cells.push(UsedCell {
                 cell,
                 hash,
@@ -210,7 +219,7 @@ impl CompactHashing {
     /// Moves a full used cell of `len` entries to twice as many blocks; says which is the first.
     fn grow(&mut self, handle: usize, len: u32) -> u32 {
         let UsedCell { first, blocks, .. } = self.cells[handle];
-        let new = self.pool.allocate(2 * blocks);
+        let new = self.pool.allocate(2 * blocks, handle as u32);
         for k in 0..len {
             self.pool.copy((first, k), (new, k));
             self.pool.clear_entry(first, k);
@@ -219,35 +228,6 @@ impl CompactHashing {
         self.cells[handle].first = new;
         self.cells[handle].blocks = 2 * blocks;
         new
-    }
-
-    /// Takes an entry out of its used cell, and the links to its spatial cell if it was the last there.
-    fn remove(&mut self, mover: &Mover) {
-        let handle = mover.handles[0];
-        let used = &mut self.cells[handle as usize];
-        let first = used.first;
-        let k = mover.entry - first * self.pool.reserved() as u32;
-        for k in k + 1..used.len {
-            self.pool.copy((first, k), (first, k - 1));
-        }
-        used.len -= 1;
-        self.pool.clear_entry(first, used.len);
-        let of_the_first = k < used.kin;
-        used.kin -= u32::from(of_the_first);
-        if used.len == 0 {
-            self.emptied.push(handle);
-            return;
-        }
-        if used.kin == 0 || !of_the_first {
-            self.changed.push(mover.from);
-        }
-        if used.kin == 0 {
-            // Another spatial cell comes first now. No point that moves is left in it: the last were taken first.
-            let cell = |k: u32| self.pool.cell(&self.grid, first, k);
-            used.cell = cell(0);
-            used.kin = (0..used.len).take_while(|&k| cell(k) == used.cell).count() as u32;
-            self.changed.push(used.cell);
-        }
     }
 
     /// The hash of [`reached`](Self::reached), whose size is a power of two.
@@ -283,6 +263,7 @@ impl CompactHashing {
             let last = self.cells.len() as u32;
             if let Some(moved) = self.cells.get(handle as usize) {
                 self.table[moved.hash as usize] = handle;
+                self.pool.give(moved.first, moved.blocks, handle);
                 for k in moved.kin..moved.len {
                     let cell = self.pool.cell(&self.grid, moved.first, k);
                     self.changed.push(cell);
@@ -302,31 +283,12 @@ impl SpatialIndex for CompactHashing {
         if self.len == 0 || points.is_empty() || hash.size != self.hash.size {
             return self.rebuild(points, execution);
         }
-        let table = (self.hash, &*self.table);
-        let Self { pool, grid, .. } = self;
-        copy_and_compare(pool, table, grid, points, &mut self.movers, execution);
+        self.copy_and_compare(points, execution);
         if self.movers.iter().map(Vec::len).sum::<usize>() > points.len() / 4 {
             return self.rebuild(points, execution);
         }
-        let movers = std::mem::take(&mut self.movers);
-        // The last first: what follows a removed entry moves up.
-        for mover in movers.iter().rev().flat_map(|chunk| chunk.iter().rev()) {
-            self.remove(mover);
-        }
-        for mover in movers.iter().flatten() {
-            let Mover { row, to, .. } = *mover;
-            if let Some(&point) = points.get(row as usize) {
-                let handle = match mover.handles[1] {
-                    // Another may have come before.
-                    EMPTY => self.table[self.hash.of(to) as usize],
-                    handle => handle,
-                };
-                if self.insert(handle, to, row, point) {
-                    self.reach_from(to);
-                    self.changed.push(to);
-                }
-            }
-        }
+        self.take_out();
+        self.put_in(points, execution);
         for (row, &point) in points.iter().enumerate().skip(self.len) {
             let cell = self.grid.cell_of(point);
             let handle = self.table[self.hash.of(cell) as usize];
@@ -335,11 +297,10 @@ impl SpatialIndex for CompactHashing {
                 self.changed.push(cell);
             }
         }
-        self.relink();
+        self.relink(execution);
         self.drop_emptied();
         // What drops moved of cells that share a used cell.
-        self.relink();
-        self.movers = movers;
+        self.relink(execution);
         self.len = points.len();
         Ok(())
     }
@@ -441,12 +402,16 @@ impl SpatialIndex for CompactHashing {
 
     fn bytes(&self) -> usize {
         let movers: usize = self.movers.iter().map(Vec::capacity).sum();
-        (self.table.capacity() + self.emptied.capacity()) * size_of::<u32>()
+        let arrivals: usize = self.arrivals.iter().map(Vec::capacity).sum();
+        let handles = [&self.table, &self.emptied, &self.reduced, &self.around];
+        let handles: usize = handles.into_iter().map(Vec::capacity).sum();
+        handles * size_of::<u32>()
             + self.changed.capacity() * size_of::<IVec3>()
             + self.cells.capacity() * size_of::<UsedCell>()
             + self.reached.capacity() * size_of::<u64>()
             + self.links.bytes()
             + self.pool.bytes()
             + movers * size_of::<Mover>()
+            + arrivals * size_of::<Arrival>()
     }
 }

@@ -11,6 +11,8 @@ use super::super::{
 #[derive(Debug)]
 pub(super) struct Pool {
     pub(super) entries: Entries,
+    /// The used cell that a block belongs to, by its handle.
+    pub(super) owners: Vec<u32>,
     /// Stretches given back, by the logarithm of their number of blocks.
     free: Vec<Vec<u32>>,
 }
@@ -28,6 +30,7 @@ impl Pool {
         entries.words.resize(PADDING, NOBODY);
         Self {
             entries,
+            owners: Vec::new(),
             free: Vec::new(),
         }
     }
@@ -37,32 +40,42 @@ impl Pool {
         self.entries.pitch
     }
 
-    /// Gives all back and makes room for `blocks`.
+    /// Gives all back.
     pub(super) fn clear(&mut self) {
         self.entries.words.truncate(0);
         self.entries.words.resize(PADDING, NOBODY);
+        self.owners.clear();
         self.free.iter_mut().for_each(Vec::clear);
     }
 
-    /// The first of `blocks` free blocks, a power of two.
-    pub(super) fn allocate(&mut self, blocks: u32) -> u32 {
+    /// The first of `blocks` free blocks, a power of two, which are used cell `owner`'s from now on.
+    pub(super) fn allocate(&mut self, blocks: u32, owner: u32) -> u32 {
         let class = blocks.ilog2() as usize;
-        if let Some(first) = self.free.get_mut(class).and_then(Vec::pop) {
-            return first;
-        }
-        let words = 4 * self.reserved();
-        let first = (self.entries.words.len() - PADDING) / words;
-        let len = (first + blocks as usize) * words + PADDING;
-        self.entries.words.resize(len, NOBODY);
-        first as u32
+        let free = self.free.get_mut(class).and_then(Vec::pop);
+        let first = free.unwrap_or_else(|| {
+            let first = self.owners.len();
+            let len = (first + blocks as usize) * 4 * self.reserved() + PADDING;
+            self.entries.words.resize(len, NOBODY);
+            self.owners.resize(first + blocks as usize, NOBODY);
+            first as u32
+        });
+        self.give(first, blocks, owner);
+        first
     }
 
+    /// Gives a stretch to another used cell, or to nobody.
+    pub(super) fn give(&mut self, first: u32, blocks: u32, owner: u32) {
+        self.owners[first as usize..(first + blocks) as usize].fill(owner);
+    }
+
+    /// Takes a stretch without points back.
     pub(super) fn release(&mut self, first: u32, blocks: u32) {
         let class = blocks.ilog2() as usize;
         if self.free.len() <= class {
             self.free.resize_with(class + 1, Vec::new);
         }
         self.free[class].push(first);
+        self.give(first, blocks, NOBODY);
     }
 
     /// Where the `k`-th entry of the stretch that begins with block `first` has its x.
@@ -106,6 +119,20 @@ impl Pool {
         self.entries.words[place] = NOBODY;
     }
 
+    /// Moves the entries of a stretch up to its begin, in their order, over those that are nobody's.
+    pub(super) fn close_gaps(&mut self, first: u32, blocks: u32) {
+        let mut end = 0;
+        for k in 0..blocks * self.reserved() as u32 {
+            if self.row(first, k) != NOBODY {
+                if end < k {
+                    self.copy((first, k), (first, end));
+                    self.clear_entry(first, k);
+                }
+                end += 1;
+            }
+        }
+    }
+
     /// Copies an entry, of one stretch or from one to another.
     pub(super) fn copy(&mut self, (first, k): (u32, u32), (to_first, to_k): (u32, u32)) {
         let (from, to) = (self.place(first, k), self.place(to_first, to_k));
@@ -126,6 +153,6 @@ impl Pool {
     /// Memory held [bytes].
     pub(super) fn bytes(&self) -> usize {
         let free: usize = self.free.iter().map(Vec::capacity).sum();
-        self.entries.bytes() + free * size_of::<u32>()
+        self.entries.bytes() + (free + self.owners.capacity()) * size_of::<u32>()
     }
 }

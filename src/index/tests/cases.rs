@@ -141,7 +141,8 @@ fn the_smallest_table_makes_cells_collide_and_the_flags_follow() {
     let mut large = CompactHashing::new(grid.clone(), 8.0);
     let mut small = CompactHashing::with_smallest_table(grid, 8.0);
     let mut numbers = Numbers(2);
-    for step in 0..20 {
+    // Fast, so that all are inserted anew, then slowly, so that points leave and come: both of a used cell at once, too.
+    for step in 0..200 {
         for index in [&mut large, &mut small] {
             update(index, &points);
             assert_flags(index);
@@ -151,7 +152,8 @@ fn the_smallest_table_makes_cells_collide_and_the_flags_follow() {
             assert!((0.0..0.5).contains(&large.collision_share()));
         }
         for point in &mut points {
-            *point += numbers.point(Dimension::Three, 0.3 * H);
+            let motion = if step < 10 { 0.5 } else { 0.1 };
+            *point += numbers.point(Dimension::Three, motion * H);
         }
     }
 }

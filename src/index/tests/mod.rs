@@ -277,8 +277,10 @@ fn assert_agrees(index: &dyn SpatialIndex, points: &[Vec4]) {
     assert_eq!(found, sorted(reference(index.grid(), points)));
 }
 
-/// No used cell is empty, and the collision flag is up exactly where one holds several spatial cells.
+/// No used cell is empty, links lead where they should, and the collision flag is up exactly where one holds several
+/// spatial cells.
 fn assert_flags(index: &CompactHashing) {
+    assert!(index.links_are_exact());
     let mut collisions = 0;
     for place in 0..index.places() {
         assert!(index.place_len(place) > 0, "used cell {place} is empty");
