@@ -117,7 +117,7 @@ impl Method for Structure {
             among_points: points,
             same: true,
         };
-        search(&task, &mut self.lists, self.built, execution);
+        search(&task, &mut self.lists, execution).expect("short lists");
         self.built = true;
     }
 

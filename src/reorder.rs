@@ -13,6 +13,7 @@ use glam::Vec4;
 use crate::{
     execution::Execution,
     index::{FluidIndex, z_curve},
+    neighbours::{BoundaryNeighbours, FluidNeighbours},
     particle::{Fluid, Position},
     step::Clock,
 };
@@ -72,10 +73,16 @@ pub fn reorder(world: &mut World) {
         let grid = world.resource::<FluidIndex>().structure.grid();
         z_curve::sort_handles(&state.points, grid, &execution, &mut state.handles);
         let entity = |handle: &z_curve::Handle| state.entities[handle.1 as usize];
-        if state.downwards {
-            move_rows(world, state.marked, state.handles.iter().map(entity));
-        } else {
-            move_rows(world, state.marked, state.handles.iter().rev().map(entity));
+        if !state.downwards {
+            state.handles.reverse();
+        }
+        move_rows(world, state.marked, state.handles.iter().map(entity));
+        let old_rows = state.handles.iter().map(|handle| handle.1 as usize);
+        if let Some(mut lists) = world.get_resource_mut::<FluidNeighbours>() {
+            lists.0.expect_order(old_rows.clone());
+        }
+        if let Some(mut lists) = world.get_resource_mut::<BoundaryNeighbours>() {
+            lists.0.expect_order(old_rows);
         }
         state.marked = !state.marked;
         state.downwards = !state.downwards;

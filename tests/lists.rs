@@ -58,7 +58,7 @@ fn lists_of_every_step_are_those_of_brute_force() {
             among_points: positions.points(),
             same: true,
         };
-        search(&fluid, &mut lists, false, &execution);
+        search(&fluid, &mut lists, &execution).expect("short lists");
         let found = &world.resource::<FluidNeighbours>().0;
         assert_same(found, &lists, positions.rows(), step);
         let boundary = Search {
@@ -67,7 +67,7 @@ fn lists_of_every_step_are_those_of_brute_force() {
             same: false,
             ..fluid
         };
-        search(&boundary, &mut lists, false, &execution);
+        search(&boundary, &mut lists, &execution).expect("short lists");
         let found = &world.resource::<BoundaryNeighbours>().0;
         assert_same(found, &lists, positions.rows(), step);
     }

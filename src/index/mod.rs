@@ -86,8 +86,6 @@ pub struct FluidIndex {
     pub structure: Box<dyn SpatialIndex>,
     /// Whether the rows were reordered since the last update.
     pub reordered: bool,
-    /// Whether the last update built everything anew.
-    pub rebuilt: bool,
 }
 
 /// The structure of a scene.
@@ -115,8 +113,7 @@ pub fn update_index(
     positions: Res<Positions>,
     execution: Res<Execution>,
 ) {
-    index.rebuilt = index.reordered;
-    let update = if index.rebuilt {
+    let update = if index.reordered {
         index.structure.rebuild(positions.points(), &execution)
     } else {
         index.structure.update(positions.points(), &execution)

@@ -42,7 +42,12 @@ impl Failure {
     /// Whether something went wrong that goes right, perhaps, in a shorter step.
     pub(crate) fn depends_on_the_time_step(&self) -> bool {
         match &self.cause {
-            None | Some(FailureCause::LeftDomain | FailureCause::DomainTooLarge(_)) => false,
+            None
+            | Some(
+                FailureCause::LeftDomain
+                | FailureCause::DomainTooLarge(_)
+                | FailureCause::ListsTooLong(_),
+            ) => false,
             Some(
                 FailureCause::NotFinite { .. }
                 | FailureCause::TooFast { .. }

@@ -188,7 +188,6 @@ fn insert_step_resources(world: &mut World, scene: &Scene, material: &Material) 
     world.insert_resource(FluidIndex {
         structure: index::build(scene),
         reordered: true,
-        rebuilt: true,
     });
     world.init_resource::<Failure>();
     world.init_resource::<PhaseTimer>();

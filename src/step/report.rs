@@ -12,7 +12,7 @@ use crate::{
     column::Positions,
     index::DomainTooLarge,
     integrate::Motion,
-    neighbours::{BoundaryNeighbours, FluidNeighbours},
+    neighbours::{BoundaryNeighbours, FluidNeighbours, ListsTooLong},
     pressure::PressureSolve,
     time_step::{AdaptiveTimeStep, Shock, TakenBack},
 };
@@ -102,6 +102,9 @@ pub enum FailureCause {
     /// The spatial index covers a box around all particles, which would take too much memory.
     #[error(transparent)]
     DomainTooLarge(DomainTooLarge),
+    /// Neighbour lists are longer than they can be.
+    #[error(transparent)]
+    ListsTooLong(ListsTooLong),
     /// The pressure iterations did not reach the limit on the density error.
     #[error(
         "pressure did not converge: density error {error:.3e} after {iterations} iterations, the limit is {limit:.3e}"

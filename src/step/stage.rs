@@ -74,7 +74,7 @@ impl Stage {
                         neighbours::find_fluid_neighbours,
                         neighbours::find_boundary_neighbours,
                     )
-                        .into_configs()
+                        .chain()
                 }
             },
         },

@@ -27,12 +27,8 @@ fn lists_after_motion(execution: &Execution, kind: Kind) -> Vec<Vec<Vec<u32>>> {
             *point += numbers.point(Dimension::Three, 0.2 * H);
         }
         index.update(&points, execution).expect("a box that fits");
-        search(
-            &among_themselves(&*index, &points),
-            &mut lists,
-            true,
-            execution,
-        );
+        let task = among_themselves(&*index, &points);
+        search(&task, &mut lists, execution).expect("short lists");
         let found: Vec<_> = (0..points.len()).map(|row| lists.of(row).into()).collect();
         assert_eq!(lists.pairs(), found.iter().map(Vec::len).sum::<usize>());
         found
@@ -88,21 +84,78 @@ fn regions_kept_from_the_last_search_do_not_change_the_lists() {
             let points = points(layout, &grid, Dimension::Three, count, 5);
             let index = built(&grid, kind, &points);
             let expected = own_lists(&*index, &points);
-            for same_cells in [true, false, true] {
-                search(
-                    &among_themselves(&*index, &points),
-                    &mut lists,
-                    same_cells,
-                    two_threads(),
-                );
+            for time in 0..3 {
+                let task = among_themselves(&*index, &points);
+                search(&task, &mut lists, two_threads()).expect("short lists");
                 let found: Vec<_> = (0..count).map(|row| lists.of(row).to_vec()).collect();
-                assert!(
-                    found == expected,
-                    "{kind:?}, {layout:?} of {count}, {same_cells}"
-                );
+                assert!(found == expected, "{kind:?}, {layout:?} of {count}, {time}");
                 assert_eq!(lists.pairs(), expected.iter().map(Vec::len).sum::<usize>());
+                lists.expect_order((0..count).rev());
             }
         }
+    }
+}
+
+#[test]
+fn lists_in_motion_take_four_bytes_a_neighbour_and_eight_a_row() {
+    let execution = two_threads();
+    let mut numbers = Numbers(11);
+    for kind in [Kind::IndexSort, Kind::CompactHashing] {
+        // As in fluid: a lattice of h/2, disturbed.
+        let mut points: Vec<Vec4> = (0..30_000)
+            .map(|k| {
+                let place = IVec3::new(k % 30, k / 30 % 30, k / 900)
+                    .as_vec3()
+                    .extend(0.0);
+                0.5 * H * place + numbers.point(Dimension::Three, 0.2 * H)
+            })
+            .collect();
+        let mut index = structure(&Grid::new(Dimension::Three, H, 1.0), kind);
+        let mut lists = NeighbourLists::default();
+        for step in 0..4 {
+            for point in &mut points {
+                *point += numbers.point(Dimension::Three, 0.02 * H);
+            }
+            index.update(&points, execution).expect("a box that fits");
+            let task = among_themselves(&*index, &points);
+            search(&task, &mut lists, execution).expect("short lists");
+            let limit = 4 * lists.pairs() + 8 * points.len();
+            // The first search does not know how long the lists will be, and the second has the strays of the first.
+            assert!(
+                step < 2 || lists.bytes() <= limit,
+                "{kind:?}: {} of {limit}",
+                lists.bytes()
+            );
+        }
+    }
+}
+
+#[test]
+fn a_list_that_is_too_long_is_refused_and_none_is_left() {
+    let grid = Grid::new(Dimension::Three, H, 1.0);
+    let many = vec![Vec4::ZERO; usize::from(u16::MAX) + 1];
+    let mut lists = NeighbourLists::default();
+    for (count, result) in [
+        (many.len() - 1, Ok(())),
+        (
+            many.len(),
+            Err(ListsTooLong::OfRow {
+                row: 0,
+                count: many.len(),
+            }),
+        ),
+    ] {
+        let among_points = &many[..count];
+        let among = built(&grid, Kind::CompactHashing, among_points);
+        let task = Search {
+            of: &*built(&grid, Kind::CompactHashing, &many[..1]),
+            points: &many[..1],
+            among: &*among,
+            among_points,
+            same: false,
+        };
+        assert_eq!(search(&task, &mut lists, two_threads()), result);
+        assert_eq!(lists.of(0).len(), if result.is_ok() { count } else { 0 });
     }
 }
 

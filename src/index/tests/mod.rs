@@ -8,7 +8,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::{
-    neighbours::{NeighbourLists, Search, search},
+    neighbours::{ListsTooLong, NeighbourLists, Search, search},
     scene::Dimension,
     simd::InstructionSet,
 };
@@ -133,7 +133,7 @@ fn points(layout: Layout, grid: &Grid, dimension: Dimension, count: usize, seed:
 
 fn lists(task: Search, execution: &Execution) -> Vec<Vec<u32>> {
     let mut lists = NeighbourLists::default();
-    search(&task, &mut lists, false, execution);
+    search(&task, &mut lists, execution).expect("short lists");
     (0..task.points.len())
         .map(|row| lists.of(row).to_vec())
         .collect()
