@@ -2,7 +2,8 @@
 //!
 //! - The table has 2 N handles (4.4: "two times the number of particles"), placed by equation 3; a handle names a used
 //!   cell. N here is the number of points at the last rebuild; the table follows when it grows or falls by half.
-//! - A used cell reserves a block of k entries in one pool and moves to twice as many when they are full.
+//! - A used cell reserves a block of k entries in one pool and moves to twice as many when they are full, and back when
+//!   two thirds of half of them would do.
 //! - [`update`](SpatialIndex::update) compares every point's cell with the last step's and moves only those that
 //!   changed (4.5.1; `moves.rs`). Cells that are empty then leave the list.
 //! - A used cell knows whether it holds points of more than one spatial cell (4.5.3).
@@ -195,7 +196,7 @@ impl CompactHashing {
         let first = if old.len < old.blocks * self.pool.reserved() as u32 {
             first
         } else {
-            self.grow(handle as usize, old.len)
+            self.move_to_blocks(2 * old.blocks, handle, old.len)
         };
         // Points of one spatial cell stay side by side, so that they can be handed out as runs, and in the order of
         // their rows, so that neighbours come in one order however the points got there.
@@ -216,17 +217,19 @@ impl CompactHashing {
         new
     }
 
-    /// Moves a full used cell of `len` entries to twice as many blocks; says which is the first.
-    fn grow(&mut self, handle: usize, len: u32) -> u32 {
-        let UsedCell { first, blocks, .. } = self.cells[handle];
-        let new = self.pool.allocate(2 * blocks, handle as u32);
+    /// Moves the first `len` entries of a used cell to a stretch of so many blocks; says which is the first.
+    fn move_to_blocks(&mut self, blocks: u32, handle: u32, len: u32) -> u32 {
+        let UsedCell {
+            first, blocks: old, ..
+        } = self.cells[handle as usize];
+        let new = self.pool.allocate(blocks, handle);
         for k in 0..len {
             self.pool.copy((first, k), (new, k));
             self.pool.clear_entry(first, k);
         }
-        self.pool.release(first, blocks);
-        self.cells[handle].first = new;
-        self.cells[handle].blocks = 2 * blocks;
+        self.pool.release(first, old);
+        let used = &mut self.cells[handle as usize];
+        (used.first, used.blocks) = (new, blocks);
         new
     }
 

@@ -262,19 +262,34 @@ impl CompactHashing {
                 self.reduced.push(mover.left);
             }
         }
-        self.reduced.sort_unstable();
-        self.reduced.dedup();
-        for handle in self.reduced.drain(..) {
-            let used = &mut self.cells[handle as usize];
-            self.pool.close_gaps(used.first, used.blocks);
-            if used.len > 0 && used.kin == 0 {
+        let mut reduced = std::mem::take(&mut self.reduced);
+        reduced.sort_unstable();
+        reduced.dedup();
+        for handle in reduced.drain(..) {
+            let UsedCell {
+                first,
+                blocks,
+                len,
+                kin,
+                ..
+            } = self.cells[handle as usize];
+            self.pool.close_gaps(first, blocks);
+            if len == 0 {
+                continue;
+            }
+            if kin == 0 {
                 // Another spatial cell comes first now.
-                let cell = |k: u32| self.pool.cell(&self.grid, used.first, k);
-                used.cell = cell(0);
-                used.kin = (0..used.len).take_while(|&k| cell(k) == used.cell).count() as u32;
+                let cell = |k: u32| self.pool.cell(&self.grid, first, k);
+                let of_first = (0..len).take_while(|&k| cell(k) == cell(0)).count() as u32;
+                let used = &mut self.cells[handle as usize];
+                (used.cell, used.kin) = (cell(0), of_first);
                 self.changed.push(used.cell);
             }
+            if blocks > 1 && 3 * len <= blocks * self.pool.reserved() as u32 {
+                self.move_to_blocks(blocks / 2, handle, len);
+            }
         }
+        self.reduced = reduced;
     }
 
     /// Brings the movers to their new cells.
