@@ -62,15 +62,6 @@ impl Grid {
         }
     }
 
-    /// Which of [`neighbourhood`](Self::neighbourhood) has this offset.
-    #[inline(always)]
-    pub(super) fn neighbour(&self, offset: IVec3) -> Option<usize> {
-        let place = offset.wrapping_add(self.reach);
-        let sides = 2 * self.reach + 1;
-        let inside = (place.cmpge(IVec3::ZERO) & place.cmplt(sides)).all();
-        inside.then(|| (place.x + sides.x * (place.y + sides.y * place.z)) as usize)
-    }
-
     /// The cell of a point. In `f64`: ten kilometres from the origin a product in `f32` is off by a hundredth of a
     /// cell. Points that are not finite land in some cell and have no neighbours.
     #[inline(always)]

@@ -47,7 +47,7 @@ impl SpatialHashing {
             grid,
             hash: CellHash::new(MIN_TABLE),
             cells_a_point: CELLS_A_POINT,
-            // Half as many again, as compact hashing.
+            // Half as many again: a compressed or unlucky cell need not move.
             reserved: (1.5 * particles_a_cell).ceil().clamp(2.0, 1024.0) as usize,
             lengths: Vec::new(),
             entries: Entries::default(),

@@ -106,8 +106,9 @@ impl UsedCell {
 impl CompactHashing {
     /// An empty index that expects `particles_a_cell` where there is fluid.
     pub fn new(grid: Grid, particles_a_cell: f32) -> Self {
-        // Half as many again: a compressed or unlucky cell need not move.
-        let reserved = (1.5 * particles_a_cell).ceil().clamp(2.0, 1024.0) as usize;
+        // A compressed or unlucky cell need not move, nor be of several blocks, which are looked through one by one: half as
+        // many again made the search of a jittered lattice 6 % slower.
+        let reserved = (2.0 * particles_a_cell).ceil().clamp(2.0, 1024.0) as usize;
         Self {
             links: Links::new(&grid),
             grid,

@@ -20,7 +20,6 @@ use super::{
         hash::CellHash,
     },
     CompactHashing, EMPTY, UsedCell,
-    links::Links,
     pool::QUARTER,
 };
 use crate::{
@@ -56,7 +55,6 @@ pub(super) struct Arrival {
 struct Comparison<'a> {
     grid: &'a Grid,
     cells: &'a [UsedCell],
-    links: &'a Links,
     hash: CellHash,
     table: &'a [u32],
     points: &'a [Vec4],
@@ -164,25 +162,10 @@ impl Comparison<'_> {
         (new.is_none() || to != from).then(|| Mover {
             row,
             left: owner,
-            comes_to: self.destination(used, owner, from, to),
+            comes_to: self.table[self.hash.of(to) as usize],
             from,
             to,
         })
-    }
-
-    /// The used cell of the hash of `to`. Nearly always it is one of those linked to the cell that was left.
-    #[inline(always)]
-    fn destination(&self, used: &UsedCell, owner: u32, from: IVec3, to: IVec3) -> u32 {
-        if used.cell == from
-            && self.links.each() > 0
-            && let Some(k) = self.grid.neighbour(to.wrapping_sub(from))
-        {
-            let link = self.links.of(owner as usize)[k];
-            if self.cells.get(link as usize).is_some() {
-                return link;
-            }
-        }
-        self.table[self.hash.of(to) as usize]
     }
 }
 
@@ -214,7 +197,6 @@ impl CompactHashing {
         let comparison = Comparison {
             grid: &self.grid,
             cells: &self.cells,
-            links: &self.links,
             hash: self.hash,
             table: &self.table,
             points,
