@@ -5,12 +5,7 @@ use std::sync::{
     atomic::{AtomicU16, AtomicU32, Ordering::Relaxed},
 };
 
-use rayon::prelude::*;
-
-use crate::{execution::Execution, index::SpatialIndex};
-
-/// Places of an index that one task searches.
-pub(super) const BLOCK: usize = 32;
+use crate::{execution::CHUNK, index::SpatialIndex};
 
 /// Neighbours of a particle within the fluid at the default support, roughly: what a list is expected to need
 /// before its first search.
@@ -48,15 +43,18 @@ pub enum ListsTooLong {
 
 /// Neighbour lists of all rows.
 ///
-/// Memory: 4 bytes a neighbour and 6 a row, and one in a hundred more. Every block has as much of the array as its rows
-/// needed in the last search, so an entry is rarely left over, and a list that finds no room goes behind the last
+/// Memory: 4 bytes a neighbour and 6 a row, and one in a hundred more. Every block has as much of the array as it
+/// needed in the last search, so that few entries are left over, and a list that finds no room goes behind the last
 /// block's. A sixteenth of room for every block and spans of 8 bytes took 17 % more.
 #[derive(Debug, Default)]
 pub struct NeighbourLists {
     pub(super) spans: Spans,
     /// The lists.
     pub(super) rows: Vec<u32>,
+    /// One for every block of places.
     pub(super) regions: Vec<Region>,
+    /// So that a block has some [`CHUNK`] rows. The more they are the less their number changes, and with it the room.
+    pub(super) places_a_block: usize,
     /// Lists that found no room, each behind its row and its length.
     pub(super) strays: Mutex<Vec<u32>>,
     /// How long lists are expected to be after rows were put into another order; empty if they were not.
@@ -138,45 +136,47 @@ impl NeighbourLists {
             .extend(old_rows.map(length).map(AtomicU16::new));
     }
 
-    /// Gives every block a region as long as the lists of its rows were.
-    pub(super) fn lay_out(
-        &mut self,
-        index: &dyn SpatialIndex,
-        points: usize,
-        execution: &Execution,
-    ) {
+    /// Gives every block a region as long as its lists were; if there are other blocks or rows now, as the lists of its
+    /// rows were: to ask every row takes 3 to 5 ns.
+    pub(super) fn lay_out(&mut self, index: &dyn SpatialIndex, points: usize) {
+        let places = index.places();
+        let blocks = |places_a_block: usize| places.div_ceil(places_a_block.max(1));
         let Spans { starts, lengths } = &mut self.spans;
+        let as_before = self.expected.is_empty()
+            && lengths.len() == points
+            && self.regions.len() == blocks(self.places_a_block);
         if !self.expected.is_empty() {
             *lengths = std::mem::take(&mut self.expected);
         }
         starts.resize_with(points, AtomicU32::default);
         lengths.resize_with(points, || AtomicU16::new(FULL_NEIGHBOURHOOD));
-        let places = index.places();
-        self.regions
-            .resize(places.div_ceil(BLOCK), Region::default());
-        let regions = &mut self.regions;
-        execution.install(|| {
-            regions
-                .par_iter_mut()
-                .enumerate()
-                .for_each(|(block, region)| {
-                    let expected = |place: usize| {
-                        let (mut done, mut expected) = (0, 0);
-                        while let Some((_, rows)) = index.group(place, done) {
-                            done += rows.len();
-                            let len = |&row: &u32| usize::from(lengths[row as usize].load(Relaxed));
-                            expected += rows.iter().map(len).sum::<usize>();
-                        }
-                        expected
-                    };
-                    let block = block * BLOCK..places.min((block + 1) * BLOCK);
-                    region.len = block.map(expected).sum();
-                    region.found = 0;
-                });
-        });
+        if as_before {
+            for region in &mut self.regions {
+                region.len = region.found;
+            }
+        } else {
+            self.places_a_block = (CHUNK * places / points.max(1)).max(1);
+            self.regions
+                .resize(blocks(self.places_a_block), Region::default());
+            let expected = |place: usize| {
+                let (mut done, mut expected) = (0, 0);
+                while let Some((_, rows)) = index.group(place, done) {
+                    done += rows.len();
+                    let len = |&row: &u32| usize::from(lengths[row as usize].load(Relaxed));
+                    expected += rows.iter().map(len).sum::<usize>();
+                }
+                expected
+            };
+            let first_places = (0..places).step_by(self.places_a_block);
+            for (region, first) in self.regions.iter_mut().zip(first_places) {
+                let block = first..places.min(first + self.places_a_block);
+                region.len = block.map(expected).sum();
+            }
+        }
         let mut start = 0;
         for region in &mut self.regions {
             region.start = start;
+            region.found = 0;
             start += region.len;
         }
         self.set_len(start);

@@ -7,7 +7,7 @@ use std::{
 
 use glam::{IVec3, Vec4};
 
-use super::lists::{BLOCK, ListsTooLong, NeighbourLists, Region, Spans};
+use super::lists::{ListsTooLong, NeighbourLists, Region, Spans};
 use crate::{
     execution::Execution,
     index::{Run, SpatialIndex},
@@ -124,12 +124,13 @@ pub fn search(
     lists: &mut NeighbourLists,
     execution: &Execution,
 ) -> Result<(), ListsTooLong> {
-    lists.lay_out(search.of, search.points.len(), execution);
+    lists.lay_out(search.of, search.points.len());
     let NeighbourLists {
         spans,
         rows,
         regions,
         strays,
+        places_a_block,
         ..
     } = &mut *lists;
     let too_long = Mutex::new(None);
@@ -141,6 +142,7 @@ pub fn search(
         base: 0,
         first_block: 0,
         places: search.of.places(),
+        places_a_block: *places_a_block,
         execution,
     };
     execution.install(|| task.split(rows, regions));
@@ -187,6 +189,7 @@ struct Task<'a> {
     base: usize,
     first_block: usize,
     places: usize,
+    places_a_block: usize,
     execution: &'a Execution,
 }
 
@@ -253,11 +256,11 @@ impl Vectorised for Block<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         let Self { task, region, rows } = self;
-        let first = task.first_block * BLOCK;
+        let first = task.first_block * task.places_a_block;
         let mut scratch = SCRATCH.take();
         // Where the next list goes.
         let mut end = 0;
-        for place in first..task.places.min(first + BLOCK) {
+        for place in first..task.places.min(first + task.places_a_block) {
             let mut done = 0;
             while let Some((cell, members)) = task.search.of.group(place, done) {
                 done += members.len();
