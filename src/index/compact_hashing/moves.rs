@@ -3,7 +3,7 @@
 //! Three loops. The first goes over all entries in parallel: it compares the cell of a point's new position with the one
 //! that it is in, copies the position, and moves those up who follow one that leaves. The second counts who leaves and
 //! comes, serially and in a fixed order. The third puts in, in parallel by blocks of the pool, who comes to a used cell of
-//! one spatial cell with room left: five of six. What is left, new cells, cells that collide or are full, is a matter
+//! one spatial cell with room left: six of seven. What is left, new cells, cells that collide or are full, is a matter
 //! of single points.
 //!
 //! Deviation: the paper moves serially whoever changed its cell. 131 072 points of which 3.7 % do so took 11 ns a point
