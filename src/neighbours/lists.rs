@@ -185,7 +185,7 @@ impl NeighbourLists {
     /// Makes the array so long.
     fn set_len(&mut self, len: usize) {
         self.rows.truncate(len);
-        if self.rows.capacity() > len + 4 * room(len) {
+        if self.rows.capacity() > len + 2 * room(len) {
             self.rows.shrink_to(len + room(len));
         }
         if self.rows.capacity() < len {

@@ -92,9 +92,14 @@ fn bytes_per_particle(scene: &Scene, neighbours: f32) -> Vec<(String, f64)> {
         ("spatial index".to_owned(), index_bytes(scene)),
     ];
     if scene.neighbours == Neighbours::Stored {
+        let lists = if scene.boundaries.is_empty() {
+            1.0
+        } else {
+            2.0
+        };
         bytes.push((
             "neighbour lists".to_owned(),
-            f64::from(neighbours) * 4.0 * 17.0 / 16.0 + 16.0,
+            f64::from(neighbours) * 4.0 * 1.01 + 6.0 * lists,
         ));
         // Filled up to whole vectors, half of one on average.
         bytes.push((
@@ -135,7 +140,7 @@ fn index_bytes(scene: &Scene) -> f64 {
         IndexStructure::IndexSort => 37.0,
         IndexStructure::ZIndexSort => 33.0,
         IndexStructure::SpatialHashing => 216.0,
-        IndexStructure::CompactHashing => 65.0,
+        IndexStructure::CompactHashing => 77.0,
         IndexStructure::BruteForce => 16.0,
     }
 }
