@@ -109,14 +109,7 @@ impl Method for Structure {
     }
 
     fn query(&mut self, points: &[Vec4], execution: &Execution) {
-        let of = &*self.index;
-        let task = Search {
-            of,
-            points,
-            among: of,
-            among_points: points,
-            same: true,
-        };
+        let task = Search::among_themselves(&*self.index, points);
         search(&task, &mut self.lists, execution).expect("short lists");
         self.built = true;
     }

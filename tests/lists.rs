@@ -51,13 +51,7 @@ fn lists_of_every_step_are_those_of_brute_force() {
         };
         let (of, walls_of) = (brute(positions.points()), brute(walls.points()));
         let mut lists = NeighbourLists::default();
-        let fluid = Search {
-            of: &of,
-            points: positions.points(),
-            among: &of,
-            among_points: positions.points(),
-            same: true,
-        };
+        let fluid = Search::among_themselves(&of, positions.points());
         search(&fluid, &mut lists, &execution).expect("short lists");
         let found = &world.resource::<FluidNeighbours>().0;
         assert_same(found, &lists, positions.rows(), step);

@@ -132,6 +132,7 @@ impl NeighbourLists {
                 .get(row)
                 .map_or(FULL_NEIGHBOURHOOD, |x| x.load(Relaxed))
         };
+        self.expected.clear();
         self.expected
             .extend(old_rows.map(length).map(AtomicU16::new));
     }

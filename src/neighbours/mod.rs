@@ -1,7 +1,7 @@
 //! Neighbour lists: rows in one flat array, in an order that no number of threads changes.
 //!
 //! [`search`] goes through the cells of an index in parallel (paper 4.5.2), tests the candidates around each and writes
-//! the hits. Every block of cells has a region of the flat array, sized by what its rows needed in the last step;
+//! the hits. Every block of cells has a region of the flat array, sized by what it needed in the last step;
 //! what finds no room there goes to the end. A particle is not in its own list.
 //!
 //! Not done, and why. Half the search, every pair tested once and written to both lists: the tests are a sixth of the
@@ -45,15 +45,7 @@ pub fn find_fluid_neighbours(
     execution: Res<Execution>,
 ) {
     slopes.forget();
-    let points = positions.points();
-    let of = &*index.structure;
-    let task = Search {
-        of,
-        points,
-        among: of,
-        among_points: points,
-        same: true,
-    };
+    let task = Search::among_themselves(&*index.structure, positions.points());
     note(search(&task, &mut lists.0, &execution), &mut failure);
 }
 

@@ -29,6 +29,19 @@ pub struct Search<'a> {
     pub same: bool,
 }
 
+impl<'a> Search<'a> {
+    /// The points of an index among each other.
+    pub fn among_themselves(index: &'a dyn SpatialIndex, points: &'a [Vec4]) -> Self {
+        Self {
+            of: index,
+            points,
+            among: index,
+            among_points: points,
+            same: true,
+        }
+    }
+}
+
 impl Search<'_> {
     fn radius_squared(&self) -> f32 {
         let h = self.among.grid().support_radius;

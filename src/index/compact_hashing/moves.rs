@@ -80,15 +80,13 @@ impl Comparison<'_> {
         let Some(used) = self.cells.get(owner as usize) else {
             return;
         };
-        let pitch = words.len() / 4;
-        let (positions, rows) = words.split_at_mut(3 * pitch);
-        let (x, yz) = positions.split_at_mut(pitch);
-        let (y, z) = yz.split_at_mut(pitch);
+        let (columns, rows) = columns(words);
+        let pitch = rows.len();
         let mut block = Block {
             owner,
             used,
             interior: (!used.collision()).then(|| self.grid.interior(used.cell)),
-            columns: [x, y, z],
+            columns,
             rows,
             end: 0,
         };
@@ -102,11 +100,8 @@ impl Comparison<'_> {
                 self.entries::<S, LANES>(simd, first, &mut block, movers);
             }
         }
-        let end = block.end;
         // What was copied past the last, and what those left behind who moved up.
-        for row in &mut block.rows[end..] {
-            *row = NOBODY;
-        }
+        block.rows[block.end..].fill(NOBODY);
     }
 
     /// The same for `N` entries from `first`.
@@ -335,16 +330,21 @@ impl CompactHashing {
     }
 }
 
-/// Adds a point to a block of one spatial cell, which has room for it, so that rows ascend.
-fn insert_by_row(block: &mut [u32], row: u32, point: Vec4) {
+/// The columns of a block: x, y and z, as bits, and rows.
+#[inline(always)]
+fn columns(block: &mut [u32]) -> ([&mut [u32]; 3], &mut [u32]) {
     let pitch = block.len() / 4;
     let (positions, rows) = block.split_at_mut(3 * pitch);
     let (x, yz) = positions.split_at_mut(pitch);
     let (y, z) = yz.split_at_mut(pitch);
-    let mut place = rows
-        .iter()
-        .position(|&row| row == NOBODY)
-        .unwrap_or(pitch - 1);
+    ([x, y, z], rows)
+}
+
+/// Adds a point to a block of one spatial cell, which has room for it, so that rows ascend.
+fn insert_by_row(block: &mut [u32], row: u32, point: Vec4) {
+    let ([x, y, z], rows) = columns(block);
+    let end = rows.iter().position(|&row| row == NOBODY);
+    let mut place = end.unwrap_or(rows.len() - 1);
     while place > 0 && rows[place - 1] > row {
         for column in [&mut *x, &mut *y, &mut *z, &mut *rows] {
             column[place] = column[place - 1];

@@ -27,7 +27,7 @@ fn lists_after_motion(execution: &Execution, kind: Kind) -> Vec<Vec<Vec<u32>>> {
             *point += numbers.point(Dimension::Three, 0.2 * H);
         }
         index.update(&points, execution).expect("a box that fits");
-        let task = among_themselves(&*index, &points);
+        let task = Search::among_themselves(&*index, &points);
         search(&task, &mut lists, execution).expect("short lists");
         let found: Vec<_> = (0..points.len()).map(|row| lists.of(row).into()).collect();
         assert_eq!(lists.pairs(), found.iter().map(Vec::len).sum::<usize>());
@@ -85,7 +85,7 @@ fn regions_kept_from_the_last_search_do_not_change_the_lists() {
             let index = built(&grid, kind, &points);
             let expected = own_lists(&*index, &points);
             for time in 0..3 {
-                let task = among_themselves(&*index, &points);
+                let task = Search::among_themselves(&*index, &points);
                 search(&task, &mut lists, two_threads()).expect("short lists");
                 let found: Vec<_> = (0..count).map(|row| lists.of(row).to_vec()).collect();
                 assert!(found == expected, "{kind:?}, {layout:?} of {count}, {time}");
@@ -117,7 +117,7 @@ fn lists_in_motion_take_four_bytes_a_neighbour_and_eight_a_row() {
                 *point += numbers.point(Dimension::Three, 0.02 * H);
             }
             index.update(&points, execution).expect("a box that fits");
-            let task = among_themselves(&*index, &points);
+            let task = Search::among_themselves(&*index, &points);
             search(&task, &mut lists, execution).expect("short lists");
             let limit = 4 * lists.pairs() + 8 * points.len();
             // The first search does not know how long the lists will be, and the second has the strays of the first.

@@ -140,17 +140,7 @@ fn lists(task: Search, execution: &Execution) -> Vec<Vec<u32>> {
 }
 
 fn own_lists(index: &dyn SpatialIndex, points: &[Vec4]) -> Vec<Vec<u32>> {
-    lists(among_themselves(index, points), two_threads())
-}
-
-fn among_themselves<'a>(index: &'a dyn SpatialIndex, points: &'a [Vec4]) -> Search<'a> {
-    Search {
-        of: index,
-        points,
-        among: index,
-        among_points: points,
-        same: true,
-    }
+    lists(Search::among_themselves(index, points), two_threads())
 }
 
 fn sorted(mut lists: Vec<Vec<u32>>) -> Vec<Vec<u32>> {
