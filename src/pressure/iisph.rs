@@ -44,7 +44,7 @@ pub fn iteration() -> ScheduleConfigs<ScheduleSystem> {
 
 /// Inserts what the method needs.
 pub fn install(world: &mut World, parameters: Iisph) {
-    implicit::install(world, parameters.relaxation, parameters.momentum);
+    implicit::install(world, parameters.relaxation, parameters.momentum, 0);
     world.init_resource::<DensityPass>();
 }
 

@@ -48,6 +48,8 @@ pub struct Jacobi {
     relaxation: f32,
     /// Whether corrections have momentum.
     momentum: bool,
+    /// Iterations that the momentum of a solve's first counts as already done.
+    head_start: u32,
     /// Iterations since the momentum was zero.
     since: u32,
 }
@@ -111,7 +113,7 @@ impl Jacobi {
 
     /// Before the first iteration of a solve.
     pub(super) fn start(&mut self) {
-        self.since = 0;
+        self.since = self.head_start;
     }
 
     /// After an iteration that went so far along the errors in all: momentum that goes against them ends (O'Donoghue &
@@ -134,11 +136,12 @@ pub struct PredictedVelocities(pub Vec<Vec4>);
 pub struct DensityRates(pub Vec<f32>);
 
 /// Inserts what the iteration needs.
-pub fn install(world: &mut World, relaxation: f32, momentum: bool) {
+pub fn install(world: &mut World, relaxation: f32, momentum: bool, head_start: u32) {
     world.insert_resource(Jacobi {
         relaxation,
         momentum,
-        since: 0,
+        head_start,
+        since: head_start,
     });
     world.init_resource::<Iterates>();
     world.init_resource::<Responses>();

@@ -72,7 +72,9 @@ pub struct Scene {
     /// Whether neighbour lists are kept for the step.
     #[serde(default)]
     pub neighbours: Neighbours,
-    /// Steps between two reorderings along the Z-curve; 0 never reorders (paper 4.5.4: 100).
+    /// Steps between two reorderings along the Z-curve; 0 never reorders. The paper's are 100 (4.5.4). The corner dam break of
+    /// 130 000 particles, 0.3 s, ms a step at 100, 25 and 10: SESPH 38, 38, 39; PCISPH 64, 62, 64; ten iterations of IISPH
+    /// 162, 149, 143.
     #[serde(default = "default_reorder_interval")]
     pub reorder_interval: u32,
     /// A RON file with the order of the stages, relative to the scene file's folder (after
@@ -100,7 +102,7 @@ fn default_gravity() -> Vec3 {
     Vec3::new(0.0, -9.81, 0.0)
 }
 fn default_reorder_interval() -> u32 {
-    100
+    25
 }
 fn default_duration() -> f32 {
     1.0
