@@ -240,6 +240,8 @@ fn a_wrong_override_is_refused_in_its_own_words() {
         ("spacing=wide", &["expected a number"]),
         ("spacing=-1", &["`spacing` is -1 m; it must be above 0"]),
         ("pressure=Pcisph(max_density_error: 2)", &["above 0 and below 1"]),
+        ("pressure=Iisph(relaxation: 0.6)", &["with momentum", "at most 0.54", "0.4 is usual"]),
+        ("pressure=Dfsph(relaxation: 1.5, momentum: false)", &["without momentum", "at most 1"]),
         ("bodies.0.shape.min.x=-1", &["sticks out of the tank"]),
         ("reorder_interval=-1", &["whole number"]),
     ];

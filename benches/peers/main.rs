@@ -49,13 +49,12 @@ impl Measured {
         self.largest_error = self.largest_error.max(largest);
     }
 
-    fn print(mut self) {
+    fn print(self) {
         let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
-        self.times.sort_by(f64::total_cmp);
         let line = serde_json::json!({
             "particles": self.particles,
             "boundary_particles": self.boundary_particles,
-            "ms_per_step": self.times[self.times.len() / 2],
+            "ms_per_step": mean(&self.times),
             "iterations": mean(&self.iterations),
             "mean_density_error": mean(&self.mean_errors),
             "max_density_error": self.largest_error,

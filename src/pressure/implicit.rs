@@ -41,6 +41,9 @@ use crate::{
     step::Clock,
 };
 
+/// Largest ω that is stable with momentum on a lattice of the default support: `4/(3 · 2.45)`.
+pub const MAX_RELAXATION_WITH_MOMENTUM: f32 = 0.54;
+
 /// The iteration's parameters, and its momentum.
 #[derive(Resource, Debug, Clone, Copy)]
 pub struct Jacobi {
@@ -48,7 +51,7 @@ pub struct Jacobi {
     relaxation: f32,
     /// Whether corrections have momentum.
     momentum: bool,
-    /// Iterations that the momentum of a solve's first counts as already done.
+    /// Iterations that the momentum counts as done after the second.
     head_start: u32,
     /// Iterations since the momentum was zero.
     since: u32,
@@ -99,7 +102,8 @@ impl Jacobi {
         *iterate = Iterate { acted, corrected };
         let step = corrected - before;
         if self.momentum {
-            let k = self.since as f32;
+            let ahead = if self.since < 2 { 0 } else { self.head_start };
+            let k = (self.since + ahead) as f32;
             ((corrected + k / (k + 3.0) * step).max(0.0), step)
         } else {
             (corrected, step)
@@ -113,7 +117,7 @@ impl Jacobi {
 
     /// Before the first iteration of a solve.
     pub(super) fn start(&mut self) {
-        self.since = self.head_start;
+        self.since = 0;
     }
 
     /// After an iteration that went so far along the errors in all: momentum that goes against them ends (O'Donoghue &
@@ -141,7 +145,7 @@ pub fn install(world: &mut World, relaxation: f32, momentum: bool, head_start: u
         relaxation,
         momentum,
         head_start,
-        since: head_start,
+        since: 0,
     });
     world.init_resource::<Iterates>();
     world.init_resource::<Responses>();

@@ -1,7 +1,7 @@
 //! Single numbers and pairs of them.
 
 use super::{Checked, Problem, ensure, is_flat};
-use crate::pressure::solve::Convergence;
+use crate::pressure::{implicit::MAX_RELAXATION_WITH_MOMENTUM, solve::Convergence};
 use crate::scene::load::options;
 use crate::scene::spans::scan;
 use crate::scene::{
@@ -119,13 +119,26 @@ fn pressure(method: &PressureMethod) -> Checked {
             )
         })?;
     }
-    if let PressureMethod::Iisph(Iisph { relaxation, .. })
-    | PressureMethod::Dfsph(Dfsph { relaxation, .. }) = *method
+    if let PressureMethod::Iisph(Iisph {
+        relaxation,
+        momentum,
+        ..
+    })
+    | PressureMethod::Dfsph(Dfsph {
+        relaxation,
+        momentum,
+        ..
+    }) = *method
     {
-        let proper = relaxation > 0.0 && relaxation <= 1.0;
+        let (with, most, usual) = if momentum {
+            ("with", MAX_RELAXATION_WITH_MOMENTUM, 0.4)
+        } else {
+            ("without", 1.0, 0.5)
+        };
+        let proper = relaxation > 0.0 && relaxation <= most;
         ensure(proper, "pressure.relaxation", || {
             format!(
-                "the relaxation is {relaxation}; it must be above 0 and at most 1 (0.4 is usual, 0.5 without momentum)"
+                "the relaxation is {relaxation}; {with} momentum it must be above 0 and at most {most} ({usual} is usual)"
             )
         })?;
     }
