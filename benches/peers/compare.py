@@ -3,7 +3,7 @@
 
     python3 benches/peers/compare.py [--start 0] [--duration 0.5] [--rounds 1] [--threads 2] [--only PCISPH]…
 
-Every row of the table is one method at one time step, over the first 0.5 s of the scene: half an hour in all. The programs
+Every row of the table is one method at one time step, over the first 0.5 s of the scene: forty minutes in all. The programs
 take turns for so many rounds, the time of a program is the median of its rounds' means over the steps, and the ratio is
 theirs over ours: above 1 ours is faster. A faster wrong answer is no win, so the density errors stand beside the times:
 compression over all particles, its mean over the steps and its largest value, of the states that the steps begin from.
