@@ -79,7 +79,11 @@ fn spoil(simulation: &mut Simulation) -> Entity {
 
 #[test]
 fn a_violent_impact_takes_steps_back_and_ends_well() {
-    for pressure in methods() {
+    for mut pressure in methods() {
+        if let PressureMethod::Dfsph(dfsph) = &mut pressure {
+            // At its own limit it meets this impact without a jump.
+            dfsph.max_density_error = 0.001;
+        }
         let scene = splash(pressure);
         let TimeStep::Adaptive(scheme) = scene.time_step else {
             panic!("an adaptive scene");
