@@ -55,13 +55,13 @@ CASES = [
     (
         "DFSPH, mean error 1 %, dt 1 ms",
         ["pressure=Dfsph(criterion:Mean,max_density_error:0.01)"],
-        {"method": "dfsph", "dt": 0.001, "tolerance": 0.01, "divergence_tolerance": 0.001, "min_iterations": 2},
+        {"method": "dfsph", "dt": 0.001, "tolerance": 0.01, "min_iterations": 2},
         0.01,
     ),
     (
         "DFSPH, mean error 0.01 %, dt 1 ms",
         ["pressure=Dfsph(criterion:Mean,max_density_error:0.0001)"],
-        {"method": "dfsph", "dt": 0.001, "tolerance": 0.0001, "divergence_tolerance": 0.001, "min_iterations": 2},
+        {"method": "dfsph", "dt": 0.001, "tolerance": 0.0001, "min_iterations": 2},
         None,
     ),
     (

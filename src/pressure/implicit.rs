@@ -55,6 +55,8 @@ pub struct Jacobi {
     head_start: u32,
     /// Iterations since the momentum was zero.
     since: u32,
+    /// Share of the last correction that the next goes on by.
+    carried: f32,
 }
 
 /// A pressure term while it is solved for.
@@ -101,13 +103,7 @@ impl Jacobi {
         };
         *iterate = Iterate { acted, corrected };
         let step = corrected - before;
-        if self.momentum {
-            let ahead = if self.since < 2 { 0 } else { self.head_start };
-            let k = (self.since + ahead) as f32;
-            ((corrected + k / (k + 3.0) * step).max(0.0), step)
-        } else {
-            (corrected, step)
-        }
+        ((corrected + self.carried * step).max(0.0), step)
     }
 
     /// Whether terms that start below their solution may go above it.
@@ -117,13 +113,22 @@ impl Jacobi {
 
     /// Before the first iteration of a solve.
     pub(super) fn start(&mut self) {
-        self.since = 0;
+        self.count(0);
     }
 
     /// After an iteration that went so far along the errors in all: momentum that goes against them ends (O'Donoghue &
     /// Candès 2015).
     pub(super) fn advance(&mut self, progress: f64) {
-        self.since = if progress < 0.0 { 0 } else { self.since + 1 };
+        self.count(if progress < 0.0 { 0 } else { self.since + 1 });
+    }
+
+    fn count(&mut self, since: u32) {
+        self.since = since;
+        if self.momentum {
+            let ahead = if since < 2 { 0 } else { self.head_start };
+            let k = (since + ahead) as f32;
+            self.carried = k / (k + 3.0);
+        }
     }
 }
 
@@ -146,6 +151,7 @@ pub fn install(world: &mut World, relaxation: f32, momentum: bool, head_start: u
         momentum,
         head_start,
         since: 0,
+        carried: 0.0,
     });
     world.init_resource::<Iterates>();
     world.init_resource::<Responses>();
