@@ -69,6 +69,8 @@ pub trait Simd: Copy {
     fn compress(self, a: Self::F, mask: u32) -> Self::F;
     /// The same of rows, into memory.
     fn compress_rows(self, rows: Self::Rows, mask: u32) -> [u32; LANES];
+    /// Hints that `place` is about to be used.
+    fn prefetch<T>(self, place: &T);
     /// Four columns at eight rows. A row beyond the table reads its last entry.
     fn gather(self, table: &[Vec4], rows: Self::Rows) -> [Self::F; 4];
     /// Appends the entries of `runs` that are near, in their order. `blocks` are words and a pitch: columns of

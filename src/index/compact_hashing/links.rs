@@ -21,6 +21,8 @@ pub(super) const ABSENT: u32 = u32::MAX;
 pub(super) struct Links {
     /// Links of a cell.
     each: usize,
+    /// How many cells away they lead along each axis.
+    reach: IVec3,
     links: Vec<u32>,
 }
 
@@ -30,6 +32,7 @@ impl Links {
         let each = grid.neighbourhood.len();
         Self {
             each: if each > LARGEST { 0 } else { each },
+            reach: grid.reach,
             links: Vec::new(),
         }
     }
@@ -61,6 +64,18 @@ impl Links {
 
     fn get(&self, handle: u32, k: usize) -> u32 {
         self.links[handle as usize * self.each + k]
+    }
+
+    /// The link of a cell to the one at `offset` from it, if there is one to there.
+    #[inline(always)]
+    pub(super) fn towards(&self, handle: u32, offset: IVec3) -> Option<&u32> {
+        let reach = self.reach;
+        if self.each == 0 || offset.cmpgt(reach).any() || offset.cmplt(-reach).any() {
+            return None;
+        }
+        let (from_first, side) = (offset + reach, 2 * reach + 1);
+        let k = from_first.x + side.x * (from_first.y + side.y * from_first.z);
+        self.links.get(handle as usize * self.each + k as usize)
     }
 
     /// Gives a cell the links of another.

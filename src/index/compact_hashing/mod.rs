@@ -5,7 +5,7 @@
 //! - A used cell reserves a block of k entries in one pool and moves to twice as many when they are full, and back when
 //!   two thirds of half of them would do.
 //! - [`update`](SpatialIndex::update) compares every point's cell with the last step's and moves only those that
-//!   changed (4.5.1; `moves.rs`). Cells that are empty then leave the list.
+//!   changed (4.5.1; `comparison.rs`, `moves.rs`). Cells that are empty then leave the list.
 //! - A used cell knows whether it holds points of more than one spatial cell (4.5.3).
 //! - [`rebuild`](SpatialIndex::rebuild) inserts the points in the order of their rows. Where rows follow the Z-curve, used
 //!   cells that follow each other are near each other (4.5.4).
@@ -25,6 +25,7 @@
 //! query that needs them (a quarter), a bit for every place of the table that is in use (no difference), unknown cells
 //! looked up together, so that their loads overlap (slower), blocks fetched ahead by prefetching (no difference).
 
+mod comparison;
 mod links;
 mod moves;
 mod pool;
@@ -32,8 +33,9 @@ mod pool;
 use glam::{IVec3, Vec4};
 
 use self::{
+    comparison::Moves,
     links::{ABSENT, Links},
-    moves::{Arrival, Mover},
+    moves::Arrival,
     pool::Pool,
 };
 use super::{
@@ -65,9 +67,9 @@ pub struct CompactHashing {
     pool: Pool,
     /// Number of points.
     len: usize,
-    /// Points that changed their cell, by chunk of blocks.
-    movers: Vec<Vec<Mover>>,
-    /// Those of them that come to a block, by chunk of blocks.
+    /// What points did since the last step, by chunk of blocks.
+    moves: Vec<Moves>,
+    /// Points that come to a block of another chunk than they left, by chunk.
     arrivals: Vec<Vec<Arrival>>,
     /// Used cells that lost a point and need another look.
     reduced: Vec<u32>,
@@ -101,6 +103,11 @@ impl UsedCell {
     fn collision(&self) -> bool {
         self.kin < self.len
     }
+
+    /// Whether it holds points of one spatial cell in one block, as nearly all do.
+    fn is_simple(&self) -> bool {
+        !self.collision() && self.blocks == 1
+    }
 }
 
 impl CompactHashing {
@@ -119,7 +126,7 @@ impl CompactHashing {
             cells: Vec::new(),
             pool: Pool::new(reserved),
             len: 0,
-            movers: Vec::new(),
+            moves: Vec::new(),
             arrivals: Vec::new(),
             reduced: Vec::new(),
             emptied: Vec::new(),
@@ -234,6 +241,34 @@ impl CompactHashing {
         new
     }
 
+    /// Brings the points that changed their cell to the new one.
+    fn follow(&mut self, points: &[Vec4], execution: &Execution) -> Result<(), DomainTooLarge> {
+        let hash = self.hash.resized(points.len(), self.handles_a_point);
+        if self.len == 0 || points.is_empty() || hash.size != self.hash.size {
+            return self.rebuild(points, execution);
+        }
+        self.copy_and_compare(points, execution);
+        if self.moved() > points.len() / 4 {
+            return self.rebuild(points, execution);
+        }
+        self.account();
+        self.put_in(points, execution);
+        for (row, &point) in points.iter().enumerate().skip(self.len) {
+            let cell = self.grid.cell_of(point);
+            let handle = self.table[self.hash.of(cell) as usize];
+            if self.insert(handle, cell, row as u32, point) {
+                self.reach_from(cell);
+                self.changed.push(cell);
+            }
+        }
+        self.relink(execution);
+        self.drop_emptied();
+        // What drops moved of cells that share a used cell.
+        self.relink(execution);
+        self.len = points.len();
+        Ok(())
+    }
+
     /// The hash of [`reached`](Self::reached), whose size is a power of two.
     #[inline(always)]
     fn reach_bit(&self, cell: IVec3) -> (usize, u64) {
@@ -283,30 +318,8 @@ impl CompactHashing {
 
 impl SpatialIndex for CompactHashing {
     fn update(&mut self, points: &[Vec4], execution: &Execution) -> Result<(), DomainTooLarge> {
-        let hash = self.hash.resized(points.len(), self.handles_a_point);
-        if self.len == 0 || points.is_empty() || hash.size != self.hash.size {
-            return self.rebuild(points, execution);
-        }
-        self.copy_and_compare(points, execution);
-        if self.movers.iter().map(Vec::len).sum::<usize>() > points.len() / 4 {
-            return self.rebuild(points, execution);
-        }
-        self.take_out();
-        self.put_in(points, execution);
-        for (row, &point) in points.iter().enumerate().skip(self.len) {
-            let cell = self.grid.cell_of(point);
-            let handle = self.table[self.hash.of(cell) as usize];
-            if self.insert(handle, cell, row as u32, point) {
-                self.reach_from(cell);
-                self.changed.push(cell);
-            }
-        }
-        self.relink(execution);
-        self.drop_emptied();
-        // What drops moved of cells that share a used cell.
-        self.relink(execution);
-        self.len = points.len();
-        Ok(())
+        // To hand over to the threads takes as long as two hundred points; the serial parts go along.
+        execution.install(|| self.follow(points, execution))
     }
 
     fn rebuild(&mut self, points: &[Vec4], execution: &Execution) -> Result<(), DomainTooLarge> {
@@ -405,7 +418,7 @@ impl SpatialIndex for CompactHashing {
     }
 
     fn bytes(&self) -> usize {
-        let movers: usize = self.movers.iter().map(Vec::capacity).sum();
+        let moves: usize = self.moves.iter().map(Moves::bytes).sum();
         let arrivals: usize = self.arrivals.iter().map(Vec::capacity).sum();
         let handles = [&self.table, &self.emptied, &self.reduced, &self.around];
         let handles: usize = handles.into_iter().map(Vec::capacity).sum();
@@ -415,7 +428,7 @@ impl SpatialIndex for CompactHashing {
             + self.reached.capacity() * size_of::<u64>()
             + self.links.bytes()
             + self.pool.bytes()
-            + movers * size_of::<Mover>()
+            + moves
             + arrivals * size_of::<Arrival>()
     }
 }

@@ -150,6 +150,12 @@ impl Pool {
         grid.cell_of(Vec4::new(x, y, z, 0.0))
     }
 
+    /// Whether a stretch of so many blocks holds points of a cell.
+    pub(super) fn holds(&self, grid: &Grid, (first, blocks): (u32, u32), cell: IVec3) -> bool {
+        let mut entries = 0..blocks * self.reserved() as u32;
+        entries.any(|k| self.row(first, k) != NOBODY && self.cell(grid, first, k) == cell)
+    }
+
     /// Memory held [bytes].
     pub(super) fn bytes(&self) -> usize {
         let free: usize = self.free.iter().map(Vec::capacity).sum();
