@@ -27,6 +27,15 @@ pub struct Lanes(pub [f32; LANES]);
 /// Candidates are padded to a multiple of this with points that nothing reaches.
 pub const CANDIDATE_ALIGNMENT: usize = 16;
 
+/// Hints that `place` is about to be used, so that many places far from each other are fetched at a time.
+#[inline(always)]
+pub(crate) fn prefetch<T>(place: &T) {
+    #[cfg(target_arch = "x86_64")]
+    x86::prefetch(place);
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = place;
+}
+
 /// Operations on eight lanes. A value of an implementing type proves that the machine has its instructions.
 pub trait Simd: Copy {
     /// Eight numbers.
@@ -69,8 +78,6 @@ pub trait Simd: Copy {
     fn compress(self, a: Self::F, mask: u32) -> Self::F;
     /// The same of rows, into memory.
     fn compress_rows(self, rows: Self::Rows, mask: u32) -> [u32; LANES];
-    /// Hints that `place` is about to be used.
-    fn prefetch<T>(self, place: &T);
     /// Four columns at eight rows. A row beyond the table reads its last entry.
     fn gather(self, table: &[Vec4], rows: Self::Rows) -> [Self::F; 4];
     /// Appends the entries of `runs` that are near, in their order. `blocks` are words and a pitch: columns of

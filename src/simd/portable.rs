@@ -126,9 +126,6 @@ impl Simd for Portable {
     }
 
     #[inline(always)]
-    fn prefetch<T>(self, _: &T) {}
-
-    #[inline(always)]
     fn gather(self, table: &[Vec4], rows: [u32; LANES]) -> [F; 4] {
         let last = table.len() - 1;
         let entries: [[f32; 4]; LANES] =

@@ -13,6 +13,13 @@ use super::{
 /// Largest row whose byte offset fits 32 bits.
 const MAX_ROW: usize = (1 << 28) - 1;
 
+/// See [`super::prefetch`].
+#[inline(always)]
+pub(super) fn prefetch<T>(place: &T) {
+    // SAFETY: every x86-64 processor has the instruction, and it changes no memory.
+    unsafe { _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(place).cast()) }
+}
+
 /// Proof that the machine has AVX2 and FMA: made by `detect` alone.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Avx2(());
@@ -176,12 +183,6 @@ impl Simd for Avx2 {
         words
     }
 
-    #[inline(always)]
-    fn prefetch<T>(self, place: &T) {
-        // SAFETY: every x86-64 processor has the instruction, and it changes no memory.
-        unsafe { _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(place).cast()) }
-    }
-
     /// Eight loads of 16 bytes and a transposition. Option 1: four hardware gathers, 20 cycles of load port for eight
     /// rows; option 2: this, about 10. We use 2. The offsets go through memory, eight reloads on the two load ports:
     /// taken out of the vector they would compete with the transposition for the one shuffle port (a density pass
@@ -275,11 +276,6 @@ impl Simd for Avx512 {
         fn compress_rows(rows: __m256i, mask: u32) -> [u32; LANES];
         fn inside(point: [__m256; 3], cube: Cube) -> u32;
         fn gather(table: &[Vec4], rows: __m256i) -> [__m256; 4];
-    }
-
-    #[inline(always)]
-    fn prefetch<T>(self, place: &T) {
-        self.0.prefetch(place);
     }
 
     #[inline(always)]

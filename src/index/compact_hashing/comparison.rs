@@ -23,7 +23,7 @@ use super::{
 };
 use crate::{
     execution::Execution,
-    simd::{Cube, LANES, Lanes, Simd, Vectorised},
+    simd::{Cube, LANES, Lanes, Simd, Vectorised, prefetch},
 };
 
 /// Blocks that are one task: along the Z-curve 8 × 8 × 8 cells, whose points fit the second-level cache. Four of five who
@@ -109,14 +109,11 @@ impl Comparison<'_> {
     /// Asks for the rows of a block that comes soon, and for the positions of one that comes sooner: both are anywhere in
     /// memory but near those before.
     #[inline(always)]
-    fn prefetch<S: Simd>(&self, simd: S, words: &[u32], words_a_block: usize, k: usize) {
+    fn fetch_ahead(&self, words: &[u32], words_a_block: usize, k: usize) {
         const LINE: usize = 64 / size_of::<u32>();
         let block = |k: usize| words.get(k * words_a_block..(k + 1) * words_a_block);
         if let Some(block) = block(k + BLOCKS_AHEAD) {
-            block
-                .iter()
-                .step_by(LINE)
-                .for_each(|word| simd.prefetch(word));
+            block.iter().step_by(LINE).for_each(prefetch);
         }
         let (Some(block), Some(last)) = (block(k + POINTS_AHEAD), self.points.len().checked_sub(1))
         else {
@@ -124,7 +121,7 @@ impl Comparison<'_> {
         };
         // Three quarters of the entries: few blocks have more points.
         for &row in &block[3 * words_a_block / 4..][..3 * words_a_block / 16] {
-            simd.prefetch(&self.points[last.min(row as usize)]);
+            prefetch(&self.points[last.min(row as usize)]);
         }
     }
 
@@ -185,7 +182,7 @@ impl Comparison<'_> {
         let mut uncertain = present & !stay;
         while uncertain != 0 {
             let lane = uncertain.trailing_zeros() as usize;
-            if self.stays(simd, block, first + lane, moves) {
+            if self.stays(block, first + lane, moves) {
                 stay |= 1 << lane;
             }
             uncertain &= uncertain - 1;
@@ -213,7 +210,7 @@ impl Comparison<'_> {
 
     /// Whether the point of entry `k` stays in its cell; a mover or one that is gone does not.
     #[inline(always)]
-    fn stays<S: Simd>(&self, simd: S, block: &Block, k: usize, moves: &mut Moves) -> bool {
+    fn stays(&self, block: &Block, k: usize, moves: &mut Moves) -> bool {
         let Block { owner, used, .. } = *block;
         let from = if used.collision() {
             let old = [0, 1, 2].map(|axis| f32::from_bits(block.columns[axis][k]));
@@ -236,7 +233,7 @@ impl Comparison<'_> {
             let handle = owner;
             // Needed once all blocks of the chunk are done.
             if let Some(link) = self.links.towards(owner, to.wrapping_sub(used.cell)) {
-                simd.prefetch(link);
+                prefetch(link);
             }
             moves.movers.push(Mover { row, handle, to });
         }
@@ -279,7 +276,7 @@ impl Vectorised for Blocks<'_> {
             ..
         } = self;
         for (k, &owner) in self.owners.iter().enumerate() {
-            comparison.prefetch(simd, words, words_a_block, k);
+            comparison.fetch_ahead(words, words_a_block, k);
             let block = &mut words[k * words_a_block..][..words_a_block];
             comparison.block(simd, owner, block, moves);
         }
