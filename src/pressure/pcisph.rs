@@ -14,6 +14,11 @@
 //! to was never predicted. In still water that was mostly harmless and now and then 20 to 30 % over the rest density.
 //! Here the step goes to the prediction that met η: the limit holds, and the neighbours are processed once less. A scene
 //! that wants Algorithm 2 to the letter says `last_correction: true` ([`Pcisph`]).
+//!
+//! After three iterations pressures were corrected twice; the last correction makes it three times. The corner dam break of
+//! 130 000 particles, 0.5 s at dt = 1 ms, mean error: 0.26 % so, 0.17 % with the last correction for one pressure force more,
+//! 0.13 % when iterations start from half of the last step's pressures (`warm_start: 0.5`), for nothing. Still water
+//! then moves with 0.13 % of sqrt(gH) and not 0.08 (root mean square). The paper starts from none: so does the default.
 
 use bevy_ecs::{prelude::*, schedule::ScheduleConfigs, system::ScheduleSystem};
 use glam::{Vec3, Vec4};
