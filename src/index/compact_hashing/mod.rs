@@ -318,7 +318,7 @@ impl CompactHashing {
 
 impl SpatialIndex for CompactHashing {
     fn update(&mut self, points: &[Vec4], execution: &Execution) -> Result<(), DomainTooLarge> {
-        // To hand over to the threads takes as long as two hundred points; the serial parts go along.
+        // The threads are entered once for all loops: the serial parts between them go along.
         execution.install(|| self.follow(points, execution))
     }
 
