@@ -75,6 +75,11 @@ pub trait SpatialIndex: Send + Sync + 'static {
         self.runs(center, out);
     }
 
+    /// Hints that a search comes to `place` next. Worth it where the points around a place are scattered in memory.
+    fn prefetch_around(&self, place: usize) {
+        let _ = place;
+    }
+
     /// Memory held [bytes].
     fn bytes(&self) -> usize;
 }

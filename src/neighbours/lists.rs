@@ -5,7 +5,7 @@ use std::sync::{
     atomic::{AtomicU16, AtomicU32, Ordering::Relaxed},
 };
 
-use crate::{execution::CHUNK, index::SpatialIndex};
+use crate::{execution::CHUNK, index::SpatialIndex, simd::prefetch};
 
 /// Neighbours of a particle within the fluid at the default support, roughly: what a list is expected to need
 /// before its first search.
@@ -100,6 +100,22 @@ impl NeighbourLists {
     pub fn of(&self, row: usize) -> &[u32] {
         let (start, len) = self.spans.get(row).unwrap_or_default();
         &self.rows[start..start + len]
+    }
+
+    /// Hints that the list of `row` is about to be read: 48 of its entries at most.
+    ///
+    /// Lists lie in the order of the cells, rows in that of the last reordering, and as particles move the one goes ever
+    /// less along with the other: a loop over rows waited for the lists half of its time. Of a dam break's first 0.45 s (PCISPH,
+    /// two threads, 103 ms a step) asking ahead took 28 %.
+    #[inline(always)]
+    pub(crate) fn prefetch(&self, row: usize) {
+        let (start, len) = self.spans.get(row).unwrap_or_default();
+        let last = (start + len).wrapping_sub(1);
+        for line in [0, 16, 32] {
+            if let Some(entry) = self.rows.get((start + line).min(last)) {
+                prefetch(entry);
+            }
+        }
     }
 
     /// Pairs of a row and a neighbour in all lists.

@@ -275,6 +275,9 @@ impl Vectorised for Block<'_> {
         let mut end = 0;
         for place in first..task.places.min(first + task.places_a_block) {
             let mut done = 0;
+            if task.search.same {
+                task.search.among.prefetch_around(place + 1);
+            }
             while let Some((cell, members)) = task.search.of.group(place, done) {
                 done += members.len();
                 scratch.fetch(simd, task.search, (Some(place), cell), members);

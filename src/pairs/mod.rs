@@ -402,6 +402,9 @@ fn over_rows<P: PairSum>(
     });
 }
 
+/// How many rows before its turn a list is asked for; 8 and 32 do as well.
+const AHEAD: usize = 16;
+
 /// One row of a pass: one loop over whole vectors, the last filled up with absent rows, and no case for a rest.
 #[inline(always)]
 fn row<P: PairSum, S: Simd>(
@@ -482,6 +485,7 @@ impl<P: PairSum, L: Slopes, F: Fn(&mut P::Output, P::Output)> Vectorised
                 Some(lists) => lists.of(i),
                 None => &[],
             };
+            self.fluid.prefetch(i + AHEAD);
             let lists = (self.fluid.of(i), boundary);
             (self.put)(out, row(&pass, simd, places, i, lists, &mut slopes));
         }

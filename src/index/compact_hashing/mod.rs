@@ -156,8 +156,19 @@ impl CompactHashing {
         Some((handle, self.cells.get(handle as usize)?))
     }
 
-    /// Appends the entries of spatial cell `cell` among those of a used cell. They are side by side.
-    #[inline(always)]
+    /// The entries of a used cell that are of the same spatial cell as the one at `from`, which are side by side, end here.
+    #[inline]
+    fn end_of_alike(&self, used: &UsedCell, from: u32, cell: IVec3) -> u32 {
+        let alike = |k: &u32| self.pool.cell(&self.grid, used.first, *k) == cell;
+        // Seldom there are more than two spatial cells, and the last entry tells for all between.
+        if alike(&(used.len - 1)) {
+            return used.len;
+        }
+        from + (from..used.len).take_while(alike).count() as u32
+    }
+
+    /// Appends the entries of spatial cell `cell` among those of a used cell.
+    #[inline(never)]
     fn find_in(&self, used: &UsedCell, cell: IVec3, out: &mut Vec<Run>) {
         let mut from = 0;
         let mut end = used.kin;
@@ -167,7 +178,7 @@ impl CompactHashing {
                 return;
             };
             from = start;
-            end = start + (start..used.len).take_while(alike).count() as u32;
+            end = self.end_of_alike(used, start, cell);
         }
         while from < end {
             let run = self.pool.run(used.first, from, end);
@@ -366,10 +377,9 @@ impl SpatialIndex for CompactHashing {
             let run = self.pool.run(used.first, from, used.kin);
             return Some((used.cell, self.pool.entries.rows(run)));
         }
-        let cell = |k: u32| self.pool.cell(&self.grid, used.first, k);
-        let first = cell(from);
-        let alike = (from..used.len).take_while(|&k| cell(k) == first).count() as u32;
-        let run = self.pool.run(used.first, from, from + alike);
+        let first = self.pool.cell(&self.grid, used.first, from);
+        let end = self.end_of_alike(used, from, first);
+        let run = self.pool.run(used.first, from, end);
         Some((first, self.pool.entries.rows(run)))
     }
 
@@ -404,15 +414,31 @@ impl SpatialIndex for CompactHashing {
             return self.runs(center, out);
         }
         let links = self.links.of(place);
-        for (&link, &offset) in links.iter().zip(&self.grid.neighbourhood) {
+        out.reserve(links.len());
+        for (k, &link) in links.iter().enumerate() {
             let Some(used) = self.cells.get(link as usize) else {
                 continue;
             };
-            if used.collision() || used.blocks > 1 {
-                self.find_in(used, center.wrapping_add(offset), out);
-            } else {
+            if used.is_simple() {
                 // Nearly all: one run, of the cell that was asked for.
                 out.push(self.pool.run(used.first, 0, used.len));
+            } else {
+                self.find_in(used, center.wrapping_add(self.grid.neighbourhood[k]), out);
+            }
+        }
+    }
+
+    /// Of the used cells before it most were asked for before. The query of a million points gains a tenth to a fifth, one of
+    /// 13 000, which the caches hold, loses as much.
+    fn prefetch_around(&self, place: usize) {
+        if place >= self.cells.len() || self.links.each() == 0 {
+            return;
+        }
+        for &link in self.links.of(place) {
+            if link as usize >= place
+                && let Some(used) = self.cells.get(link as usize)
+            {
+                self.pool.prefetch(used.first);
             }
         }
     }

@@ -6,6 +6,7 @@ use super::super::{
     Grid,
     entries::{Entries, NOBODY, PADDING, Run},
 };
+use crate::simd;
 
 /// Blocks of k entries, in use and free.
 #[derive(Debug)]
@@ -97,6 +98,17 @@ impl Pool {
         Run {
             start: self.place(first, from) as u32,
             len: end.min((block + 1) * pitch) - from,
+        }
+    }
+
+    /// Hints that the entries of a block are about to be read.
+    #[inline(always)]
+    pub(super) fn prefetch(&self, block: u32) {
+        for column in 0..4 {
+            let word = self.place(block, 0) + column * self.reserved();
+            if let Some(word) = self.entries.words.get(word) {
+                simd::prefetch(word);
+            }
         }
     }
 
