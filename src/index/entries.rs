@@ -12,6 +12,9 @@
 //! To sort the rows themselves in every step instead would make the copy superfluous, but an entity's row costs 400 ns to
 //! move (see `reorder.rs`), thirty times the copy.
 
+use std::ops::{Deref, DerefMut};
+
+use bytemuck::{Pod, Zeroable};
 use glam::Vec4;
 use rayon::prelude::*;
 
@@ -25,7 +28,7 @@ use crate::{
 #[derive(Debug, Default, Clone)]
 pub struct Entries {
     /// Blocks of four columns, positions as the bits of `f32`, or rows alone if `pitch` is 0; then [`PADDING`].
-    pub(super) words: Vec<u32>,
+    pub(super) words: Words,
     /// Length of a column [entries].
     pub(super) pitch: usize,
 }
@@ -35,6 +38,56 @@ pub(super) const PADDING: usize = CANDIDATE_ALIGNMENT;
 
 /// Rows of entries without a point.
 pub(super) const NOBODY: u32 = u32::MAX;
+
+/// A cache line.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C, align(64))]
+struct Line([u32; WORDS_A_LINE]);
+
+const WORDS_A_LINE: usize = 16;
+
+/// Words that begin with a cache line, so that a vector of a block's column, which is one of 16 words where a cell has eight
+/// points, is one line and not two.
+#[derive(Debug, Default, Clone)]
+pub(super) struct Words {
+    lines: Vec<Line>,
+    len: usize,
+}
+
+impl Words {
+    /// Makes them so many; new ones are [`NOBODY`].
+    pub(super) fn resize(&mut self, len: usize) {
+        let lines = len.div_ceil(WORDS_A_LINE);
+        self.lines.resize(lines, Line([NOBODY; WORDS_A_LINE]));
+        let before = std::mem::replace(&mut self.len, len);
+        if before < len {
+            // The rest of a line that was the last.
+            let end = len.min(before.next_multiple_of(WORDS_A_LINE));
+            self[before..end].fill(NOBODY);
+        }
+    }
+
+    /// Memory held [bytes].
+    fn bytes(&self) -> usize {
+        self.lines.capacity() * size_of::<Line>()
+    }
+}
+
+impl Deref for Words {
+    type Target = [u32];
+
+    #[inline(always)]
+    fn deref(&self) -> &[u32] {
+        &bytemuck::cast_slice(&self.lines)[..self.len]
+    }
+}
+
+impl DerefMut for Words {
+    #[inline(always)]
+    fn deref_mut(&mut self) -> &mut [u32] {
+        &mut bytemuck::cast_slice_mut(&mut self.lines)[..self.len]
+    }
+}
 
 impl Entries {
     /// The rows of a run.
@@ -59,7 +112,7 @@ impl Entries {
     /// One block of `len` entries with positions.
     pub(super) fn resize(&mut self, len: usize) {
         self.pitch = len;
-        self.words.resize(4 * len + PADDING, NOBODY);
+        self.words.resize(4 * len + PADDING);
     }
 
     /// The rows of a single block.
@@ -96,6 +149,6 @@ impl Entries {
 
     /// Memory held [bytes].
     pub(super) fn bytes(&self) -> usize {
-        self.words.capacity() * size_of::<u32>()
+        self.words.bytes()
     }
 }

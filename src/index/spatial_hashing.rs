@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use super::{
     DomainTooLarge, Grid, SpatialIndex,
     by_row::ByRow,
-    entries::{Entries, NOBODY, PADDING, Run},
+    entries::{Entries, PADDING, Run},
     hash::{CellHash, MIN_TABLE},
 };
 use crate::execution::Execution;
@@ -78,21 +78,23 @@ impl SpatialHashing {
         lengths.clear();
         lengths.resize(hash.size, 0);
         overflow.clear();
-        entries.words.resize(table + PADDING, NOBODY);
+        entries.words.resize(table);
+        let words = &mut *entries.words;
         for (row, &cell) in by_row.cells.iter().enumerate() {
             let place = hash.of(cell);
             let length = &mut lengths[place as usize];
             if (*length as usize) < *reserved {
-                entries.words[place as usize * *reserved + *length as usize] = row as u32;
+                words[place as usize * *reserved + *length as usize] = row as u32;
             } else {
                 overflow.push((place, row as u32));
             }
             *length += 1;
         }
         overflow.sort_unstable();
-        entries.words.truncate(table);
-        entries.words.extend(overflow.iter().map(|entry| entry.1));
-        entries.words.resize(entries.words.len() + PADDING, NOBODY);
+        entries.words.resize(table + overflow.len() + PADDING);
+        for (word, &(_, row)) in entries.words[table..].iter_mut().zip(&*overflow) {
+            *word = row;
+        }
     }
 }
 

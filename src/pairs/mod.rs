@@ -485,7 +485,9 @@ impl<P: PairSum, L: Slopes, F: Fn(&mut P::Output, P::Output)> Vectorised
                 Some(lists) => lists.of(i),
                 None => &[],
             };
-            self.fluid.prefetch(i + AHEAD);
+            if P::FLUID {
+                self.fluid.prefetch(i + AHEAD);
+            }
             let lists = (self.fluid.of(i), boundary);
             (self.put)(out, row(&pass, simd, places, i, lists, &mut slopes));
         }

@@ -4,7 +4,7 @@ use glam::{IVec3, Vec4};
 
 use super::super::{
     Grid,
-    entries::{Entries, NOBODY, PADDING, Run},
+    entries::{Entries, NOBODY, PADDING, Run, Words},
 };
 use crate::simd;
 
@@ -25,10 +25,10 @@ impl Pool {
     /// An empty pool with blocks of at least `reserved` entries: the paper's k.
     pub(super) fn new(reserved: usize) -> Self {
         let mut entries = Entries {
-            words: Vec::new(),
+            words: Words::default(),
             pitch: reserved.next_multiple_of(QUARTER),
         };
-        entries.words.resize(PADDING, NOBODY);
+        entries.words.resize(PADDING);
         Self {
             entries,
             owners: Vec::new(),
@@ -43,8 +43,8 @@ impl Pool {
 
     /// Gives all back.
     pub(super) fn clear(&mut self) {
-        self.entries.words.truncate(0);
-        self.entries.words.resize(PADDING, NOBODY);
+        self.entries.words.resize(0);
+        self.entries.words.resize(PADDING);
         self.owners.clear();
         self.free.iter_mut().for_each(Vec::clear);
     }
@@ -56,7 +56,7 @@ impl Pool {
         let first = free.unwrap_or_else(|| {
             let first = self.owners.len();
             let len = (first + blocks as usize) * 4 * self.reserved() + PADDING;
-            self.entries.words.resize(len, NOBODY);
+            self.entries.words.resize(len);
             self.owners.resize(first + blocks as usize, NOBODY);
             first as u32
         });
