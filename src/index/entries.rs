@@ -58,6 +58,11 @@ impl Words {
     /// Makes them so many; new ones are [`NOBODY`].
     pub(super) fn resize(&mut self, len: usize) {
         let lines = len.div_ceil(WORDS_A_LINE);
+        if self.lines.capacity() < lines {
+            // An eighth ahead, not twice as much.
+            self.lines
+                .reserve_exact(lines + lines / 8 - self.lines.len());
+        }
         self.lines.resize(lines, Line([NOBODY; WORDS_A_LINE]));
         let before = std::mem::replace(&mut self.len, len);
         if before < len {
