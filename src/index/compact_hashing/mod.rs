@@ -18,12 +18,15 @@
 //!
 //! A used cell links to the used cells around it, so that a query computes no hash (see `links.rs`); who comes or goes
 //! tells the 26 around. Two used cells of a hundred hold several spatial cells, and to tell their points apart by position
-//! for each of 27 queries took a seventh of all: the points of one of the cells come first and are counted.
+//! for each of 27 queries took a seventh of all: the points of one of the cells come first and are counted, and those of
+//! another, which are mostly the rest, are told by the last. Blocks begin with a cache line, and those around the next cell
+//! are asked for ahead: with two threads the query of 131 072 points took a tenth less, of a million a seventh.
 //!
 //! Tried and dropped: look-ups remembered by each thread for the cells nearby (a quarter of the query, where links take
 //! a tenth; for cells of h/2, which have no links, 9.7 µs a point for 8.6 without), links that are looked up and set by the
 //! query that needs them (a quarter), a bit for every place of the table that is in use (no difference), unknown cells
-//! looked up together, so that their loads overlap (slower), blocks fetched ahead by prefetching (no difference).
+//! looked up together, so that their loads overlap (slower), what is around every cell near walls kept with the walls (12 % of
+//! their search, 3 % of the whole, for 50 bytes a wall particle).
 
 mod comparison;
 mod links;
