@@ -21,7 +21,7 @@ use rayon::prelude::*;
 pub use crate::simd::Run;
 use crate::{
     execution::{CHUNK, Execution},
-    simd::CANDIDATE_ALIGNMENT,
+    simd::{CANDIDATE_ALIGNMENT, prefetch},
 };
 
 /// Rows in the order of their cells.
@@ -45,6 +45,12 @@ pub(super) const NOBODY: u32 = u32::MAX;
 struct Line([u32; WORDS_A_LINE]);
 
 const WORDS_A_LINE: usize = 16;
+
+/// Hints that a block of [`Words`] is about to be read.
+#[inline(always)]
+pub(super) fn prefetch_block(block: &[u32]) {
+    block.iter().step_by(WORDS_A_LINE).for_each(prefetch);
+}
 
 /// Words that begin with a cache line, so that a vector of a block's column, which is one of 16 words where a cell has eight
 /// points, is one line and not two.

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use super::{
     super::{
         Grid,
-        entries::{NOBODY, PADDING},
+        entries::{NOBODY, PADDING, prefetch_block},
         hash::CellHash,
     },
     CompactHashing, UsedCell,
@@ -110,10 +110,9 @@ impl Comparison<'_> {
     /// memory but near those before.
     #[inline(always)]
     fn fetch_ahead(&self, words: &[u32], words_a_block: usize, k: usize) {
-        const LINE: usize = 64 / size_of::<u32>();
         let block = |k: usize| words.get(k * words_a_block..(k + 1) * words_a_block);
         if let Some(block) = block(k + BLOCKS_AHEAD) {
-            block.iter().step_by(LINE).for_each(prefetch);
+            prefetch_block(block);
         }
         let (Some(block), Some(last)) = (block(k + POINTS_AHEAD), self.points.len().checked_sub(1))
         else {

@@ -432,7 +432,7 @@ impl SpatialIndex for CompactHashing {
     }
 
     /// Of the used cells before it most were asked for before. The query of a million points gains a tenth to a fifth, one of
-    /// 13 000, which the caches hold, loses as much.
+    /// 13 000, which the caches hold, loses up to a tenth.
     fn prefetch_around(&self, place: usize) {
         if place >= self.cells.len() || self.links.each() == 0 {
             return;

@@ -4,9 +4,8 @@ use glam::{IVec3, Vec4};
 
 use super::super::{
     Grid,
-    entries::{Entries, NOBODY, PADDING, Run, Words},
+    entries::{Entries, NOBODY, PADDING, Run, Words, prefetch_block},
 };
-use crate::simd;
 
 /// Blocks of k entries, in use and free.
 #[derive(Debug)]
@@ -104,12 +103,9 @@ impl Pool {
     /// Hints that the entries of a block are about to be read.
     #[inline(always)]
     pub(super) fn prefetch(&self, block: u32) {
-        for column in 0..4 {
-            let word = self.place(block, 0) + column * self.reserved();
-            if let Some(word) = self.entries.words.get(word) {
-                simd::prefetch(word);
-            }
-        }
+        let start = self.place(block, 0);
+        let words = self.entries.words.get(start..start + 4 * self.reserved());
+        words.into_iter().for_each(prefetch_block);
     }
 
     /// The row of an entry.
