@@ -27,6 +27,12 @@ pub struct Density(pub f32);
 #[repr(transparent)]
 pub struct Pressure(pub f32);
 
+/// Mean pressure of a fluid particle over the steps before [Pa], in scenes whose pressure solve starts from it (see
+/// [`warm_start`](crate::pressure::warm_start)).
+#[derive(Component, Debug, Clone, Copy, Default, PartialEq, TransparentWrapper, Pod, Zeroable)]
+#[repr(transparent)]
+pub struct MeanPressure(pub f32);
+
 /// Marks a fluid particle. Spawning `(Fluid, Position(x))` is enough: the rest is required and starts at zero.
 #[derive(Component, Debug, Clone, Copy, Default)]
 #[require(Position, Velocity, Density, Pressure)]

@@ -139,7 +139,12 @@ fn now_slower(simulation: &mut Simulation) -> bool {
 #[test]
 fn steps_taken_back_and_taken_again_give_the_same_bits() {
     let structures = [IndexStructure::CompactHashing, IndexStructure::ZIndexSort];
-    for pressure in methods() {
+    let from_means = PressureMethod::Dfsph(Dfsph {
+        warm_start: 1.0,
+        warm_start_steps: 3,
+        ..Dfsph::default()
+    });
+    for pressure in methods().into_iter().chain([from_means]) {
         for structure in structures {
             let mut scene = Scene {
                 pressure,

@@ -242,6 +242,11 @@ fn a_wrong_override_is_refused_in_its_own_words() {
         ("pressure=Pcisph(max_density_error: 2)", &["above 0 and below 1"]),
         ("pressure=Iisph(relaxation: 0.6)", &["with momentum", "at most 0.54", "0.4 is usual"]),
         ("pressure=Dfsph(relaxation: 1.5, momentum: false)", &["without momentum", "at most 1"]),
+        ("pressure=Iisph(warm_start_steps: 0)", &["mean over 0 steps", "at least 1"]),
+        (
+            "pressure=Pcisph(warm_start_steps: 9)",
+            &["9 steps", "warm_start above 0", "warm_start_steps to 1"],
+        ),
         ("bodies.0.shape.min.x=-1", &["sticks out of the tank"]),
         ("reorder_interval=-1", &["whole number"]),
     ];

@@ -11,9 +11,9 @@
 //! not pull: with every correction bounded by itself, an overshoot stays. So the iteration is relaxed, and has momentum: the
 //! ω = 1 of the paper lets the shortest waves grow (see [`implicit`]). The divergence solve starts from zero: what a step
 //! has to remove has little to do with what the last one removed.
-//! Particles keep the pressures of both solves together, and the second starts from a share of the last step's. A dam break
-//! gains no energy by that, whatever the share, since too little density is judged too (see
-//! [`solve`](super::solve)).
+//! Particles keep the pressures of both solves together, and the second starts from a share of those before (see
+//! [`warm_start`](super::warm_start)). A dam break gains no energy by that, whatever the share, since too little density is
+//! judged too (see [`solve`](super::solve)).
 
 use bevy_ecs::{
     prelude::*,
@@ -113,6 +113,7 @@ pub fn install(world: &mut World, parameters: Dfsph) {
         max_iterations: parameters.max_divergence_iterations.saturating_add(1),
         not_converged: parameters.not_converged,
         warm_start: 0.0,
+        warm_start_steps: 1,
     }));
 }
 

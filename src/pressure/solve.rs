@@ -2,12 +2,11 @@
 //! a time step that is halved, if it may be, where they do not get there.
 
 use bevy_ecs::{prelude::*, schedule::ScheduleLabel};
-use glam::Vec3;
 use rayon::prelude::*;
 
-use super::{PressureSolve, fluid_share::FluidShares, implicit::Jacobi};
+use super::{PressureSolve, warm_start};
 use crate::{
-    column::{Accelerations, Densities, Positions, PressureAccelerations, Pressures, Velocities},
+    column::{Accelerations, PressureAccelerations, Velocities},
     execution::Execution,
     material::Material,
     scene::{Criterion, Dfsph, Iisph, NotConverged, Pcisph, PressureMethod},
@@ -39,8 +38,10 @@ pub struct Convergence {
     pub max_iterations: u32,
     /// What happens when `max_iterations` do not reach η.
     pub not_converged: NotConverged,
-    /// Share of the last step's pressures that the first iteration starts from [-].
+    /// Share of the pressures before that the first iteration starts from [-].
     pub warm_start: f32,
+    /// Steps whose mean these are.
+    pub warm_start_steps: u32,
 }
 
 impl Convergence {
@@ -55,6 +56,7 @@ impl Convergence {
                     max_iterations,
                     not_converged,
                     warm_start,
+                    warm_start_steps,
                     ..
                 } = *$parameters;
                 Some(Self {
@@ -64,6 +66,7 @@ impl Convergence {
                     max_iterations,
                     not_converged,
                     warm_start,
+                    warm_start_steps,
                 })
             }};
         }
@@ -101,7 +104,7 @@ pub(super) fn has_pressure(solve: Res<PressureSolve>) -> bool {
 /// goes back (`Adaptive`) the iterations give up as early, and the step is taken back.
 pub fn solve_pressure(world: &mut World) {
     let convergence = *world.resource::<Convergence>();
-    let mut warm_start = convergence.warm_start;
+    let mut share = convergence.warm_start;
     loop {
         let shorter = world
             .get_resource::<TimeStepControl>()
@@ -115,7 +118,7 @@ pub fn solve_pressure(world: &mut World) {
         } else {
             convergence.max_iterations
         };
-        start(world, warm_start);
+        warm_start::start(world, share);
         let end = iterate(world, PressureIteration, &convergence, patience);
         // There only if the scene asks for it.
         let _ = world.try_run_schedule(LastCorrection);
@@ -124,7 +127,7 @@ pub fn solve_pressure(world: &mut World) {
         {
             world.resource_mut::<Clock>().dt = dt;
             // The last step's pressures are gone, and led nowhere.
-            warm_start = 0.0;
+            share = 0.0;
             continue;
         }
         if end != End::Converged && convergence.not_converged == NotConverged::Stop {
@@ -208,37 +211,4 @@ fn moves_too_far(world: &World) -> bool {
             .zip(&velocities.0)
             .any(|((a, a_p), v)| (v.truncate() + dt * (*a + *a_p)).length_squared() > limit)
     })
-}
-
-/// Pressures start at a share of the last step's, their forces at zero until they are known.
-fn start(world: &mut World, share: f32) {
-    world.resource_scope(|world, mut positions: Mut<Positions>| {
-        let rows = positions.rows();
-        let (densities, pressures) = (world.resource::<Densities>(), world.resource::<Pressures>());
-        let shares = world.get_resource::<FluidShares>();
-        let execution = world.resource::<Execution>();
-        execution.for_each_chunk(&mut positions.0[..rows], |first, positions| {
-            let columns = pressures.0[first..].iter().zip(&densities.0[first..]);
-            let rows = (first..).zip(positions.iter_mut().zip(columns));
-            for (row, (position, (pressure, rho))) in rows {
-                let fluid_share = shares.map_or(1.0, |shares| shares.0[row]);
-                position.w = share * pressure / (fluid_share * rho * rho);
-            }
-        });
-    });
-    let mut pressures = world.resource_mut::<Pressures>();
-    pressures
-        .0
-        .iter_mut()
-        .for_each(|pressure| *pressure *= share);
-    let rows = pressures.0.len();
-    let mut forces = world.resource_mut::<PressureAccelerations>();
-    forces.0.clear();
-    forces.0.resize(rows, Vec3::ZERO);
-    let overshoots = world
-        .get_resource::<Jacobi>()
-        .is_some_and(Jacobi::overshoots);
-    let mut solve = world.resource_mut::<PressureSolve>();
-    (solve.iterations, solve.has_pressure) = (0, share > 0.0);
-    solve.both_ways = share > 0.0 || overshoots;
 }

@@ -55,8 +55,11 @@ pub struct Pcisph {
     pub max_iterations: u32,
     /// What happens when `max_iterations` do not reach η.
     pub not_converged: NotConverged,
-    /// Share of the last step's pressures that the iterations start from [-].
+    /// Share of the pressures before that the iterations start from [-].
     pub warm_start: f32,
+    /// Steps whose pressures these are the mean of: 1, the last step's; n, each step counts 1/n, and what was before it
+    /// the rest (see [`warm_start`](crate::pressure::warm_start)).
+    pub warm_start_steps: u32,
     /// Whether pressures are corrected once more after the prediction that met η, and the step is taken with their force:
     /// the paper's Algorithm 2 to the letter. Without it the step goes to the prediction itself, and η holds for it.
     pub last_correction: bool,
@@ -77,8 +80,10 @@ pub struct Iisph {
     pub max_iterations: u32,
     /// What happens when `max_iterations` do not reach η.
     pub not_converged: NotConverged,
-    /// Share of the last step's pressures that the iterations start from [-].
+    /// Share of the pressures before that the iterations start from [-].
     pub warm_start: f32,
+    /// Steps whose pressures these are the mean of.
+    pub warm_start_steps: u32,
     /// Relaxation ω of the Jacobi iteration [-]; with momentum a lattice of the default support is stable up to 0.54.
     pub relaxation: f32,
     /// Whether corrections have momentum: fewer iterations, most of all in deep water (see
@@ -102,10 +107,12 @@ pub struct Dfsph {
     pub max_iterations: u32,
     /// What happens when `max_iterations` do not reach η.
     pub not_converged: NotConverged,
-    /// Share of the last step's pressures that the iterations start from [-]. Still water moves with 1 % of sqrt(g H) at
+    /// Share of the pressures before that the iterations start from [-]. Still water moves with 1 % of sqrt(g H) at
     /// 0.9, with 0.05 % at 0.7 and below; a dam break takes 3988 iterations at 0.6 and 3673 at 0.7; at the end of the elliptic
     /// drop its axis is 0.98 % off at ½, 0.99 at 0.6, 1.01 at 0.7.
     pub warm_start: f32,
+    /// Steps whose pressures these are the mean of.
+    pub warm_start_steps: u32,
     /// Relaxation ω of the Jacobi iterations of both solves [-].
     pub relaxation: f32,
     /// Whether their corrections have momentum.
@@ -154,6 +161,7 @@ impl Default for Pcisph {
             max_iterations: 1000,
             not_converged: NotConverged::Stop,
             warm_start: 0.0,
+            warm_start_steps: 1,
             last_correction: false,
         }
     }
@@ -168,6 +176,7 @@ impl Default for Iisph {
             max_iterations: 1000,
             not_converged: NotConverged::Stop,
             warm_start: 0.5,
+            warm_start_steps: 1,
             relaxation: 0.4,
             momentum: true,
         }
@@ -183,6 +192,7 @@ impl Default for Dfsph {
             max_iterations: 1000,
             not_converged: NotConverged::Stop,
             warm_start: 0.6,
+            warm_start_steps: 1,
             relaxation: 0.4,
             momentum: true,
             max_divergence_error: 1e-3,

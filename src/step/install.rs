@@ -28,7 +28,7 @@ use crate::{
     particle::{self, Boundary, BoundaryNormal, BoundaryVolume, Density, Position, Velocity},
     pressure::{
         PressureSolve, dfsph, fluid_share::FluidShares, iisph, pcisph, solve::Convergence,
-        state_equation::EquationOfState,
+        state_equation::EquationOfState, warm_start,
     },
     reorder::ReorderState,
     scene::{
@@ -118,6 +118,10 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
     if !world.contains_resource::<Execution>() {
         world.insert_resource(Execution::new(0)?);
     }
+    if let Some(convergence) = Convergence::of(&scene.pressure) {
+        world.insert_resource(convergence);
+        warm_start::install(world, convergence.warm_start_steps);
+    }
     let material = Material::new(scene);
     let particles = spawn_fluid(world, scene, &material)?;
     insert_step_resources(world, scene, &material);
@@ -128,9 +132,6 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
         PressureMethod::Pcisph(parameters) => pcisph::install(world, &parameters, &material),
         PressureMethod::Iisph(parameters) => iisph::install(world, parameters),
         PressureMethod::Dfsph(parameters) => dfsph::install(world, parameters),
-    }
-    if let Some(convergence) = Convergence::of(&scene.pressure) {
-        world.insert_resource(convergence);
     }
     add_schedules(world, scene, &order, particles)
 }

@@ -12,6 +12,7 @@ use crate::{
     execution::Execution,
     index,
     material::Material,
+    pressure::warm_start,
     scene::{IndexStructure, Neighbours, PressureMethod, Scene, TimeStep, shapes},
     time_step::{self, adaptive, roll_back::KEPT_BYTES},
 };
@@ -112,6 +113,10 @@ fn bytes_per_particle(scene: &Scene, neighbours: f32) -> Vec<(String, f64)> {
     }
     if let TimeStep::Adaptive(_) = scene.time_step {
         bytes.push(("state to go back to".to_owned(), KEPT_BYTES as f64));
+    }
+    if warm_start::starts_from_means(scene) {
+        // A column with its change ticks, packed once.
+        bytes.push(("mean pressures".to_owned(), 4.0 + 8.0 + 4.0));
     }
     match scene.pressure {
         PressureMethod::Sesph(_) => {}

@@ -5,7 +5,9 @@ use bevy_ecs::{prelude::*, schedule::ScheduleConfigs, system::ScheduleSystem};
 use super::{clock, order::OrderError, phase::Phase};
 use crate::{
     boundary::{contact, direct_forcing},
-    column, density, force, index, integrate, neighbours, pressure, reorder,
+    column, density, force, index, integrate, neighbours,
+    pressure::{self, warm_start},
+    reorder,
     scene::{Neighbours, PressureMethod, Scene, SurfaceTension, TimeStep, Viscosity},
     time_step::{self, adaptive, roll_back},
 };
@@ -57,7 +59,15 @@ impl Stage {
             makes: &[Index],
             spoils_all: false,
             wanted: |_| true,
-            systems: |_| (column::gather_columns, index::update_index).chain(),
+            systems: |scene| {
+                let gather = column::gather_columns.into_configs();
+                let gather = if warm_start::starts_from_means(scene) {
+                    (gather, warm_start::gather_mean_pressures).chain()
+                } else {
+                    gather
+                };
+                (gather, index::update_index).chain()
+            },
         },
         Self {
             name: "find_neighbours",
@@ -165,15 +175,21 @@ impl Stage {
                     )
                         .chain(),
                 };
-                if scene.boundaries.is_empty() {
-                    return method;
+                let method = if scene.boundaries.is_empty() {
+                    method
+                } else {
+                    (
+                        pressure::fluid_share::find_fluid_shares,
+                        method,
+                        pressure::fluid_share::weigh_pressures,
+                    )
+                        .chain()
+                };
+                if warm_start::starts_from_means(scene) {
+                    (method, warm_start::average_pressures).chain()
+                } else {
+                    method
                 }
-                (
-                    pressure::fluid_share::find_fluid_shares,
-                    method,
-                    pressure::fluid_share::weigh_pressures,
-                )
-                    .chain()
             },
         },
         Self {
@@ -185,7 +201,13 @@ impl Stage {
             wanted: |_| true,
             systems: |scene| {
                 let guard = integrate::guard.into_configs();
-                let accept = (column::scatter_columns, clock::advance_clock).chain();
+                let scatter = column::scatter_columns.into_configs();
+                let scatter = if warm_start::starts_from_means(scene) {
+                    (scatter, warm_start::scatter_mean_pressures).chain()
+                } else {
+                    scatter
+                };
+                let accept = (scatter, clock::advance_clock).chain();
                 let (guard, accept) = match scene.time_step {
                     TimeStep::Fixed(_) => (guard, accept),
                     TimeStep::Cfl(_) => (guard, (accept, time_step::choose_time_step).chain()),

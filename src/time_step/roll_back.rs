@@ -19,7 +19,8 @@ use crate::{
     index::FluidIndex,
     integrate::Motion,
     material::Material,
-    particle::{Density, Fluid, Position, Pressure, Velocity},
+    particle::{Density, Fluid, MeanPressure, Position, Pressure, Velocity},
+    pressure::warm_start::MeanPressures,
     reorder::{self, ReorderState},
     step::{Clock, Failure},
 };
@@ -38,6 +39,8 @@ pub struct KeptState {
     velocities: Vec<Velocity>,
     densities: Vec<Density>,
     pressures: Vec<Pressure>,
+    /// Where the scene's pressure solve starts from means.
+    means: Vec<MeanPressure>,
 }
 
 /// Bytes a fluid particle of the state that is kept.
@@ -53,6 +56,7 @@ type Columns = (
     &'static Velocity,
     &'static Density,
     &'static Pressure,
+    Option<&'static MeanPressure>,
 );
 
 /// Keeps what the tables hold before they take a new state (phase `Integrate`, when the step is good).
@@ -61,6 +65,7 @@ pub fn keep_state(
     fluid: Query<Columns, With<Fluid>>,
     adaptive: Res<AdaptiveTimeStep>,
     reorder: Option<Res<ReorderState>>,
+    means: Option<Res<MeanPressures>>,
     clock: Res<Clock>,
 ) {
     let kept = &mut *kept;
@@ -73,13 +78,20 @@ pub fn keep_state(
     kept.velocities.clear();
     kept.densities.clear();
     kept.pressures.clear();
+    kept.means.clear();
     let tables = fluid.contiguous_iter().into_iter().flatten();
-    for (entities, x, v, rho, p) in in_order(tables, |table| table.0) {
+    for (entities, x, v, rho, p, mean) in in_order(tables, |table| table.0) {
         kept.entities.extend_from_slice(entities);
         kept.positions.extend_from_slice(x);
         kept.velocities.extend_from_slice(v);
         kept.densities.extend_from_slice(rho);
         kept.pressures.extend_from_slice(p);
+        if means.is_some() {
+            match mean {
+                Some(mean) => kept.means.extend_from_slice(mean),
+                None => kept.means.extend(p.iter().map(|p| MeanPressure(p.0))),
+            }
+        }
     }
 }
 
@@ -136,11 +148,20 @@ fn restore(world: &mut World, kept: &KeptState) -> bool {
         }
         world.resource_mut::<FluidIndex>().reordered = true;
     }
-    let mut fluid = world.query::<(&mut Position, &mut Velocity, &mut Density, &mut Pressure)>();
+    let mut fluid = world.query::<(
+        &mut Position,
+        &mut Velocity,
+        &mut Density,
+        &mut Pressure,
+        Option<&mut MeanPressure>,
+    )>();
     for (row, &entity) in kept.entities.iter().enumerate() {
-        if let Ok((mut x, mut v, mut rho, mut p)) = fluid.get_mut(world, entity) {
+        if let Ok((mut x, mut v, mut rho, mut p, mean)) = fluid.get_mut(world, entity) {
             (*x, *v) = (kept.positions[row], kept.velocities[row]);
             (*rho, *p) = (kept.densities[row], kept.pressures[row]);
+            if let (Some(mut mean), Some(kept)) = (mean, kept.means.get(row)) {
+                *mean = *kept;
+            }
         }
     }
     true

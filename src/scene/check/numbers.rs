@@ -115,9 +115,23 @@ fn pressure(method: &PressureMethod) -> Checked {
         let share = convergence.warm_start;
         ensure((0.0..=1.0).contains(&share), "pressure.warm_start", || {
             format!(
-                "the iterations start from {share} of the last step's pressures; it must be from 0 (none) to 1 (all)"
+                "the iterations start from {share} of the pressures before; it must be from 0 (none) to 1 (all)"
             )
         })?;
+        let steps = convergence.warm_start_steps;
+        ensure(steps > 0, "pressure.warm_start_steps", || {
+            "is a mean over 0 steps; it must be at least 1 (the last step alone)".to_owned()
+        })?;
+        ensure(
+            steps == 1 || share > 0.0,
+            "pressure.warm_start_steps",
+            || {
+                format!(
+                    "the pressures of {steps} steps are averaged, and iterations start from none of them; \
+                     set pressure.warm_start above 0, or pressure.warm_start_steps to 1"
+                )
+            },
+        )?;
     }
     if let PressureMethod::Iisph(Iisph {
         relaxation,
