@@ -126,7 +126,7 @@ pub fn solve_pressure(world: &mut World) {
             && (end == End::Stalled || moves_too_far(world))
         {
             world.resource_mut::<Clock>().dt = dt;
-            // The last step's pressures are gone, and led nowhere.
+            // What it started from led nowhere.
             share = 0.0;
             continue;
         }

@@ -46,11 +46,17 @@ pub fn starts_from_means(scene: &Scene) -> bool {
     Convergence::of(&scene.pressure).is_some_and(|convergence| convergence.warm_start_steps > 1)
 }
 
+/// Gives fluid that is spawned from now on a mean, if the steps of the scene start from means.
+pub fn require_means(world: &mut World, scene: &Scene) {
+    if starts_from_means(scene) {
+        // Fails where a host has fluid already: of such particles the last pressures count.
+        let _ = world.try_register_required_components::<Fluid, MeanPressure>();
+    }
+}
+
 /// Inserts what means over `steps` need; one step needs none.
 pub fn install(world: &mut World, steps: u32) {
     if steps > 1 {
-        // Fails where a host has fluid already: of such particles the last pressures count.
-        let _ = world.try_register_required_components::<Fluid, MeanPressure>();
         world.insert_resource(MeanPressures {
             weight: 1.0 / steps as f32,
             means: Vec::new(),

@@ -118,10 +118,7 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
     if !world.contains_resource::<Execution>() {
         world.insert_resource(Execution::new(0)?);
     }
-    if let Some(convergence) = Convergence::of(&scene.pressure) {
-        world.insert_resource(convergence);
-        warm_start::install(world, convergence.warm_start_steps);
-    }
+    warm_start::require_means(world, scene);
     let material = Material::new(scene);
     let particles = spawn_fluid(world, scene, &material)?;
     insert_step_resources(world, scene, &material);
@@ -132,6 +129,10 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
         PressureMethod::Pcisph(parameters) => pcisph::install(world, &parameters, &material),
         PressureMethod::Iisph(parameters) => iisph::install(world, parameters),
         PressureMethod::Dfsph(parameters) => dfsph::install(world, parameters),
+    }
+    if let Some(convergence) = Convergence::of(&scene.pressure) {
+        world.insert_resource(convergence);
+        warm_start::install(world, convergence.warm_start_steps);
     }
     add_schedules(world, scene, &order, particles)
 }

@@ -115,8 +115,13 @@ fn bytes_per_particle(scene: &Scene, neighbours: f32) -> Vec<(String, f64)> {
         bytes.push(("state to go back to".to_owned(), KEPT_BYTES as f64));
     }
     if warm_start::starts_from_means(scene) {
-        // A column with its change ticks, packed once.
-        bytes.push(("mean pressures".to_owned(), 4.0 + 8.0 + 4.0));
+        // A column with its change ticks, packed once; and once more to go back to.
+        let kept = if let TimeStep::Adaptive(_) = scene.time_step {
+            4.0
+        } else {
+            0.0
+        };
+        bytes.push(("mean pressures".to_owned(), 4.0 + 8.0 + 4.0 + kept));
     }
     match scene.pressure {
         PressureMethod::Sesph(_) => {}
