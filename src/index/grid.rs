@@ -49,16 +49,17 @@ impl Grid {
     }
 
     /// The points that are certainly in `cell`, by a test in `f32`: all but those so near its border that rounding might
-    /// decide. Far from the origin that is none.
+    /// decide. Two million cells from the origin there are none.
     #[inline(always)]
     pub(super) fn interior(&self, cell: IVec3) -> Cube {
-        // Half the error of the last place is that of the centre; twice as much and more is kept away from.
-        let border = f64::from(f32::EPSILON) * (cell.as_dvec3().abs().max_element() + 2.0);
+        // Four roundings of half a last place each, of the edge, the product, the centre and the distance from it; as much
+        // is kept in reserve for the cell itself.
+        let center = cell.as_vec3() + 0.5;
+        let border = 2.0 * f32::EPSILON * (center.abs().max_element() + 2.0);
+        let size = self.cell_size as f32;
         Cube {
-            center: ((cell.as_dvec3() + 0.5) * self.cell_size)
-                .as_vec3()
-                .to_array(),
-            half: ((0.5 - border) * self.cell_size) as f32,
+            center: (center * size).to_array(),
+            half: (0.5 - border) * size,
         }
     }
 

@@ -52,6 +52,11 @@ impl Simd for Portable {
     }
 
     #[inline(always)]
+    fn bits(self, a: F) -> [u32; LANES] {
+        a.map(f32::to_bits)
+    }
+
+    #[inline(always)]
     fn add(self, a: F, b: F) -> F {
         from_fn(|k| a[k] + b[k])
     }
@@ -123,6 +128,15 @@ impl Simd for Portable {
     #[inline(always)]
     fn compress_rows(self, rows: [u32; LANES], mask: u32) -> [u32; LANES] {
         compress(rows, mask)
+    }
+
+    #[inline(always)]
+    fn insert(self, block: &mut [u32], place: usize, entry: [u32; 4]) {
+        let pitch = block.len() / 4;
+        for (column, word) in block.chunks_exact_mut(pitch).zip(entry) {
+            column.copy_within(place..pitch - 1, place + 1);
+            column[place] = word;
+        }
     }
 
     #[inline(always)]

@@ -11,6 +11,37 @@ fn numbers(seed: u64) -> impl FnMut() -> f32 {
     }
 }
 
+struct Insert(Vec<u32>, usize);
+
+impl Vectorised for Insert {
+    type Output = Vec<u32>;
+
+    #[inline(always)]
+    fn run<S: Simd>(mut self, simd: S) -> Vec<u32> {
+        simd.insert(&mut self.0, self.1, [1000, 1001, 1002, 1003]);
+        self.0
+    }
+}
+
+#[test]
+fn every_instruction_set_inserts_an_entry_into_each_column() {
+    for pitch in [4, 8, 12, 16] {
+        let block: Vec<u32> = (0..4 * pitch as u32).collect();
+        for place in 0..pitch {
+            let mut expected: Vec<u32> = Vec::new();
+            for (column, words) in block.chunks(pitch).enumerate() {
+                let mut words = words.to_vec();
+                words.insert(place, 1000 + column as u32);
+                expected.extend(&words[..pitch]);
+            }
+            for set in InstructionSet::available() {
+                let inserted = set.dispatch(Insert(block.clone(), place));
+                assert_eq!(inserted, expected, "{set:?} at {place} of {pitch}");
+            }
+        }
+    }
+}
+
 struct Collect<'a>(&'a Candidates, Probe);
 
 impl Vectorised for Collect<'_> {

@@ -112,6 +112,14 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
+    fn bits(self, a: __m256) -> [u32; LANES] {
+        let mut words = [0; LANES];
+        // SAFETY: `self` proves that the machine has AVX2; there is room for eight words.
+        unsafe { _mm256_storeu_ps(words.as_mut_ptr().cast(), a) }
+        words
+    }
+
+    #[inline(always)]
     fn sum(self, a: __m256) -> f32 {
         // SAFETY: `self` proves that the machine has AVX2.
         unsafe {
@@ -174,13 +182,39 @@ impl Simd for Avx2 {
 
     #[inline(always)]
     fn compress_rows(self, rows: __m256i, mask: u32) -> [u32; LANES] {
-        let mut words = [0; LANES];
-        // SAFETY: `self` proves that the machine has AVX2; there is room for eight words.
+        // SAFETY: `self` proves that the machine has AVX2.
+        self.bits(unsafe { compress(_mm256_castsi256_ps(rows), mask) })
+    }
+
+    #[inline(always)]
+    fn insert(self, block: &mut [u32], place: usize, entry: [u32; 4]) {
+        const QUARTER: usize = 4;
+        let pitch = block.len() / 4;
+        assert!(pitch.is_multiple_of(QUARTER));
+        let words: *mut __m128i = block.as_mut_ptr().cast();
+        // SAFETY: `self` proves that the machine has AVX2. Columns are whole quarters, which loads and stores are of; loads
+        // of the words before them begin one word earlier, but for the first quarter of each.
         unsafe {
-            let compressed = compress(_mm256_castsi256_ps(rows), mask);
-            _mm256_storeu_ps(words.as_mut_ptr().cast(), compressed);
+            let place = _mm_set1_epi32(place as i32);
+            for quarter in (0..pitch / QUARTER).rev() {
+                let first = _mm_set1_epi32((QUARTER * quarter) as i32);
+                let entries = _mm_add_epi32(first, _mm_setr_epi32(0, 1, 2, 3));
+                let moves = _mm_cmpgt_epi32(entries, place);
+                let comes = _mm_cmpeq_epi32(entries, place);
+                for (column, &word) in entry.iter().enumerate() {
+                    let word = _mm_set1_epi32(word as i32);
+                    let to = words.add(column * (pitch / QUARTER) + quarter);
+                    let old = _mm_loadu_si128(to);
+                    let before = if quarter == 0 {
+                        _mm_slli_si128::<4>(old)
+                    } else {
+                        _mm_loadu_si128(to.cast::<u32>().sub(1).cast())
+                    };
+                    let moved = _mm_blendv_epi8(old, before, moves);
+                    _mm_storeu_si128(to, _mm_blendv_epi8(moved, word, comes));
+                }
+            }
         }
-        words
     }
 
     /// Eight loads of 16 bytes and a transposition. Option 1: four hardware gathers, 20 cycles of load port for eight
@@ -261,6 +295,7 @@ impl Simd for Avx512 {
         fn splat(x: f32) -> __m256;
         fn load(lanes: &Lanes) -> __m256;
         fn store(a: __m256, lanes: &mut Lanes) -> ();
+        fn bits(a: __m256) -> [u32; LANES];
         fn add(a: __m256, b: __m256) -> __m256;
         fn sub(a: __m256, b: __m256) -> __m256;
         fn mul(a: __m256, b: __m256) -> __m256;
@@ -275,6 +310,7 @@ impl Simd for Avx512 {
         fn compress(a: __m256, mask: u32) -> __m256;
         fn compress_rows(rows: __m256i, mask: u32) -> [u32; LANES];
         fn inside(point: [__m256; 3], cube: Cube) -> u32;
+        fn insert(block: &mut [u32], place: usize, entry: [u32; 4]) -> ();
         fn gather(table: &[Vec4], rows: __m256i) -> [__m256; 4];
     }
 

@@ -119,7 +119,7 @@ impl CompactHashing {
     #[inline]
     fn holder(&self, cell: IVec3) -> u32 {
         let holds = |used: &UsedCell| {
-            let mut others = used.kin..used.len;
+            let mut others = used.kin.get()..used.len.get();
             used.cell == cell || others.any(|k| self.pool.cell(&self.grid, used.first, k) == cell)
         };
         let used = self.used(cell).filter(|(_, used)| holds(used));
@@ -139,7 +139,7 @@ impl CompactHashing {
         let this = &*self;
         execution.install(|| {
             let cells = around.par_chunks_mut(each).zip(&this.changed);
-            cells.for_each(|(around, cell)| {
+            cells.with_min_len(64).for_each(|(around, cell)| {
                 for (other, &offset) in around.iter_mut().zip(&this.grid.neighbourhood) {
                     *other = this.holder(cell.wrapping_add(offset));
                 }

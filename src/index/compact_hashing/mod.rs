@@ -33,12 +33,13 @@ mod links;
 mod moves;
 mod pool;
 
+use std::sync::atomic::{AtomicU32, Ordering};
+
 use glam::{IVec3, Vec4};
 
 use self::{
-    comparison::Moves,
+    comparison::{Mover, Moves},
     links::{ABSENT, Links},
-    moves::Arrival,
     pool::Pool,
 };
 use super::{
@@ -73,7 +74,7 @@ pub struct CompactHashing {
     /// What points did since the last step, by chunk of blocks.
     moves: Vec<Moves>,
     /// Points that come to a block of another chunk than they left, by chunk.
-    arrivals: Vec<Vec<Arrival>>,
+    arrivals: Vec<Vec<Mover>>,
     /// Used cells that lost a point and need another look.
     reduced: Vec<u32>,
     /// Used cells that lost their last point.
@@ -85,7 +86,7 @@ pub struct CompactHashing {
 }
 
 /// A non-empty hash cell.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug)]
 struct UsedCell {
     /// Spatial cell of all its points, or of the first.
     cell: IVec3,
@@ -96,20 +97,44 @@ struct UsedCell {
     /// Blocks reserved, a power of two.
     blocks: u32,
     /// Number of points.
-    len: u32,
+    len: Count,
     /// How many of them, the first, are in spatial cell `cell`.
-    kin: u32,
+    kin: Count,
+}
+
+/// A number of points. In parallel loops a thread counts in the simple used cells of the blocks that are its own, and looks
+/// at no others: what it reads does not depend on the other threads.
+#[derive(Debug)]
+struct Count(AtomicU32);
+
+impl Count {
+    #[inline(always)]
+    fn get(&self) -> u32 {
+        self.0.load(Ordering::Relaxed)
+    }
+
+    #[inline(always)]
+    fn set(&self, count: u32) {
+        self.0.store(count, Ordering::Relaxed);
+    }
 }
 
 impl UsedCell {
     /// The paper's collision flag: whether it holds points of several spatial cells.
     fn collision(&self) -> bool {
-        self.kin < self.len
+        self.kin.get() < self.len.get()
     }
 
     /// Whether it holds points of one spatial cell in one block, as nearly all do.
     fn is_simple(&self) -> bool {
         !self.collision() && self.blocks == 1
+    }
+
+    /// Counts the points of a simple used cell.
+    #[inline(always)]
+    fn set_len(&self, len: u32) {
+        self.len.set(len);
+        self.kin.set(len);
     }
 }
 
@@ -159,29 +184,30 @@ impl CompactHashing {
         Some((handle, self.cells.get(handle as usize)?))
     }
 
-    /// The entries of a used cell that are of the same spatial cell as the one at `from`, which are side by side, end here.
+    /// Of the `len` entries from block `first` on, those of the same spatial cell as the one at `from`, which are side by
+    /// side, end here.
     #[inline]
-    fn end_of_alike(&self, used: &UsedCell, from: u32, cell: IVec3) -> u32 {
-        let alike = |k: &u32| self.pool.cell(&self.grid, used.first, *k) == cell;
+    fn end_of_alike(&self, (first, len): (u32, u32), from: u32, cell: IVec3) -> u32 {
+        let alike = |k: &u32| self.pool.cell(&self.grid, first, *k) == cell;
         // Seldom there are more than two spatial cells, and the last entry tells for all between.
-        if alike(&(used.len - 1)) {
-            return used.len;
+        if alike(&(len - 1)) {
+            return len;
         }
-        from + (from..used.len).take_while(alike).count() as u32
+        from + (from..len).take_while(alike).count() as u32
     }
 
     /// Appends the entries of spatial cell `cell` among those of a used cell.
     #[inline(never)]
     fn find_in(&self, used: &UsedCell, cell: IVec3, out: &mut Vec<Run>) {
         let mut from = 0;
-        let mut end = used.kin;
+        let mut end = used.kin.get();
         if used.cell != cell {
             let alike = |k: &u32| self.pool.cell(&self.grid, used.first, *k) == cell;
-            let Some(start) = (used.kin..used.len).find(alike) else {
+            let Some(start) = (end..used.len.get()).find(alike) else {
                 return;
             };
             from = start;
-            end = self.end_of_alike(used, start, cell);
+            end = self.end_of_alike((used.first, used.len.get()), start, cell);
         }
         while from < end {
             let run = self.pool.run(used.first, from, end);
@@ -203,38 +229,41 @@ impl CompactHashing {
                 hash,
                 first,
                 blocks: 1,
-                len: 1,
-                kin: 1,
+                len: Count(AtomicU32::new(1)),
+                kin: Count(AtomicU32::new(1)),
             });
             return true;
         };
-        if used.len == 0 && used.cell != cell {
+        let (len, kin) = (used.len.get(), used.kin.get());
+        if len == 0 && used.cell != cell {
             self.changed.push(used.cell);
             used.cell = cell;
         }
-        let (old, first) = (*used, used.first);
-        used.len += 1;
-        used.kin += u32::from(used.cell == cell);
-        let first = if old.len < old.blocks * self.pool.reserved() as u32 {
-            first
+        let is_of_the_first = used.cell == cell;
+        used.len.set(len + 1);
+        used.kin.set(kin + u32::from(is_of_the_first));
+        let first = if len < used.blocks * self.pool.reserved() as u32 {
+            used.first
         } else {
-            self.move_to_blocks(2 * old.blocks, handle, old.len)
+            let blocks = 2 * used.blocks;
+            self.move_to_blocks(blocks, handle, len)
         };
         // Points of one spatial cell stay side by side, so that they can be handed out as runs, and in the order of
         // their rows, so that neighbours come in one order however the points got there.
-        let (mut begin, mut place) = (0, old.kin);
-        if old.cell != cell {
+        let (mut begin, mut place) = (0, kin);
+        if !is_of_the_first {
             let is_kin = |k: &u32| self.pool.cell(&self.grid, first, *k) == cell;
-            begin = (old.kin..old.len).find(is_kin).unwrap_or(old.len);
-            place = begin + (begin..old.len).take_while(is_kin).count() as u32;
+            begin = (kin..len).find(is_kin).unwrap_or(len);
+            place = begin;
+            if begin < len {
+                place = self.end_of_alike((first, len), begin, cell);
+            }
         }
         let new = begin == place;
         while place > begin && self.pool.row(first, place - 1) > row {
             place -= 1;
         }
-        for k in (place..old.len).rev() {
-            self.pool.copy((first, k), (first, k + 1));
-        }
+        self.pool.open_gap(first, place, len);
         self.pool.set(first, place, row, point);
         new
     }
@@ -265,7 +294,7 @@ impl CompactHashing {
         if self.moved() > points.len() / 4 {
             return self.rebuild(points, execution);
         }
-        self.account();
+        self.account_for_departures();
         self.put_in(points, execution);
         for (row, &point) in points.iter().enumerate().skip(self.len) {
             let cell = self.grid.cell_of(point);
@@ -305,8 +334,8 @@ impl CompactHashing {
         emptied.sort_unstable_by(|a, b| b.cmp(a));
         emptied.dedup();
         for handle in emptied.drain(..) {
-            let used = self.cells[handle as usize];
-            if used.len > 0 {
+            let used = &self.cells[handle as usize];
+            if used.len.get() > 0 {
                 continue;
             }
             self.pool.release(used.first, used.blocks);
@@ -317,7 +346,7 @@ impl CompactHashing {
             if let Some(moved) = self.cells.get(handle as usize) {
                 self.table[moved.hash as usize] = handle;
                 self.pool.give(moved.first, moved.blocks, handle);
-                for k in moved.kin..moved.len {
+                for k in moved.kin.get()..moved.len.get() {
                     let cell = self.pool.cell(&self.grid, moved.first, k);
                     self.changed.push(cell);
                 }
@@ -368,20 +397,21 @@ impl SpatialIndex for CompactHashing {
     }
 
     fn place_len(&self, place: usize) -> usize {
-        self.cells[place].len as usize
+        self.cells[place].len.get() as usize
     }
 
     fn group(&self, place: usize, from: usize) -> Option<(IVec3, &[u32])> {
         let (used, from) = (&self.cells[place], from as u32);
-        if from >= used.len {
+        if from >= used.len.get() {
             return None;
         }
-        if from < used.kin {
-            let run = self.pool.run(used.first, from, used.kin);
+        let kin = used.kin.get();
+        if from < kin {
+            let run = self.pool.run(used.first, from, kin);
             return Some((used.cell, self.pool.entries.rows(run)));
         }
         let first = self.pool.cell(&self.grid, used.first, from);
-        let end = self.end_of_alike(used, from, first);
+        let end = self.end_of_alike((used.first, used.len.get()), from, first);
         let run = self.pool.run(used.first, from, end);
         Some((first, self.pool.entries.rows(run)))
     }
@@ -424,7 +454,7 @@ impl SpatialIndex for CompactHashing {
             };
             if used.is_simple() {
                 // Nearly all: one run, of the cell that was asked for.
-                out.push(self.pool.run(used.first, 0, used.len));
+                out.push(self.pool.run(used.first, 0, used.len.get()));
             } else {
                 self.find_in(used, center.wrapping_add(self.grid.neighbourhood[k]), out);
             }
@@ -458,6 +488,6 @@ impl SpatialIndex for CompactHashing {
             + self.links.bytes()
             + self.pool.bytes()
             + moves
-            + arrivals * size_of::<Arrival>()
+            + arrivals * size_of::<Mover>()
     }
 }

@@ -141,6 +141,22 @@ impl Pool {
         }
     }
 
+    /// Moves the entries from the `k`-th of a stretch of `len` on up by one.
+    pub(super) fn open_gap(&mut self, first: u32, k: u32, len: u32) {
+        let pitch = self.reserved();
+        if len as usize >= pitch {
+            for k in (k..len).rev() {
+                self.copy((first, k), (first, k + 1));
+            }
+            return;
+        }
+        let (from, end) = (self.place(first, k), self.place(first, len));
+        for column in [0, 1, 2, 3].map(|column| column * pitch) {
+            let entries = column + from..column + end;
+            self.entries.words.copy_within(entries, column + from + 1);
+        }
+    }
+
     /// Copies an entry, of one stretch or from one to another.
     pub(super) fn copy(&mut self, (first, k): (u32, u32), (to_first, to_k): (u32, u32)) {
         let (from, to) = (self.place(first, k), self.place(to_first, to_k));
@@ -160,7 +176,9 @@ impl Pool {
 
     /// Whether a stretch of so many blocks holds points of a cell.
     pub(super) fn holds(&self, grid: &Grid, (first, blocks): (u32, u32), cell: IVec3) -> bool {
-        let mut entries = 0..blocks * self.reserved() as u32;
+        let entries = 0..blocks * self.reserved() as u32;
+        // From the end: most who ask mean the last.
+        let mut entries = entries.rev();
         entries.any(|k| self.row(first, k) != NOBODY && self.cell(grid, first, k) == cell)
     }
 

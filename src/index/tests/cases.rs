@@ -212,6 +212,29 @@ fn the_smallest_table_makes_cells_collide_and_the_flags_follow() {
 }
 
 #[test]
+fn points_that_come_from_afar_find_cells_that_change_hands() {
+    // Thousands of cells with a point or two: some share a used cell, lose their last point, leave the first place to
+    // the other and get a point from another chunk of blocks, all in one step.
+    let grid = Grid::new(Dimension::Three, H, 1.0);
+    let mut numbers = Numbers(11);
+    let point = |numbers: &mut Numbers| numbers.point(Dimension::Three, 16.0 * H);
+    let mut points: Vec<Vec4> = (0..6000).map(|_| point(&mut numbers)).collect();
+    let mut index = structure(&grid, Kind::CompactHashing);
+    update(&mut *index, &points);
+    for _ in 0..20 {
+        // Few enough that the index is changed, not built anew.
+        for place in &mut points {
+            if numbers.below(5) == 0 {
+                *place = point(&mut numbers);
+            }
+        }
+        update(&mut *index, &points);
+        assert_sound(&*index, &points);
+    }
+    assert_agrees(&*index, &points);
+}
+
+#[test]
 fn a_rebuild_from_rows_along_the_z_curve_lists_its_cells_along_it() {
     let grid = Grid::new(Dimension::Three, H, 1.0);
     let points = many_points(3);
