@@ -78,6 +78,12 @@ CASES = [
         {"method": "wcsph", "dt": 0.0005, "tolerance": 0.01, "min_iterations": 2},
         None,
     ),
+    (
+        "WCSPH (SESPH, Tait), k = 450 kPa, dt 0.5 ms",
+        ["pressure=Sesph(equation:Tait(stiffness:450000))", "time_step=Fixed(0.0005)"],
+        {"method": "wcsph", "dt": 0.0005, "tolerance": 0.01, "min_iterations": 2, "stiffness_pa": 450000.0},
+        None,
+    ),
 ]
 
 
