@@ -7,16 +7,19 @@
 //! the second: `p̄ ← p̄ + (p − p̄)/n`.
 //!
 //! The corner dam break of 130 000 particles, 0.5 s in steps of 1 ms, DFSPH at a mean error of 0.01 %, iterations a step and mean
-//! error: from 0.6 of the last pressures 9.1 and 0.0097 %, from 0.8 of them 7.6 and 0.0076 %, from means over 7, 10, 15, 20, 50
-//! steps 7.0, 5.7, 4.9, 5.2, 6.8 and 0.005 to 0.007 %. IISPH with three iterations leaves 0.05 % from means over 4 to 30 steps
-//! and 0.11 % from half of the last pressures.
+//! error: from 0.6 of the last pressures 9.1 and 0.0097 %, from 0.8 of them 7.6 and 0.0076 %, from means over 10, 15, 20 steps
+//! 4.7, 4.0, 4.3 and 0.006 to 0.0075 %. Momentum that is ahead from the first iteration on saves a fifth of them (4.9 to
+//! 4.0); without means still water would move more for it (see [`dfsph`](super::dfsph)), with them it moves less. IISPH with three iterations leaves 0.05 % from means over 4 to 30 steps and 0.11 % from half of
+//! the last pressures.
 //!
-//! It is a choice and no default, since water that stands moves more: from means over 15 steps in the plane with 0.28 % of sqrt(g H)
+//! It is a choice and no default, since water that stands moves more: from means over 15 steps in the plane with 0.20 % of sqrt(g H)
 //! (root mean square; 0.05 % by default) with DFSPH, and with 2.1 % with IISPH, which iterates twice there. The elliptic drop and the
 //! dam breaks in the plane do not change. Where the pressures of the last step jump, as in an impact, means lag: with two
-//! iterations at 1 % single particles are compressed by 30 to 45 % (15 % by default), with three by 5 % either way.
+//! iterations at 1 % and no momentum ahead single particles are compressed by 30 to 45 % (15 % by default), with momentum
+//! ahead at once by 13 %, with three by 5 % either way.
 //!
-//! Tried and dropped: means counted no more than two or four times a particle's last
+//! Tried and dropped: means and 0.15 to 0.5 of what the last pressure is off them (4.0 to 4.6 iterations), or of a mean of that (5.5
+//! to 6.6 where means alone took 4.9); means counted no more than two or four times a particle's last
 //! pressure, for spray that comes off a wall: no difference. Instead of means, conjugate gradients from 0.6 of the last pressures: 8.1
 //! iterations and one force more; with means 6.1 where momentum took 6.4.
 
