@@ -356,12 +356,12 @@ fn measure(size: IVec3, threads: usize, execution: &Execution, peers: bool) {
                 let changed: usize = by_chunk
                     .map(|(points, motion)| {
                         let pairs = points.iter_mut().zip(motion);
-                        let changed = pairs.filter_map(|(point, motion)| {
+                        let changed = pairs.map(|(point, motion)| {
                             let before = grid.cell_of(*point);
                             *point += *motion;
-                            (grid.cell_of(*point) != before).then_some(())
+                            usize::from(grid.cell_of(*point) != before)
                         });
-                        changed.count()
+                        changed.sum::<usize>()
                     })
                     .sum();
                 crossed += if k == 0 { changed } else { 0 };

@@ -49,9 +49,9 @@ pub use super::iisph::iteration;
 #[derive(ScheduleLabel, Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct DivergenceIteration;
 
-/// Iterations that the momentum is ahead by, after the second, or at once if the solve starts from means. The density error that is left from step to step is a long wave,
-/// which first iterations without momentum hardly touch. The corner dam break of 130 000 particles, 0.5 s in steps of 1 ms at
-/// 0.01 %, takes 11.4 iterations a step at 0 and 9.1 at 10. From the first iteration on it takes 8.1, but what ends at two, as
+/// Iterations that the momentum is ahead by, after the second, or at once if the solve starts from means. The density error
+/// that is left from step to step is a long wave, which first iterations without momentum hardly touch. The corner dam break
+/// of 130 000 particles, 0.5 s in steps of 1 ms at 0.01 %, takes 11.4 iterations a step at 0 and 9.1 at 10. From the first iteration on it takes 8.1, but what ends at two, as
 /// steps do at 1 %, then leaves more divergence than it removed, and still water moves with 0.28 % of sqrt(g H), not 0.16.
 /// IISPH, which iterates three or four times, cannot have it: its still water moves with 3 % of sqrt(g H).
 const HEAD_START: u32 = 10;

@@ -1,8 +1,8 @@
 //! Pressure: one file a method, over the same force.
 //!
 //! Every method writes the pressure term `p/ρ²` beside the positions and leaves the rest to [`pressure_force`]. Those
-//! that iterate do so in [`solve`], from what [`warm_start`] gives them; [`implicit`] is what the two have in common whose densities are predicted from
-//! velocities. Beside walls [`fluid_share`] makes pressures of what they find.
+//! that iterate do so in [`solve`], from what [`warm_start`] gives them; [`implicit`] is what the two have in common whose
+//! densities are predicted from velocities. Beside walls [`fluid_share`] makes pressures of what they find.
 //!
 //! | method | file | solves for | iterates over |
 //! | --- | --- | --- | --- |

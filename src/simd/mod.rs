@@ -52,7 +52,7 @@ pub trait Simd: Copy {
     fn load(self, lanes: &Lanes) -> Self::F;
     /// Eight numbers to memory.
     fn store(self, a: Self::F, lanes: &mut Lanes);
-    /// Their bits.
+    /// The bits of eight numbers.
     fn bits(self, a: Self::F) -> [u32; LANES];
     /// `a + b`
     fn add(self, a: Self::F, b: Self::F) -> Self::F;
@@ -83,8 +83,8 @@ pub trait Simd: Copy {
     fn compress(self, a: Self::F, mask: u32) -> Self::F;
     /// The same of rows, into memory.
     fn compress_rows(self, rows: Self::Rows, mask: u32) -> [u32; LANES];
-    /// Moves the entries of a block of four columns from `place` on up by one, the last out, and puts one there. A column has
-    /// whole quarters of eight words.
+    /// Moves the entries of a block of four columns from `place` on up by one, the last out, and puts one there. The length of
+    /// a column is a multiple of four.
     fn insert(self, block: &mut [u32], place: usize, entry: [u32; 4]);
     /// Four columns at eight rows. A row beyond the table reads its last entry.
     fn gather(self, table: &[Vec4], rows: Self::Rows) -> [Self::F; 4];

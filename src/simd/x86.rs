@@ -188,24 +188,25 @@ impl Simd for Avx2 {
 
     #[inline(always)]
     fn insert(self, block: &mut [u32], place: usize, entry: [u32; 4]) {
-        const QUARTER: usize = 4;
+        /// Words of a vector.
+        const FOUR: usize = 4;
         let pitch = block.len() / 4;
-        assert!(pitch.is_multiple_of(QUARTER));
+        assert!(pitch.is_multiple_of(FOUR));
         let words: *mut __m128i = block.as_mut_ptr().cast();
-        // SAFETY: `self` proves that the machine has AVX2. Columns are whole quarters, which loads and stores are of; loads
-        // of the words before them begin one word earlier, but for the first quarter of each.
+        // SAFETY: `self` proves that the machine has AVX2. Columns are whole vectors of four words; loads of the words before
+        // them begin one word earlier, but for the first of each column.
         unsafe {
             let place = _mm_set1_epi32(place as i32);
-            for quarter in (0..pitch / QUARTER).rev() {
-                let first = _mm_set1_epi32((QUARTER * quarter) as i32);
+            for four in (0..pitch / FOUR).rev() {
+                let first = _mm_set1_epi32((FOUR * four) as i32);
                 let entries = _mm_add_epi32(first, _mm_setr_epi32(0, 1, 2, 3));
                 let moves = _mm_cmpgt_epi32(entries, place);
                 let comes = _mm_cmpeq_epi32(entries, place);
                 for (column, &word) in entry.iter().enumerate() {
                     let word = _mm_set1_epi32(word as i32);
-                    let to = words.add(column * (pitch / QUARTER) + quarter);
+                    let to = words.add(column * (pitch / FOUR) + four);
                     let old = _mm_loadu_si128(to);
-                    let before = if quarter == 0 {
+                    let before = if four == 0 {
                         _mm_slli_si128::<4>(old)
                     } else {
                         _mm_loadu_si128(to.cast::<u32>().sub(1).cast())

@@ -2,7 +2,7 @@
 //!
 //! One loop over all entries compares the cell of a point's new position with the one that it is in, copies the position,
 //! and moves those up who follow one that leaves. Chunk by chunk those who left are then put in where they come to a
-//! simple used cell of the same chunk, which is still in the cache: three of four. The others are in `moves.rs`.
+//! simple used cell of the same chunk, which is still in the cache: most of them. The others are in `moves.rs`.
 //!
 //! Rows and positions are asked for ahead. With time a block's points come from up to eight places in memory, which no
 //! processor foresees: asked for ahead they take a quarter less. How far ahead, from 1 to 24 blocks, makes no difference.
@@ -28,8 +28,8 @@ use crate::{
     simd::{Cube, LANES, Simd, Vectorised, prefetch},
 };
 
-/// Blocks that are one task: along the Z-curve 8 × 8 × 16 cells, whose points fit the second-level cache. Five of six who
-/// leave a cell there come to another of them.
+/// Blocks that are one task: along the Z-curve 8 × 8 × 16 cells, whose points fit the second-level cache. More than four
+/// of five who leave a cell there come to another of them.
 pub(super) const BLOCKS: usize = 1024;
 
 /// Blocks from the one at hand to those that are fetched ahead of it.

@@ -66,7 +66,7 @@ impl CompactHashing {
 
     /// Closes the gaps in used cells that are not simple and lost points.
     fn close_up(&mut self) {
-        let mut reduced = std::mem::take(&mut self.reduced);
+        let mut reduced = take(&mut self.reduced);
         reduced.sort_unstable();
         reduced.dedup();
         for handle in reduced.drain(..) {
