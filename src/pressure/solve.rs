@@ -171,8 +171,10 @@ pub(super) fn iterate(
     convergence: &Convergence,
     patience: u32,
 ) -> End {
+    // All of it in the pool, so that no loop has to wake a thread of it first.
+    let execution = world.resource::<Execution>().clone();
     let mut before = f32::INFINITY;
-    world.schedule_scope(iteration, |world, iteration| {
+    let mut iterate = |world: &mut World, iteration: &mut Schedule| {
         loop {
             iteration.run(world);
             let mut solve = world.resource_mut::<PressureSolve>();
@@ -196,6 +198,9 @@ pub(super) fn iterate(
                 before = error;
             }
         }
+    };
+    world.schedule_scope(iteration, |world, iteration| {
+        execution.install(|| iterate(world, iteration))
     })
 }
 
