@@ -5,6 +5,7 @@ use bevy_ecs::prelude::*;
 use glam::Vec4;
 
 use crate::{
+    boundary::sums::{WallSums, Walls},
     column::Densities,
     kernel::CubicSpline,
     material::Material,
@@ -16,31 +17,45 @@ use crate::{
 pub fn compute_density(
     mut densities: ResMut<Densities>,
     mut slopes: Option<ResMut<PairSlopes>>,
+    walls: Option<Res<WallSums>>,
     pairs: Pairs,
     material: Res<Material>,
 ) {
     densities.0.resize(pairs.positions().rows(), 0.0);
-    let pass = DensitySum::new(&material);
+    let pass = DensitySum::new(&material, WallSums::slice(walls.as_deref()));
     pairs.sum_and_keep(&pass, &mut densities.0, slopes.as_deref_mut());
 }
 
-/// The sum of equation 1, at any positions.
+/// The sum of equation 1, with the walls' part known or, if they are `SUMMED`, at any positions.
 #[derive(Clone, Copy)]
-pub struct DensitySum {
+pub struct DensitySum<'a, const SUMMED: bool> {
     kernel: CubicSpline,
-    /// m σ
-    fluid_factor: f32,
-    /// ρ0 σ
-    boundary_factor: f32,
+    walls: Walls<'a>,
+    particle_mass: f32,
+    rest_density: f32,
 }
 
-impl DensitySum {
-    /// Densities of this fluid.
-    pub fn new(material: &Material) -> Self {
+impl<'a> DensitySum<'a, false> {
+    /// Densities of this fluid at the positions that `walls` is of.
+    pub fn new(material: &Material, walls: Walls<'a>) -> Self {
+        Self::with(material, walls)
+    }
+}
+
+impl DensitySum<'_, true> {
+    /// Densities of this fluid anywhere.
+    pub fn anywhere(material: &Material) -> Self {
+        Self::with(material, Walls::default())
+    }
+}
+
+impl<'a, const SUMMED: bool> DensitySum<'a, SUMMED> {
+    fn with(material: &Material, walls: Walls<'a>) -> Self {
         Self {
             kernel: material.kernel,
-            fluid_factor: material.particle_mass * material.kernel.normalisation,
-            boundary_factor: material.rest_density * material.kernel.normalisation,
+            walls,
+            particle_mass: material.particle_mass,
+            rest_density: material.rest_density,
         }
     }
 }
@@ -49,17 +64,21 @@ impl DensitySum {
 pub struct DensitySums<S: Simd> {
     fluid: S::F,
     boundary: S::F,
+    /// The walls' part where it is known [-].
+    walls: f32,
 }
 
-impl PairSum for DensitySum {
+impl<const SUMMED: bool> PairSum for DensitySum<'_, SUMMED> {
     type Sums<S: Simd> = DensitySums<S>;
     type Output = f32;
+    const BOUNDARY: bool = SUMMED;
 
     #[inline(always)]
-    fn start<S: Simd>(&self, simd: S, _: usize, _: Vec4) -> DensitySums<S> {
+    fn start<S: Simd>(&self, simd: S, i: usize, _: Vec4) -> DensitySums<S> {
         DensitySums {
             fluid: simd.splat(0.0),
             boundary: simd.splat(0.0),
+            walls: self.walls.share(i),
         }
     }
 
@@ -77,7 +96,9 @@ impl PairSum for DensitySum {
     #[inline(always)]
     fn finish<S: Simd>(&self, simd: S, _: usize, sums: DensitySums<S>) -> f32 {
         // The shape of the kernel at the particle itself is 1.
-        let fluid = self.fluid_factor * (1.0 + simd.sum(sums.fluid));
-        fluid + self.boundary_factor * simd.sum(sums.boundary)
+        let normalisation = self.kernel.normalisation;
+        let fluid = self.particle_mass * normalisation * (1.0 + simd.sum(sums.fluid));
+        let walls = sums.walls + normalisation * simd.sum(sums.boundary);
+        fluid + self.rest_density * walls
     }
 }

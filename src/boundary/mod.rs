@@ -1,13 +1,15 @@
 //! Solid boundaries as particles (Akinci et al. 2012): sampled once, with the volume that each stands for.
 //!
 //! A wall adds `ρ0 V_b W` to the density of the fluid near it, which makes pressure push the fluid away. The particles
-//! are entities; loops read a packed copy, and an index of their own that is built once, since they do not move.
+//! are entities; loops read a packed copy, and an index of their own that is built once, since they do not move. What they
+//! add to the sums of the fluid is found once a step ([`sums`]).
 
 pub mod contact;
 pub mod direct_forcing;
 mod front;
 mod mesh;
 mod sampling;
+pub mod sums;
 mod volume;
 
 use bevy_ecs::prelude::*;

@@ -70,7 +70,6 @@ struct BoundaryVolumeSum {
 impl PairSum for BoundaryVolumeSum {
     type Sums<S: Simd> = S::F;
     type Output = f32;
-    const BOUNDARY: bool = false;
 
     #[inline(always)]
     fn start<S: Simd>(&self, simd: S, _: usize, _: Vec4) -> Self::Sums<S> {

@@ -42,7 +42,6 @@ struct CohesionSum<'a> {
 impl PairSum for CohesionSum<'_> {
     type Sums<S: Simd> = [S::F; 3];
     type Output = Vec3;
-    const BOUNDARY: bool = false;
 
     #[inline(always)]
     fn start<S: Simd>(&self, simd: S, _: usize, _: Vec4) -> Self::Sums<S> {

@@ -118,7 +118,6 @@ struct FrictionSums<S: Simd> {
 impl<const APPROACHING: bool> PairSum for Friction<'_, APPROACHING> {
     type Sums<S: Simd> = FrictionSums<S>;
     type Output = Vec3;
-    const BOUNDARY: bool = false;
 
     #[inline(always)]
     fn start<S: Simd>(&self, simd: S, i: usize, _: Vec4) -> FrictionSums<S> {

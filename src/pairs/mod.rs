@@ -34,18 +34,21 @@ pub trait PairSum: Copy + Sync {
     type Output: Send;
     /// Whether it sums over fluid neighbours.
     const FLUID: bool = true;
-    /// Whether it sums over boundary neighbours.
-    const BOUNDARY: bool = true;
+    /// Whether it sums over boundary neighbours. At the positions of the step their sums are known
+    /// ([`WallSums`](crate::boundary::sums::WallSums)).
+    const BOUNDARY: bool = false;
+    /// Whether it wants to know how many neighbours there are.
+    const COUNTS: bool = false;
 
     /// Before the first neighbour of row `i`, which is at `own`.
     fn start<S: Simd>(&self, simd: S, i: usize, own: Vec4) -> Self::Sums<S>;
     /// Eight fluid neighbours, rows `j`; lanes without one hold a row whose sentinel adds nothing.
     #[inline(always)]
     fn fluid<S: Simd>(&self, _: S, _pair: &Pair<S>, _j: S::Rows, _: &mut Self::Sums<S>) {}
-    /// Eight boundary neighbours, likewise; the fourth entries are their volumes.
+    /// Eight boundary neighbours, likewise; the fourth entries are their volumes [m³; m² in 2-D].
     #[inline(always)]
     fn boundary<S: Simd>(&self, _: S, _pair: &Pair<S>, _: &mut Self::Sums<S>) {}
-    /// After the last of so many neighbours, fluid and boundary.
+    /// After the last of so many neighbours, fluid and boundary, if it counts them.
     fn finish<S: Simd>(&self, simd: S, neighbours: usize, sums: Self::Sums<S>) -> Self::Output;
 }
 
@@ -55,6 +58,7 @@ impl<A: PairSum, B: PairSum> PairSum for (A, B) {
     type Output = (A::Output, B::Output);
     const FLUID: bool = A::FLUID || B::FLUID;
     const BOUNDARY: bool = A::BOUNDARY || B::BOUNDARY;
+    const COUNTS: bool = A::COUNTS || B::COUNTS;
 
     #[inline(always)]
     fn start<S: Simd>(&self, simd: S, i: usize, own: Vec4) -> Self::Sums<S> {
@@ -243,7 +247,7 @@ impl Pairs<'_> {
                 .enumerate()
                 .for_each(|(chunk, (out, slopes))| {
                     let first = chunk * CHUNK;
-                    slopes::make_room(slopes, (fluid, boundary), first, out.len());
+                    slopes::make_room(slopes, fluid, first, out.len());
                     set.dispatch(StoredChunk {
                         pass,
                         places,
@@ -418,21 +422,16 @@ fn row<P: PairSum, S: Simd>(
     let neighbours = fluid.len() + boundary.len();
     let mut sums = pass.start(simd, i, places.fluid[i]);
     let own = broadcast(simd, places.fluid[i]);
-    if !P::FLUID {
-        slopes.skip(fluid.len());
-    }
     while P::FLUID && !fluid.is_empty() {
         let rows = simd.rows(fluid);
         let pair = pair(simd, own, places.fluid, rows, (places.kernel, slopes));
         pass.fluid(simd, &pair, rows, &mut sums);
         fluid = fluid.get(LANES..).unwrap_or_default();
     }
-    if !P::BOUNDARY {
-        slopes.skip(boundary.len());
-    }
     while P::BOUNDARY && !boundary.is_empty() {
         let rows = simd.rows(boundary);
-        let pair = pair(simd, own, places.boundary, rows, (places.kernel, slopes));
+        let slopes = (places.kernel, &mut Computed);
+        let pair = pair(simd, own, places.boundary, rows, slopes);
         pass.boundary(simd, &pair, &mut sums);
         boundary = boundary.get(LANES..).unwrap_or_default();
     }
@@ -482,8 +481,8 @@ impl<P: PairSum, L: Slopes, F: Fn(&mut P::Output, P::Output)> Vectorised
         let mut slopes = self.slopes;
         for (i, out) in (self.first..).zip(self.out) {
             let boundary = match self.boundary {
-                Some(lists) => lists.of(i),
-                None => &[],
+                Some(lists) if P::BOUNDARY || P::COUNTS => lists.of(i),
+                _ => &[],
             };
             if P::FLUID {
                 self.fluid.prefetch(i + AHEAD);
@@ -546,8 +545,8 @@ impl<P: PairSum, F: Fn(&mut P::Output, P::Output)> Vectorised for SpotChunk<'_, 
         for &(_, k) in &order {
             let i = self.first + k;
             let near_boundary = match &mut boundary {
-                Some(search) => search.of(simd, i),
-                None => &[],
+                Some(search) if P::BOUNDARY || P::COUNTS => search.of(simd, i),
+                _ => &[],
             };
             let near = (fluid.of(simd, i), near_boundary);
             let sum = row(self.pass, simd, self.places, i, near, &mut Computed);

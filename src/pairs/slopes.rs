@@ -16,8 +16,8 @@ use crate::{
     simd::{LANES, Lanes, Simd},
 };
 
-/// Slopes `(b² − a²)/r` [m⁻¹] of all pairs at the positions of the step, row after row in the order of the lists: the
-/// fluid neighbours, filled up to whole vectors, then those of the boundary. Absent where neighbours are recomputed.
+/// Slopes `(b² − a²)/r` [m⁻¹] of all pairs at the positions of the step, row after row in the order of the
+/// lists of the fluid, filled up to whole vectors. Absent where neighbours are recomputed.
 #[derive(Resource, Debug, Default)]
 pub struct PairSlopes {
     /// By chunk of rows.
@@ -47,14 +47,8 @@ impl PairSlopes {
 }
 
 /// Makes room for the slopes of `rows` rows from `first`.
-pub(super) fn make_room(
-    chunk: &mut Vec<Lanes>,
-    (fluid, boundary): (&NeighbourLists, Option<&NeighbourLists>),
-    first: usize,
-    rows: usize,
-) {
-    let vectors = |lists: &NeighbourLists, row| lists.of(row).len().div_ceil(LANES);
-    let of_row = |row| vectors(fluid, row) + boundary.map_or(0, |boundary| vectors(boundary, row));
+pub(super) fn make_room(chunk: &mut Vec<Lanes>, fluid: &NeighbourLists, first: usize, rows: usize) {
+    let of_row = |row| fluid.of(row).len().div_ceil(LANES);
     let len = (first..first + rows).map(of_row).sum::<usize>();
     if chunk.capacity() < len {
         // A little more, so that what grows step by step is not moved in every one.
@@ -67,10 +61,6 @@ pub(super) fn make_room(
 pub(super) trait Slopes {
     /// Of the next eight pairs.
     fn next<S: Simd>(&mut self, simd: S, kernel: &CubicSpline, distance_squared: S::F) -> S::F;
-
-    /// Passes over the vectors of so many neighbours.
-    #[inline(always)]
-    fn skip(&mut self, _neighbours: usize) {}
 }
 
 /// From the distances.
@@ -92,13 +82,6 @@ impl Slopes for Known<'_> {
         let next = self.0.next();
         debug_assert!(next.is_some(), "there are slopes for every pair");
         next.map_or(simd.splat(0.0), |slopes| simd.load(slopes))
-    }
-
-    #[inline(always)]
-    fn skip(&mut self, neighbours: usize) {
-        if neighbours > 0 {
-            self.0.nth(neighbours.div_ceil(LANES) - 1);
-        }
     }
 }
 

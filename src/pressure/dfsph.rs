@@ -27,11 +27,12 @@ use super::{
     Corrected, PressureSolve,
     implicit::{
         self, DensityRate, DensityRates, Iterate, Jacobi, PredictedVelocities, Response, Responses,
-        predict_rates,
+        Start, predict_rates,
     },
     solve::{Convergence, has_pressure, iterate},
 };
 use crate::{
+    boundary::sums::WallSums,
     column::{Densities, Positions, PressureAccelerations, Pressures, Velocities},
     density::DensitySum,
     execution::Execution,
@@ -101,7 +102,10 @@ pub fn install(world: &mut World, parameters: Dfsph) {
         world,
         parameters.relaxation,
         parameters.momentum,
-        HEAD_START,
+        Start {
+            waits: 0,
+            head_start: HEAD_START,
+        },
     );
     world.init_resource::<DensityPass>();
     world.init_resource::<DivergenceTerms>();
@@ -125,6 +129,7 @@ pub fn compute_density(
     mut rates: ResMut<DensityRates>,
     mut slopes: Option<ResMut<PairSlopes>>,
     velocities: Res<Velocities>,
+    walls: Option<Res<WallSums>>,
     pairs: Pairs,
     material: Res<Material>,
 ) {
@@ -133,9 +138,16 @@ pub fn compute_density(
     densities.0.resize(rows, 0.0);
     responses.0.resize(rows, 0.0);
     rates.0.resize(rows, 0.0);
+    let walls = WallSums::slice(walls.as_deref());
     let sums = (
-        (DensitySum::new(&material), Response::new(&material)),
-        (DensityRate::new(&material, &velocities.0), NeighbourCount),
+        (
+            DensitySum::new(&material, walls),
+            Response::new(&material, walls),
+        ),
+        (
+            DensityRate::new(&material, &velocities.0, walls),
+            NeighbourCount,
+        ),
     );
     pairs.sum_and_keep(&sums, &mut pass.0, slopes.as_deref_mut());
     let columns = densities.0.par_iter_mut().zip(&mut responses.0);
@@ -246,7 +258,7 @@ impl PairSum for NeighbourCount {
     type Sums<S: Simd> = ();
     type Output = u32;
     const FLUID: bool = false;
-    const BOUNDARY: bool = false;
+    const COUNTS: bool = true;
 
     #[inline(always)]
     fn start<S: Simd>(&self, _: S, _: usize, _: Vec4) {}

@@ -10,6 +10,7 @@ use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};
 
 use crate::{
+    boundary::sums::{WallSums, Walls},
     column::PressureAccelerations,
     material::Material,
     pairs::{Pair, PairSum, PairsWithSlopes, accumulate},
@@ -19,13 +20,14 @@ use crate::{
 /// Accelerations of the pressure terms beside the positions (phase `Pressure`).
 pub fn pressure_force(
     mut accelerations: ResMut<PressureAccelerations>,
+    walls: Option<Res<WallSums>>,
     pairs: PairsWithSlopes,
     material: Res<Material>,
 ) {
     accelerations.0.resize(pairs.positions().rows(), Vec3::ZERO);
     let pass = PressureForce {
         material: &material,
-        boundary_mass: material.rest_density / material.particle_mass,
+        walls: WallSums::slice(walls.as_deref()),
     };
     pairs.sum(&pass, &mut accelerations.0);
 }
@@ -33,13 +35,14 @@ pub fn pressure_force(
 #[derive(Clone, Copy)]
 struct PressureForce<'a> {
     material: &'a Material,
-    /// ρ0/m: with a volume, the boundary particle's mass in particle masses.
-    boundary_mass: f32,
+    walls: Walls<'a>,
 }
 
 struct ForceSums<S: Simd> {
     term: S::F,
     sum: [S::F; 3],
+    /// `ρ0 t_i Σ_b V_b ∇W_ib` [m/s²].
+    walls: Vec3,
 }
 
 impl PairSum for PressureForce<'_> {
@@ -47,10 +50,11 @@ impl PairSum for PressureForce<'_> {
     type Output = Vec3;
 
     #[inline(always)]
-    fn start<S: Simd>(&self, simd: S, _: usize, own: Vec4) -> ForceSums<S> {
+    fn start<S: Simd>(&self, simd: S, i: usize, own: Vec4) -> ForceSums<S> {
         ForceSums {
             term: simd.splat(own.w),
             sum: [simd.splat(0.0); 3],
+            walls: self.material.rest_density * own.w * self.walls.gradient(i),
         }
     }
 
@@ -61,16 +65,9 @@ impl PairSum for PressureForce<'_> {
     }
 
     #[inline(always)]
-    fn boundary<S: Simd>(&self, simd: S, pair: &Pair<S>, sums: &mut ForceSums<S>) {
-        let mass = simd.mul(pair.fourth, simd.splat(self.boundary_mass));
-        let term = simd.mul(mass, sums.term);
-        accumulate(simd, &mut sums.sum, simd.mul(term, pair.slope), pair.x);
-    }
-
-    #[inline(always)]
     fn finish<S: Simd>(&self, simd: S, _: usize, sums: ForceSums<S>) -> Vec3 {
         let [x, y, z] = sums.sum;
         let factor = -self.material.particle_mass * self.material.kernel.slope_factor;
-        factor * Vec3::new(simd.sum(x), simd.sum(y), simd.sum(z))
+        factor * Vec3::new(simd.sum(x), simd.sum(y), simd.sum(z)) - sums.walls
     }
 }

@@ -8,7 +8,7 @@
 //!
 //! Deviations. δ is made for a particle among particles. One in an edge or corner of walls answers its own pressure more
 //! strongly, and where twice as strongly its pressure would swing ever wider: there δ is divided by the walls' share of
-//! the answer ([`wall_response`]). Nothing changes elsewhere.
+//! the answer (`wall_response`). Nothing changes elsewhere.
 //!
 //! Algorithm 2 corrects pressure and force once more after the prediction that met η, so the state it steps
 //! to was never predicted. In still water that was mostly harmless and now and then 20 to 30 % over the rest density.
@@ -21,20 +21,21 @@
 //! then moves with 0.13 % of sqrt(gH) and not 0.08 (root mean square). The paper starts from none: so does the default.
 
 use bevy_ecs::{prelude::*, schedule::ScheduleConfigs, system::ScheduleSystem};
-use glam::{Vec3, Vec4};
 
 use super::{Corrected, PressureSolve, lattice_response, solve::has_pressure};
 use crate::{
-    boundary::direct_forcing,
+    boundary::{
+        direct_forcing,
+        sums::{WallSums, Walls},
+    },
     column::{
         Accelerations, Positions, PredictedPositions, PressureAccelerations, Pressures, Velocities,
     },
     density::DensitySum,
     execution::Execution,
     material::Material,
-    pairs::{Pair, PairSum, Pairs, PairsWithSlopes, accumulate},
+    pairs::Pairs,
     scene::{Pcisph, Scene},
-    simd::Simd,
     step::Clock,
 };
 
@@ -43,8 +44,6 @@ use crate::{
 pub struct PressureCorrection {
     /// `δ dt²` [Pa s²·m³/kg]: only dt changes δ.
     delta_dt_squared: f32,
-    /// `|Σ_j ∇W_ij|² + Σ_j |∇W_ij|²` of the lattice.
-    lattice_response: f32,
     /// Whether the force of the last correction counts: Algorithm 2 to the letter.
     last: bool,
 }
@@ -57,15 +56,19 @@ impl PressureCorrection {
             2.0 * (f64::from(material.particle_mass) / f64::from(material.rest_density)).powi(2);
         Self {
             delta_dt_squared: (1.0 / (beta * response)) as f32,
-            lattice_response: response as f32,
             last: parameters.last_correction,
         }
     }
-}
 
-/// How strongly walls alone answer the pressure of each particle, in answers of the full lattice, at least 1.
-#[derive(Resource, Debug, Default)]
-pub struct WallResponse(Vec<f32>);
+    /// How strongly walls alone answer the pressure of a row, in answers of the full lattice, at least 1.
+    ///
+    /// A pressure p moves the particle by `−dt² p/ρ0² g` with `g = Σ_b ρ0 V_b ∇W_ib`, which changes its density by g times
+    /// that; δ assumes `−p/δ`.
+    #[inline]
+    fn wall_response(&self, walls: Walls, row: usize) -> f32 {
+        (self.delta_dt_squared * walls.gradient(row).length_squared()).max(1.0)
+    }
+}
 
 /// Densities at the predicted positions ρ* [kg/m³].
 #[derive(Resource, Debug, Default)]
@@ -91,7 +94,6 @@ pub fn iteration(scene: &Scene) -> ScheduleConfigs<ScheduleSystem> {
 pub fn install(world: &mut World, parameters: &Pcisph, material: &Material) {
     world.insert_resource(PressureCorrection::new(parameters, material));
     world.init_resource::<PredictedDensities>();
-    world.init_resource::<WallResponse>();
 }
 
 fn predict_positions(
@@ -124,7 +126,8 @@ fn predict_density(
     material: Res<Material>,
 ) {
     densities.0.resize(pairs.positions().rows(), 0.0);
-    pairs.sum_at(&predicted.0, &DensitySum::new(&material), &mut densities.0);
+    let pass = DensitySum::anywhere(&material);
+    pairs.sum_at(&predicted.0, &pass, &mut densities.0);
 }
 
 fn update_pressure(
@@ -133,7 +136,7 @@ fn update_pressure(
     mut solve: ResMut<PressureSolve>,
     predicted: Res<PredictedDensities>,
     correction: Res<PressureCorrection>,
-    walls: Res<WallResponse>,
+    walls: Option<Res<WallSums>>,
     material: Res<Material>,
     clock: Res<Clock>,
     execution: Res<Execution>,
@@ -141,11 +144,12 @@ fn update_pressure(
     let rest_density = material.rest_density;
     let delta = correction.delta_dt_squared / (clock.dt * clock.dt);
     let square = rest_density * rest_density;
+    let walls = WallSums::slice(walls.as_deref());
     let (positions, pressures) = (&mut positions.0, &mut pressures.0);
     solve.update(positions, pressures, &execution, |row, term, kept| {
         let error = predicted.0[row] - rest_density;
         let acted = square * term;
-        let pressure = (acted + delta / walls.0[row] * error).max(0.0);
+        let pressure = (acted + delta / correction.wall_response(walls, row) * error).max(0.0);
         // The last correction exerts no force: with it still water would carry 8.7 % more than its weight.
         *kept = if correction.last { pressure } else { acted };
         Corrected {
@@ -155,50 +159,4 @@ fn update_pressure(
             progress: 0.0,
         }
     });
-}
-
-/// Calculates the answers of the walls (phase `Pressure`, once a step).
-///
-/// A pressure p moves the particle by `−dt² p/ρ0² g` with `g = Σ_b ρ0 V_b ∇W_ib`, which changes its density by g times
-/// that; δ assumes `−dt² p/ρ0² · 2 m² (|Σ_j ∇W_ij|² + Σ_j |∇W_ij|²)`.
-pub fn wall_response(
-    mut walls: ResMut<WallResponse>,
-    correction: Res<PressureCorrection>,
-    material: Res<Material>,
-    pairs: PairsWithSlopes,
-) {
-    walls.0.resize(pairs.positions().rows(), 1.0);
-    let mass = material.rest_density / material.particle_mass * material.kernel.slope_factor;
-    let pass = WallGradient {
-        factor: mass * mass / (2.0 * correction.lattice_response),
-    };
-    pairs.sum(&pass, &mut walls.0);
-}
-
-#[derive(Clone, Copy)]
-struct WallGradient {
-    /// `(ρ0/m)²` and the kernel's factor, squared, over twice the lattice's response.
-    factor: f32,
-}
-
-impl PairSum for WallGradient {
-    type Sums<S: Simd> = [S::F; 3];
-    type Output = f32;
-    const FLUID: bool = false;
-
-    #[inline(always)]
-    fn start<S: Simd>(&self, simd: S, _: usize, _: Vec4) -> Self::Sums<S> {
-        [simd.splat(0.0); 3]
-    }
-
-    #[inline(always)]
-    fn boundary<S: Simd>(&self, simd: S, pair: &Pair<S>, sum: &mut Self::Sums<S>) {
-        accumulate(simd, sum, simd.mul(pair.fourth, pair.slope), pair.x);
-    }
-
-    #[inline(always)]
-    fn finish<S: Simd>(&self, simd: S, _: usize, [x, y, z]: Self::Sums<S>) -> f32 {
-        let gradient = Vec3::new(simd.sum(x), simd.sum(y), simd.sum(z));
-        (self.factor * gradient.length_squared()).max(1.0)
-    }
 }

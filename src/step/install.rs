@@ -12,7 +12,7 @@ use super::{
     timer::PhaseTimer,
 };
 use crate::{
-    boundary::{self, BoundarySamples, direct_forcing::DirectForcing},
+    boundary::{self, BoundarySamples, direct_forcing::DirectForcing, sums::WallSums},
     column::{
         Accelerations, Densities, Positions, PredictedPositions, PressureAccelerations, Pressures,
         Velocities,
@@ -27,8 +27,8 @@ use crate::{
     pairs::PairSlopes,
     particle::{self, Boundary, BoundaryNormal, BoundaryVolume, Density, Position, Velocity},
     pressure::{
-        PressureSolve, dfsph, fluid_share::FluidShares, iisph, pcisph, solve::Convergence,
-        state_equation::EquationOfState, warm_start,
+        PressureSolve, dfsph, iisph, pcisph, solve::Convergence, state_equation::EquationOfState,
+        warm_start,
     },
     reorder::ReorderState,
     scene::{
@@ -223,7 +223,7 @@ fn insert_boundary(world: &mut World, scene: &Scene) -> Result<(), InstallError>
         )
     }));
     world.insert_resource(samples);
-    world.init_resource::<FluidShares>();
+    world.init_resource::<WallSums>();
     if let BoundaryHandling::DirectForcing(parameters) = scene.boundary_handling {
         let direct = DirectForcing::new(parameters, world.resource::<Material>());
         world.insert_resource(direct);

@@ -109,7 +109,7 @@ fn bytes_per_particle(scene: &Scene, neighbours: f32) -> Vec<(String, f64)> {
         ));
     }
     if !scene.boundaries.is_empty() {
-        bytes.push(("the fluid's shares of the kernels".to_owned(), 4.0));
+        bytes.push(("sums over the walls".to_owned(), 16.0));
     }
     if let TimeStep::Adaptive(_) = scene.time_step {
         bytes.push(("state to go back to".to_owned(), KEPT_BYTES as f64));

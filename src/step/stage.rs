@@ -4,7 +4,7 @@ use bevy_ecs::{prelude::*, schedule::ScheduleConfigs, system::ScheduleSystem};
 
 use super::{clock, order::OrderError, phase::Phase};
 use crate::{
-    boundary::{contact, direct_forcing},
+    boundary::{contact, direct_forcing, sums},
     column, density, force, index, integrate, neighbours,
     pressure::{self, warm_start},
     reorder,
@@ -95,12 +95,19 @@ impl Stage {
             makes: &[Density],
             spoils_all: false,
             wanted: |_| true,
-            systems: |scene| match scene.pressure {
-                PressureMethod::Sesph(_) | PressureMethod::Pcisph(_) => {
-                    density::compute_density.into_configs()
+            systems: |scene| {
+                let density = match scene.pressure {
+                    PressureMethod::Sesph(_) | PressureMethod::Pcisph(_) => {
+                        density::compute_density.into_configs()
+                    }
+                    PressureMethod::Iisph(_) => pressure::iisph::compute_density.into_configs(),
+                    PressureMethod::Dfsph(_) => pressure::dfsph::compute_density.into_configs(),
+                };
+                if scene.boundaries.is_empty() {
+                    density
+                } else {
+                    (sums::sum_walls, density).chain()
                 }
-                PressureMethod::Iisph(_) => pressure::iisph::compute_density.into_configs(),
-                PressureMethod::Dfsph(_) => pressure::dfsph::compute_density.into_configs(),
             },
         },
         Self {
@@ -158,11 +165,7 @@ impl Stage {
                         pressure::pressure_force,
                     )
                         .chain(),
-                    PressureMethod::Pcisph(_) => (
-                        pressure::pcisph::wall_response,
-                        pressure::solve::solve_pressure,
-                    )
-                        .chain(),
+                    PressureMethod::Pcisph(_) => pressure::solve::solve_pressure.into_configs(),
                     PressureMethod::Iisph(_) => (
                         pressure::solve::solve_pressure,
                         pressure::implicit::take_pressures,
@@ -178,12 +181,7 @@ impl Stage {
                 let method = if scene.boundaries.is_empty() {
                     method
                 } else {
-                    (
-                        pressure::fluid_share::find_fluid_shares,
-                        method,
-                        pressure::fluid_share::weigh_pressures,
-                    )
-                        .chain()
+                    (method, pressure::fluid_share::weigh_pressures).chain()
                 };
                 if warm_start::starts_from_means(scene) {
                     (method, warm_start::average_pressures).chain()
