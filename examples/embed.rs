@@ -6,7 +6,7 @@
 
 use bevy_ecs::prelude::*;
 use overfall::{
-    Phase, Step, StepOutcome,
+    Phase, Step,
     particle::{Fluid, Position, Velocity},
     scene::Scene,
 };
@@ -49,8 +49,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     world.insert_batch(low.into_iter().map(|entity| (entity, Dye)));
 
     for step in 0..200 {
-        world.run_schedule(Step);
-        let report = world.resource::<StepOutcome>().0.clone()?;
+        let report = overfall::take_step(&mut world)?;
         if step % 50 == 0 {
             let front = world.resource::<DyeFront>().0;
             println!(

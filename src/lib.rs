@@ -19,8 +19,8 @@
 //! assert!(report.time > 0.0 && report.max_density_error < 0.01);
 //! ```
 //!
-//! A host with a [`World`](bevy_ecs::world::World) of its own calls [`install`] and runs the schedule [`Step`]; see
-//! `examples/embed.rs`.
+//! A host with a [`World`](bevy_ecs::world::World) of its own calls [`install`] and then [`take_step`], or runs the schedule
+//! [`Step`]; see `examples/embed.rs`.
 //!
 //! # The map
 //!
@@ -82,7 +82,9 @@ pub mod step;
 pub mod study;
 pub mod time_step;
 
-pub use step::{Phase, Plan, Simulation, Step, StepError, StepOutcome, StepReport, install, plan};
+pub use step::{
+    Phase, Plan, Simulation, Step, StepError, StepOutcome, StepReport, install, plan, take_step,
+};
 
 /// The README's commands and code, compiled.
 #[cfg(doctest)]

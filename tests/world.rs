@@ -2,6 +2,8 @@
 
 mod common;
 
+use std::thread::{self, ThreadId};
+
 use bevy_ecs::{entity_disabling::Disabled, prelude::*, schedule::ScheduleLabel};
 use common::{DAM_PARTICLES, bits, dam, methods, pcisph, run, sesph, simulation, state};
 use glam::{IVec3, Vec3};
@@ -17,6 +19,7 @@ use overfall::{
         Viscosity,
     },
     step::{Clock, InstallError},
+    take_step,
 };
 
 /// Components of the host's own. Every set of table components is a table.
@@ -454,6 +457,43 @@ fn a_hosts_system_runs_after_the_phase_that_it_asks_for() {
         let densities: Vec<f32> = fluid.iter(world).map(|density| density.0).collect();
         assert_eq!(world.resource::<Seen>().0, densities);
     }
+}
+
+/// Where a host's system ran.
+#[derive(Resource, Default)]
+struct RanIn(Option<ThreadId>);
+
+fn note_the_thread(mut ran: ResMut<RanIn>) {
+    ran.0 = Some(thread::current().id());
+}
+
+#[test]
+fn a_step_runs_in_the_pool_unless_the_host_has_data_bound_to_its_thread() {
+    let scene = Scene {
+        executor: Executor::SingleThreaded,
+        ..dam()
+    };
+    let mut world = World::new();
+    install(&mut world, &scene).expect("a scene");
+    world.init_resource::<RanIn>();
+    world.schedule_scope(Step, |_, step| {
+        step.add_systems(
+            note_the_thread
+                .after(Phase::Integrate)
+                .before(Phase::Reorder),
+        );
+    });
+    take_step(&mut world).expect("a step");
+    let here = Some(thread::current().id());
+    assert_ne!(world.resource::<RanIn>().0, here);
+
+    world.insert_non_send(std::rc::Rc::new(()));
+    world.schedule_scope(Step, |_, step| {
+        let bound = |_: NonSend<std::rc::Rc<()>>| {};
+        step.add_systems(bound.after(Phase::Integrate).before(Phase::Reorder));
+    });
+    take_step(&mut world).expect("a step");
+    assert_eq!(world.resource::<RanIn>().0, here);
 }
 
 /// Rows and steps that a host's system saw.

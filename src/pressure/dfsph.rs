@@ -27,7 +27,7 @@ use super::{
     Corrected, PressureSolve,
     implicit::{
         self, DensityRate, DensityRates, Iterate, Jacobi, PredictedVelocities, Response, Responses,
-        Start, predict_rates,
+        predict_rates,
     },
     solve::{Convergence, has_pressure, iterate},
 };
@@ -55,7 +55,7 @@ pub struct DivergenceIteration;
 /// of 130 000 particles, 0.5 s in steps of 1 ms at 0.01 %, takes 11.4 iterations a step at 0 and 9.1 at 10. From the first iteration on it takes 8.1, but what ends at two, as
 /// steps do at 1 %, then leaves more divergence than it removed, and still water moves with 0.28 % of sqrt(g H), not 0.16.
 /// IISPH, which iterates three or four times, cannot have it: its still water moves with 3 % of sqrt(g H).
-const HEAD_START: u32 = 10;
+const HEAD_START: i32 = 10;
 
 /// When the divergence solve ends.
 #[derive(Resource, Debug, Clone, Copy)]
@@ -102,10 +102,7 @@ pub fn install(world: &mut World, parameters: Dfsph) {
         world,
         parameters.relaxation,
         parameters.momentum,
-        Start {
-            waits: 0,
-            head_start: HEAD_START,
-        },
+        HEAD_START,
     );
     world.init_resource::<DensityPass>();
     world.init_resource::<DivergenceTerms>();

@@ -16,9 +16,7 @@ use bevy_ecs::{prelude::*, schedule::ScheduleConfigs, system::ScheduleSystem};
 use rayon::prelude::*;
 
 use super::{
-    implicit::{
-        self, Response, Responses, Start, predict_rates, predict_velocities, update_pressure,
-    },
+    implicit::{self, Response, Responses, predict_rates, predict_velocities, update_pressure},
     solve::has_pressure,
 };
 use crate::{
@@ -30,12 +28,12 @@ use crate::{
     scene::Iisph,
 };
 
-/// Iterations that the momentum begins later than it could. Steps end after two to six iterations here, as the error comes out, and with
-/// momentum at once each of these numbers answers waves in another way: still water of 16 layers, 12 runs that
-/// differ by rounding alone, stood in 80 % of the half seconds and in the others went up and down with 1 to 2 % of sqrt(g H), as
-/// columns of compression that grow in steps of two iterations and are thrown back by one of ten. Runs of 72 half seconds
-/// that did so, and iterations a step: at once, 14 and 3.94; one later, 2 and 4.30; two, none and 4.60; three, none and 4.80.
-const WAITS: u32 = 2;
+/// Iterations that the momentum begins later than it could. Steps end after two to six of them, as the error comes out, and
+/// with momentum at once each of these numbers answers waves in another way: still water of 16 layers, 12 runs that differ by
+/// rounding alone, stood in 80 % of the half seconds and in the others went up and down with 1 to 2 % of sqrt(g H), as
+/// compression grows in steps of two iterations and is thrown back by one of ten. Half seconds of 72 in which it did so, and
+/// iterations a step: at once, 14 and 3.94; one later, 2 and 4.30; two, none and 4.60; three, none and 4.80.
+const HEAD_START: i32 = -2;
 
 /// Density and `1/D` of every particle, as their pass gives them.
 #[derive(Resource, Debug, Default)]
@@ -54,11 +52,12 @@ pub fn iteration() -> ScheduleConfigs<ScheduleSystem> {
 
 /// Inserts what the method needs.
 pub fn install(world: &mut World, parameters: Iisph) {
-    let start = Start {
-        waits: WAITS,
-        head_start: 0,
-    };
-    implicit::install(world, parameters.relaxation, parameters.momentum, start);
+    implicit::install(
+        world,
+        parameters.relaxation,
+        parameters.momentum,
+        HEAD_START,
+    );
     world.init_resource::<DensityPass>();
 }
 

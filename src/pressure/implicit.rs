@@ -58,10 +58,8 @@ pub struct Jacobi {
     relaxation: f32,
     /// Whether corrections have momentum.
     momentum: bool,
-    /// Iterations that it begins later than it could.
-    waits: u32,
-    /// Iterations that the momentum counts as done ahead.
-    head_start: u32,
+    /// Iterations that the momentum counts as done ahead; below zero, how many it begins later.
+    head_start: i32,
     /// Iterations of this solve before it does.
     ahead_from: u32,
     /// Iterations since the momentum was zero.
@@ -140,11 +138,11 @@ impl Jacobi {
         self.since = since;
         if self.momentum {
             let ahead = if since < self.ahead_from {
-                0
+                self.head_start.min(0)
             } else {
                 self.head_start
             };
-            let k = (since + ahead).saturating_sub(self.waits) as f32;
+            let k = since.saturating_add_signed(ahead) as f32;
             self.carried = k / (k + 3.0);
         }
     }
@@ -162,22 +160,13 @@ pub struct PredictedVelocities(pub Vec<Vec4>);
 #[derive(Resource, Debug, Default)]
 pub struct DensityRates(pub Vec<f32>);
 
-/// When corrections have momentum, if they have.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Start {
-    /// Iterations that it begins later than it could: after the first there is something to go on by.
-    pub waits: u32,
-    /// Iterations that it counts as done ahead.
-    pub head_start: u32,
-}
-
-/// Inserts what the iteration needs.
-pub fn install(world: &mut World, relaxation: f32, momentum: bool, start: Start) {
+/// Inserts what the iteration needs. A head start is how many iterations the momentum counts as done ahead; below zero, how
+/// many it begins later than it could, with the second.
+pub fn install(world: &mut World, relaxation: f32, momentum: bool, head_start: i32) {
     world.insert_resource(Jacobi {
         relaxation,
         momentum,
-        waits: start.waits,
-        head_start: start.head_start,
+        head_start,
         ahead_from: 0,
         since: 0,
         carried: 0.0,

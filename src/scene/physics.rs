@@ -247,11 +247,11 @@ impl Default for Limits {
 /// How the systems of a step are run. The loops inside them are parallel either way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Executor {
-    /// In parallel from a few thousand particles on.
+    /// In parallel from 30 000 particles on.
     #[default]
     Auto,
-    /// Systems that touch different data run side by side.
+    /// Systems that touch different data run side by side: a host's own beside the engine's, which are one chain.
     Parallel,
-    /// One system at a time.
+    /// One system at a time, in the pool of the loops (see [`take_step`](crate::take_step)): the faster with few particles.
     SingleThreaded,
 }

@@ -7,8 +7,8 @@ use bevy_ecs::prelude::*;
 use super::{
     clock::{Clock, Failure},
     order::{Order, OrderError},
-    report::StepOutcome,
-    schedule::{Step, add_schedules},
+    report::{StepError, StepOutcome, StepReport},
+    schedule::{InTurn, Step, add_schedules},
     timer::PhaseTimer,
 };
 use crate::{
@@ -105,7 +105,7 @@ pub(crate) fn check_order(scene: &Scene) -> Result<(), InstallError> {
 
 /// Sets `scene` up in a world: spawns its particles, inserts what its step needs, adds the schedule [`Step`].
 ///
-/// The host runs the schedule with `world.run_schedule(Step)` and finds the result in [`StepOutcome`]. An [`Execution`]
+/// The host calls [`take_step`], or runs the schedule itself and finds the result in [`StepOutcome`]. An [`Execution`]
 /// in the world is used; otherwise one with a thread for every core is made. Between steps the host may tag, move,
 /// spawn (`(Fluid, Position(…))` is enough) and despawn fluid particles; after a change of boundary particles it calls
 /// [`refresh_boundary`](crate::boundary::refresh_boundary).
@@ -249,6 +249,20 @@ fn insert_forces(world: &mut World, scene: &Scene) {
     }
 }
 
+/// Takes one step of the scene that is installed in `world`. After an error the world holds the last good state.
+///
+/// Where its systems run one after the other ([`Executor`](crate::scene::Executor)) all of the step runs in the pool of the
+/// loops, which then wake no thread each; in a world with data that is bound to a thread it runs on the thread that calls.
+pub fn take_step(world: &mut World) -> Result<StepReport, StepError> {
+    if world.contains_resource::<InTurn>() && world.storages().non_sends.is_empty() {
+        let execution = world.resource::<Execution>().clone();
+        execution.install(|| world.run_schedule(Step));
+    } else {
+        world.run_schedule(Step);
+    }
+    world.resource::<StepOutcome>().0.clone()
+}
+
 /// A scene running in a world of its own.
 pub struct Simulation {
     world: World,
@@ -269,9 +283,8 @@ impl Simulation {
     }
 
     /// Takes one step. After an error the world holds the last good state.
-    pub fn step(&mut self) -> Result<super::StepReport, super::StepError> {
-        self.world.run_schedule(Step);
-        self.world.resource::<StepOutcome>().0.clone()
+    pub fn step(&mut self) -> Result<StepReport, StepError> {
+        take_step(&mut self.world)
     }
 
     /// Simulated time [s].

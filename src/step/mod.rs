@@ -12,7 +12,7 @@ mod timer;
 
 pub use clock::{Clock, Failure};
 pub(crate) use install::check_order;
-pub use install::{InstallError, Simulation, install};
+pub use install::{InstallError, Simulation, install, take_step};
 pub use order::{Order, OrderError, OrderItem};
 pub use phase::Phase;
 pub use plan::{Plan, plan};
