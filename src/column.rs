@@ -138,7 +138,7 @@ pub fn gather_columns(
         };
         pack(&mut positions.0[rows.clone()], Position::peel_slice(x));
         pack(&mut velocities.0[rows.clone()], Velocity::peel_slice(v));
-        pressures.0[rows.clone()].copy_from_slice(Pressure::peel_slice(p));
+        execution.copy(&mut pressures.0[rows.clone()], Pressure::peel_slice(p));
         first = rows.end;
     }
 }
@@ -167,8 +167,11 @@ pub fn scatter_columns(
         };
         unpack(Position::peel_slice_mut(x), &positions.0[rows.clone()]);
         unpack(Velocity::peel_slice_mut(v), &velocities.0[rows.clone()]);
-        Density::peel_slice_mut(&mut rho).copy_from_slice(&densities.0[rows.clone()]);
-        Pressure::peel_slice_mut(&mut p).copy_from_slice(&pressures.0[rows.clone()]);
+        execution.copy(
+            Density::peel_slice_mut(&mut rho),
+            &densities.0[rows.clone()],
+        );
+        execution.copy(Pressure::peel_slice_mut(&mut p), &pressures.0[rows.clone()]);
         first = rows.end;
     }
 }

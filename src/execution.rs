@@ -56,6 +56,13 @@ impl Execution {
 }
 
 impl Execution {
+    /// Copies a column onto one of the same length, in parallel.
+    pub fn copy<T: Copy + Send + Sync>(&self, to: &mut [T], from: &[T]) {
+        self.for_each_chunk(to, |first, to| {
+            to.copy_from_slice(&from[first..first + to.len()]);
+        });
+    }
+
     /// Calls `work` with the first row and the chunks of two columns of one length, for every chunk, in parallel, and
     /// keeps what it gives.
     pub fn map_chunks<A: Send, B: Send, R: Send>(

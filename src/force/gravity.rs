@@ -4,6 +4,7 @@ use bevy_ecs::prelude::*;
 
 use crate::{
     column::{Accelerations, Positions},
+    execution::Execution,
     material::Material,
 };
 
@@ -12,7 +13,10 @@ pub fn apply_gravity(
     mut accelerations: ResMut<Accelerations>,
     positions: Res<Positions>,
     material: Res<Material>,
+    execution: Res<Execution>,
 ) {
-    accelerations.0.clear();
     accelerations.0.resize(positions.rows(), material.gravity);
+    execution.for_each_chunk(&mut accelerations.0, |_, chunk| {
+        chunk.fill(material.gravity)
+    });
 }

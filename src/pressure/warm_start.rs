@@ -117,7 +117,7 @@ pub fn scatter_mean_pressures(
     }
 }
 
-/// Puts a share of those pressures beside the positions, as terms, and sets the forces to zero until they are known.
+/// Puts a share of those pressures beside the positions, as terms. With none the forces are zero until there are pressures.
 pub(super) fn start(world: &mut World, share: f32) {
     world.resource_scope(|world, mut positions: Mut<Positions>| {
         let rows = positions.rows();
@@ -135,10 +135,15 @@ pub(super) fn start(world: &mut World, share: f32) {
             }
         });
     });
-    let rows = world.resource::<Positions>().rows();
-    let mut forces = world.resource_mut::<PressureAccelerations>();
-    forces.0.clear();
-    forces.0.resize(rows, Vec3::ZERO);
+    if share == 0.0 {
+        world.resource_scope(|world, mut forces: Mut<PressureAccelerations>| {
+            forces
+                .0
+                .resize(world.resource::<Positions>().rows(), Vec3::ZERO);
+            let execution = world.resource::<Execution>();
+            execution.for_each_chunk(&mut forces.0, |_, chunk| chunk.fill(Vec3::ZERO));
+        });
+    }
     let overshoots = world
         .get_resource::<Jacobi>()
         .is_some_and(Jacobi::overshoots);
