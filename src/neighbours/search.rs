@@ -11,7 +11,7 @@ use super::lists::{ListsTooLong, NeighbourLists, Region, Spans};
 use crate::{
     execution::Execution,
     index::{Run, SpatialIndex},
-    simd::{CANDIDATE_ALIGNMENT, Candidates, Near, Portable, Probe, Simd, Vectorised},
+    simd::{CANDIDATE_ALIGNMENT, Candidates, FIRST_ROOM, Near, Portable, Probe, Simd, Vectorised},
 };
 
 /// What a search reads.
@@ -75,6 +75,9 @@ impl Search<'_> {
     }
 }
 
+/// Runs that there is room for at once: the 125 cells around a point with cells of h/2.
+const FIRST_RUNS: usize = 128;
+
 /// Buffers of one thread, warm after the first step.
 #[derive(Default)]
 struct Scratch {
@@ -101,6 +104,7 @@ impl Scratch {
     ) {
         self.candidates.clear();
         self.runs.clear();
+        self.runs.reserve(FIRST_RUNS);
         match place {
             Some(place) if search.same => search.among.runs_around(place, cell, &mut self.runs),
             _ => search.among.runs(cell, &mut self.runs),
@@ -121,7 +125,7 @@ impl Scratch {
         }
         self.candidates.pad();
         if self.hits.len() < self.room() {
-            self.hits.resize(self.room(), 0);
+            self.hits.resize(self.room().max(FIRST_ROOM), 0);
         }
     }
 

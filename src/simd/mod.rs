@@ -163,6 +163,10 @@ pub struct Candidates {
     len: usize,
 }
 
+/// Candidates that there is room for at once: more than the cells around a point hold in most scenes, so that the buffers of a
+/// thread do not grow step by step, whenever it finds its first work.
+pub(crate) const FIRST_ROOM: usize = 1024;
+
 impl Candidates {
     /// Forgets all candidates, keeps the memory.
     pub fn clear(&mut self) {
@@ -234,7 +238,7 @@ impl Candidates {
 
     #[cold]
     fn grow(&mut self, len: usize) {
-        let len = len.next_power_of_two();
+        let len = len.next_power_of_two().max(FIRST_ROOM);
         self.x.resize(len, 0.0);
         self.y.resize(len, 0.0);
         self.z.resize(len, 0.0);
