@@ -78,8 +78,7 @@ macro_rules! for_every_method {
 // The target, 2 % of the slope and 1 % of sqrt(g H) for the mean speed, is met by every method. Layers are further off at
 // half depth, as the surface settles half a spacing lower, and within three spacings of the floor, where pressures alternate
 // from layer to layer (at 60 layers: 1.1 % and 6 %). The sound of the start, when the water falls onto pressure
-// that is not there yet, is damped by viscosity alone: SESPH's speeds are what is left of it. With PCISPH one particle of the
-// surface now and then jumps: of 24 runs in space that differ by rounding alone the fastest had 4 to 11 %, mostly 6 to 7.
+// that is not there yet, is damped by viscosity alone: SESPH's speeds are what is left of it.
 const IN_THE_PLANE: Bounds = &[
     ("-dp/dy", [0.02; 5]),
     ("p at half depth", [0.04; 5]),
@@ -94,7 +93,7 @@ const IN_SPACE: Bounds = &[
     ("worst layer", [0.045; 5]),
     ("energy gained", [0.01; 5]),
     ("rms speed", [0.01; 5]),
-    ("largest speed", [0.05, 0.05, 0.12, 0.03, 0.03]),
+    ("largest speed", [0.05, 0.05, 0.07, 0.03, 0.03]),
 ];
 
 // The target, 1 % of the semi-major axis at the end, is met by IISPH and DFSPH; the others are 1.1 % off. What is left is the

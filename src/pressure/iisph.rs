@@ -1,7 +1,8 @@
 //! IISPH (Ihmsen, Cornelis, Solenthaler, Horvath & Teschner 2014, *Implicit Incompressible SPH*, Algorithm 1): the
 //! pressures whose force brings the density, predicted from the velocities, to the rest density.
 //!
-//! Density and the diagonal of the linear system come from one pass over the neighbours; each iteration, one run of
+//! Density and the diagonal of the linear system come from one pass over the neighbours
+//! ([`compute_density`](implicit::compute_density)); each iteration, one run of
 //! [`PressureIteration`](super::solve::PressureIteration), takes two. See [`implicit`] for the system. The
 //! pressures start at half of the last step's, as in the paper; at least two iterations are done, and the mean error ends
 //! them.
@@ -13,20 +14,12 @@
 //! particle's own term, once (see [`force`](super::force)), and count in the diagonal as they do in the force.
 
 use bevy_ecs::{prelude::*, schedule::ScheduleConfigs, system::ScheduleSystem};
-use rayon::prelude::*;
 
 use super::{
-    implicit::{self, Response, Responses, predict_rates, predict_velocities, update_pressure},
+    implicit::{self, predict_rates, predict_velocities, update_pressure},
     solve::has_pressure,
 };
-use crate::{
-    boundary::sums::WallSums,
-    column::Densities,
-    density::DensitySum,
-    material::Material,
-    pairs::{PairSlopes, Pairs},
-    scene::Iisph,
-};
+use crate::scene::Iisph;
 
 /// Iterations that the momentum begins later than it could. Steps end after two to six of them, as the error comes out, and
 /// with momentum at once each of these numbers answers waves in another way: still water of 16 layers, 12 runs that differ by
@@ -34,10 +27,6 @@ use crate::{
 /// compression grows in steps of two iterations and is thrown back by one of ten. Half seconds of 72 in which it did so, and
 /// iterations a step: at once, 14 and 3.94; one later, 2 and 4.30; two, none and 4.60; three, none and 4.80.
 const HEAD_START: i32 = -2;
-
-/// Density and `1/D` of every particle, as their pass gives them.
-#[derive(Resource, Debug, Default)]
-pub struct DensityPass(Vec<(f32, f32)>);
 
 /// The systems of [`PressureIteration`](super::solve::PressureIteration), in their order.
 pub fn iteration() -> ScheduleConfigs<ScheduleSystem> {
@@ -58,33 +47,5 @@ pub fn install(world: &mut World, parameters: Iisph) {
         parameters.momentum,
         HEAD_START,
     );
-    world.init_resource::<DensityPass>();
-}
-
-/// Densities, and what the particles answer to their pressure (phase `Density`).
-pub fn compute_density(
-    mut pass: ResMut<DensityPass>,
-    mut densities: ResMut<Densities>,
-    mut responses: ResMut<Responses>,
-    mut slopes: Option<ResMut<PairSlopes>>,
-    walls: Option<Res<WallSums>>,
-    pairs: Pairs,
-    material: Res<Material>,
-) {
-    let rows = pairs.positions().rows();
-    pass.0.resize(rows, Default::default());
-    densities.0.resize(rows, 0.0);
-    responses.0.resize(rows, 0.0);
-    let walls = WallSums::slice(walls.as_deref());
-    let sums = (
-        DensitySum::new(&material, walls),
-        Response::new(&material, walls),
-    );
-    pairs.sum_and_keep(&sums, &mut pass.0, slopes.as_deref_mut());
-    let columns = densities.0.par_iter_mut().zip(&mut responses.0);
-    pairs.execution.install(|| {
-        columns
-            .zip(&pass.0)
-            .for_each(|((density, response), sums)| (*density, *response) = *sums);
-    });
+    implicit::install_density_pass(world);
 }

@@ -30,14 +30,18 @@
 
 use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};
+use rayon::prelude::*;
 
 use super::{Corrected, PressureSolve, lattice_response, warm_start::MeanPressures};
 use crate::{
     boundary::sums::{WallSums, Walls},
     column::{Accelerations, Densities, Positions, PressureAccelerations, Pressures, Velocities},
+    density::DensitySum,
     execution::Execution,
     material::Material,
-    pairs::{Pair, PairSum, PairsWithSlopes, accumulate, broadcast, difference, dot},
+    pairs::{
+        Pair, PairSlopes, PairSum, Pairs, PairsWithSlopes, accumulate, broadcast, difference, dot,
+    },
     simd::Simd,
     step::Clock,
 };
@@ -175,6 +179,44 @@ pub fn install(world: &mut World, relaxation: f32, momentum: bool, head_start: i
     world.init_resource::<Responses>();
     world.init_resource::<PredictedVelocities>();
     world.init_resource::<DensityRates>();
+}
+
+/// Inserts what [`compute_density`] needs.
+pub fn install_density_pass(world: &mut World) {
+    world.init_resource::<DensityPass>();
+    world.init_resource::<Responses>();
+}
+
+/// Density and `1/D` of every particle, as their pass gives them.
+#[derive(Resource, Debug, Default)]
+pub struct DensityPass(Vec<(f32, f32)>);
+
+/// Densities, and what the particles answer to their pressure (phase `Density`).
+pub fn compute_density(
+    mut pass: ResMut<DensityPass>,
+    mut densities: ResMut<Densities>,
+    mut responses: ResMut<Responses>,
+    mut slopes: Option<ResMut<PairSlopes>>,
+    walls: Option<Res<WallSums>>,
+    pairs: Pairs,
+    material: Res<Material>,
+) {
+    let rows = pairs.positions().rows();
+    pass.0.resize(rows, Default::default());
+    densities.0.resize(rows, 0.0);
+    responses.0.resize(rows, 0.0);
+    let walls = WallSums::slice(walls.as_deref());
+    let sums = (
+        DensitySum::new(&material, walls),
+        Response::new(&material, walls),
+    );
+    pairs.sum_and_keep(&sums, &mut pass.0, slopes.as_deref_mut());
+    let columns = densities.0.par_iter_mut().zip(&mut responses.0);
+    pairs.execution.install(|| {
+        columns
+            .zip(&pass.0)
+            .for_each(|((density, response), sums)| (*density, *response) = *sums);
+    });
 }
 
 /// `v + dt a` with all accelerations.

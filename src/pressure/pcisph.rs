@@ -6,9 +6,11 @@
 //! `p += δ (ρ* − ρ0)`, not below zero. It ends when the density error is below η and three iterations are done.
 //! `δ = 1/(β (|Σ_j ∇W_ij|² + Σ_j |∇W_ij|²))`, `β = 2 (m dt/ρ0)²`, for a particle of a full lattice.
 //!
-//! Deviations. δ is made for a particle among particles. One in an edge or corner of walls answers its own pressure more
-//! strongly, and where twice as strongly its pressure would swing ever wider: there δ is divided by the walls' share of
-//! the answer (`wall_response`). Nothing changes elsewhere.
+//! Deviations. δ is made for a particle of a full lattice. One at the surface, most of all beside walls, answers its own
+//! pressure more strongly, D of [`implicit`] against `2 m²` times the lattice's sums; where so, its pressure swings between zero
+//! and too much, and which of the two acts is the parity of the iterations. There δ is divided by that. In still water of 16
+//! layers single particles jumped with 4 to 11 % of sqrt(g H) where only walls were taken into account, in 24 runs that differ
+//! by rounding; now the fastest have 3.0 to 3.9 %, in 12. Nothing changes elsewhere, nor do iterations and errors of a dam break.
 //!
 //! Algorithm 2 corrects pressure and force once more after the prediction that met η, so the state it steps
 //! to was never predicted. In still water that was mostly harmless and now and then 20 to 30 % over the rest density.
@@ -22,12 +24,14 @@
 
 use bevy_ecs::{prelude::*, schedule::ScheduleConfigs, system::ScheduleSystem};
 
-use super::{Corrected, PressureSolve, lattice_response, solve::has_pressure};
+use super::{
+    Corrected, PressureSolve,
+    implicit::{self, Responses},
+    lattice_response,
+    solve::has_pressure,
+};
 use crate::{
-    boundary::{
-        direct_forcing,
-        sums::{WallSums, Walls},
-    },
+    boundary::direct_forcing,
     column::{
         Accelerations, Positions, PredictedPositions, PressureAccelerations, Pressures, Velocities,
     },
@@ -60,13 +64,15 @@ impl PressureCorrection {
         }
     }
 
-    /// How strongly walls alone answer the pressure of a row, in answers of the full lattice, at least 1.
-    ///
-    /// A pressure p moves the particle by `−dt² p/ρ0² g` with `g = Σ_b ρ0 V_b ∇W_ib`, which changes its density by g times
-    /// that; δ assumes `−p/δ`.
+    /// How strongly a row answers its own pressure, in answers that δ assumes, at least 1.
     #[inline]
-    fn wall_response(&self, walls: Walls, row: usize) -> f32 {
-        (self.delta_dt_squared * walls.gradient(row).length_squared()).max(1.0)
+    fn answer(&self, responses: &Responses, rest_density: f32, row: usize) -> f32 {
+        let inverse = responses.0[row];
+        if inverse > 0.0 {
+            (self.delta_dt_squared / (rest_density * rest_density * inverse)).max(1.0)
+        } else {
+            1.0
+        }
     }
 }
 
@@ -94,6 +100,7 @@ pub fn iteration(scene: &Scene) -> ScheduleConfigs<ScheduleSystem> {
 pub fn install(world: &mut World, parameters: &Pcisph, material: &Material) {
     world.insert_resource(PressureCorrection::new(parameters, material));
     world.init_resource::<PredictedDensities>();
+    implicit::install_density_pass(world);
 }
 
 fn predict_positions(
@@ -136,7 +143,7 @@ fn update_pressure(
     mut solve: ResMut<PressureSolve>,
     predicted: Res<PredictedDensities>,
     correction: Res<PressureCorrection>,
-    walls: Option<Res<WallSums>>,
+    responses: Res<Responses>,
     material: Res<Material>,
     clock: Res<Clock>,
     execution: Res<Execution>,
@@ -144,12 +151,12 @@ fn update_pressure(
     let rest_density = material.rest_density;
     let delta = correction.delta_dt_squared / (clock.dt * clock.dt);
     let square = rest_density * rest_density;
-    let walls = WallSums::slice(walls.as_deref());
     let (positions, pressures) = (&mut positions.0, &mut pressures.0);
     solve.update(positions, pressures, &execution, |row, term, kept| {
         let error = predicted.0[row] - rest_density;
         let acted = square * term;
-        let pressure = (acted + delta / correction.wall_response(walls, row) * error).max(0.0);
+        let pressure =
+            (acted + delta / correction.answer(&responses, rest_density, row) * error).max(0.0);
         // The last correction exerts no force: with it still water would carry 8.7 % more than its weight.
         *kept = if correction.last { pressure } else { acted };
         Corrected {

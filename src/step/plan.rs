@@ -126,7 +126,10 @@ fn bytes_per_particle(scene: &Scene, neighbours: f32) -> Vec<(String, f64)> {
     match scene.pressure {
         PressureMethod::Sesph(_) => {}
         PressureMethod::Pcisph(_) => {
-            bytes.push(("predicted positions and densities".to_owned(), 20.0));
+            bytes.push((
+                "predicted positions and densities, responses".to_owned(),
+                32.0,
+            ));
         }
         PressureMethod::Iisph(_) => {
             bytes.push((

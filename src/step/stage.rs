@@ -97,10 +97,10 @@ impl Stage {
             wanted: |_| true,
             systems: |scene| {
                 let density = match scene.pressure {
-                    PressureMethod::Sesph(_) | PressureMethod::Pcisph(_) => {
-                        density::compute_density.into_configs()
+                    PressureMethod::Sesph(_) => density::compute_density.into_configs(),
+                    PressureMethod::Pcisph(_) | PressureMethod::Iisph(_) => {
+                        pressure::implicit::compute_density.into_configs()
                     }
-                    PressureMethod::Iisph(_) => pressure::iisph::compute_density.into_configs(),
                     PressureMethod::Dfsph(_) => pressure::dfsph::compute_density.into_configs(),
                 };
                 if scene.boundaries.is_empty() {
