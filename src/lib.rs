@@ -51,7 +51,7 @@
 //! | module | what is in it |
 //! | --- | --- |
 //! | [`pairs`] | sums over neighbours: the one loop that all physics goes through; slopes of the kernel, kept for the step |
-//! | [`boundary`] | walls as particles: sampling, volumes, contact, direct forcing |
+//! | [`boundary`] | walls as particles: sampling, volumes, their sums around the fluid, contact, direct forcing |
 //! | [`mesh`] | triangle meshes: files, distances, rays |
 //! | [`simd`] | eight lanes, chosen at run time; the only `unsafe` |
 //! | [`execution`] | threads, chunks, results that do not depend on either |

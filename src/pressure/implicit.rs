@@ -1,4 +1,5 @@
-//! What IISPH and DFSPH share: one linear system, and a Jacobi iteration on it.
+//! What IISPH and DFSPH share: one linear system, and a Jacobi iteration on it. What a particle answers to its own pressure,
+//! D below, PCISPH wants to know, too ([`compute_density`]).
 //!
 //! With the pressure force of [`force`](super::force), pressure terms `t = p/ρ²` and the velocities v* without pressure,
 //! `ρ_i + dt Dρ_i/Dt(v* + dt a(t)) = ρ0` is linear in t, with

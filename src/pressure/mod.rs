@@ -2,7 +2,7 @@
 //!
 //! Every method writes the pressure term `p/ρ²` beside the positions and leaves the rest to [`pressure_force`]. Those
 //! that iterate do so in [`solve`], from what [`warm_start`] gives them; [`implicit`] is what the two have in common whose
-//! densities are predicted from velocities. Beside walls [`fluid_share`] makes pressures of what they find.
+//! densities are predicted from velocities, and how strongly a particle answers its own pressure. Beside walls [`fluid_share`] makes pressures of what they find.
 //!
 //! | method | file | solves for | iterates over |
 //! | --- | --- | --- | --- |

@@ -174,7 +174,7 @@ pub(super) fn iterate(
     // All of it in the pool, so that no loop has to wake a thread of it first.
     let execution = world.resource::<Execution>().clone();
     let mut before = f32::INFINITY;
-    let mut iterate = |world: &mut World, iteration: &mut Schedule| {
+    let mut until_the_end = |world: &mut World, iteration: &mut Schedule| {
         loop {
             iteration.run(world);
             let mut solve = world.resource_mut::<PressureSolve>();
@@ -200,7 +200,7 @@ pub(super) fn iterate(
         }
     };
     world.schedule_scope(iteration, |world, iteration| {
-        execution.install(|| iterate(world, iteration))
+        execution.install(|| until_the_end(world, iteration))
     })
 }
 
