@@ -113,8 +113,8 @@ fn hash(bits: &[[u32; 6]]) -> u64 {
 const GOLDEN: [u64; 4] = [
     0x889f_4959_f7f9_d67a,
     0xe27b_4463_c4fb_c7b2,
-    0xd107_5cc9_7165_341a,
-    0x2534_0b0b_d0bf_61e9,
+    0xdcb8_84e0_31fb_8c2f,
+    0x50bd_387c_50f8_c50d,
 ];
 
 #[test]

@@ -39,6 +39,9 @@ pub trait PairSum: Copy + Sync {
     const BOUNDARY: bool = false;
     /// Whether it wants to know how many neighbours there are.
     const COUNTS: bool = false;
+    /// Whether slopes are all it takes of a pair. Where they are known positions are not fetched then, and the rest of the
+    /// pair is zero.
+    const SLOPES_ALONE: bool = false;
 
     /// Before the first neighbour of row `i`, which is at `own`.
     fn start<S: Simd>(&self, simd: S, i: usize, own: Vec4) -> Self::Sums<S>;
@@ -59,6 +62,7 @@ impl<A: PairSum, B: PairSum> PairSum for (A, B) {
     const FLUID: bool = A::FLUID || B::FLUID;
     const BOUNDARY: bool = A::BOUNDARY || B::BOUNDARY;
     const COUNTS: bool = A::COUNTS || B::COUNTS;
+    const SLOPES_ALONE: bool = A::SLOPES_ALONE && B::SLOPES_ALONE;
 
     #[inline(always)]
     fn start<S: Simd>(&self, simd: S, i: usize, own: Vec4) -> Self::Sums<S> {
@@ -411,20 +415,30 @@ const AHEAD: usize = 16;
 
 /// One row of a pass: one loop over whole vectors, the last filled up with absent rows, and no case for a rest.
 #[inline(always)]
-fn row<P: PairSum, S: Simd>(
+fn row<P: PairSum, S: Simd, L: Slopes>(
     pass: &P,
     simd: S,
     places: Places,
     i: usize,
     (mut fluid, mut boundary): (&[u32], &[u32]),
-    slopes: &mut impl Slopes,
+    slopes: &mut L,
 ) -> P::Output {
     let neighbours = fluid.len() + boundary.len();
     let mut sums = pass.start(simd, i, places.fluid[i]);
     let own = broadcast(simd, places.fluid[i]);
     while P::FLUID && !fluid.is_empty() {
         let rows = simd.rows(fluid);
-        let pair = pair(simd, own, places.fluid, rows, (places.kernel, slopes));
+        let pair = if P::SLOPES_ALONE && L::KNOWN {
+            let zero = simd.splat(0.0);
+            Pair {
+                x: [zero; 3],
+                distance: zero,
+                fourth: zero,
+                slope: slopes.next(simd, places.kernel, zero),
+            }
+        } else {
+            pair(simd, own, places.fluid, rows, (places.kernel, slopes))
+        };
         pass.fluid(simd, &pair, rows, &mut sums);
         fluid = fluid.get(LANES..).unwrap_or_default();
     }

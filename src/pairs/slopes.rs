@@ -59,6 +59,9 @@ pub(super) fn make_room(chunk: &mut Vec<Lanes>, fluid: &NeighbourLists, first: u
 
 /// Where a loop over pairs takes their slopes from, vector by vector.
 pub(super) trait Slopes {
+    /// Whether they are there without distances.
+    const KNOWN: bool = false;
+
     /// Of the next eight pairs.
     fn next<S: Simd>(&mut self, simd: S, kernel: &CubicSpline, distance_squared: S::F) -> S::F;
 }
@@ -77,6 +80,8 @@ impl Slopes for Computed {
 pub(super) struct Known<'a>(pub std::slice::Iter<'a, Lanes>);
 
 impl Slopes for Known<'_> {
+    const KNOWN: bool = true;
+
     #[inline(always)]
     fn next<S: Simd>(&mut self, simd: S, _: &CubicSpline, _: S::F) -> S::F {
         let next = self.0.next();

@@ -142,7 +142,7 @@ pub fn compute_density(
             Response::new(&material, walls),
         ),
         (
-            DensityRate::new(&material, &velocities.0, walls),
+            DensityRate::<true>::new(&material, &pairs.positions().0, &velocities.0, walls),
             NeighbourCount,
         ),
     );

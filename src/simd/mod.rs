@@ -88,6 +88,20 @@ pub trait Simd: Copy {
     fn insert(self, block: &mut [u32], place: usize, entry: [u32; 4]);
     /// Four columns at eight rows. A row beyond the table reads its last entry.
     fn gather(self, table: &[Vec4], rows: Self::Rows) -> [Self::F; 4];
+    /// A vector in both halves.
+    fn splat_vector(self, x: Vec4) -> Self::F;
+    /// `sum + Σ_k factor_k (a − a_k) (b − b_k)` over eight rows of two tables, component by component: the first four rows in
+    /// the lower half, the others in the upper. A row beyond the shorter table reads the entry at its end.
+    fn add_products(
+        self,
+        tables: [&[Vec4]; 2],
+        own: [Self::F; 2],
+        rows: Self::Rows,
+        factor: Self::F,
+        sum: Self::F,
+    ) -> Self::F;
+    /// Sum of the first three components of both halves, `((0+4)+(1+5)) + (2+6)`.
+    fn sum_vectors(self, a: Self::F) -> f32;
     /// Appends the entries of `runs` that are near, in their order. `blocks` are words and a pitch: columns of
     /// that many entries, x, y, z as
     /// bits and rows, block after block, and [`CANDIDATE_ALIGNMENT`] words more: whole vectors are read.

@@ -148,6 +148,39 @@ impl Simd for Portable {
     }
 
     #[inline(always)]
+    fn splat_vector(self, x: Vec4) -> F {
+        from_fn(|lane| x[lane % 4])
+    }
+
+    #[inline(always)]
+    fn add_products(
+        self,
+        [a, b]: [&[Vec4]; 2],
+        own: [F; 2],
+        rows: [u32; LANES],
+        factor: F,
+        mut sum: F,
+    ) -> F {
+        let last = a.len().min(b.len()) - 1;
+        for k in 0..4 {
+            // The row of a lane is one of the lower or of the upper four.
+            let of_lane = |lane: usize| k + lane / 4 * 4;
+            let entry = |table: &[Vec4]| -> F {
+                from_fn(|lane| table[(rows[of_lane(lane)] as usize).min(last)][lane % 4])
+            };
+            let factor = from_fn(|lane| factor[of_lane(lane)]);
+            let [x, y] = [self.sub(own[0], entry(a)), self.sub(own[1], entry(b))];
+            sum = self.mul_add(factor, self.mul(x, y), sum);
+        }
+        sum
+    }
+
+    #[inline(always)]
+    fn sum_vectors(self, a: F) -> f32 {
+        ((a[0] + a[4]) + (a[1] + a[5])) + (a[2] + a[6])
+    }
+
+    #[inline(always)]
     fn take_near(
         self,
         candidates: &mut Candidates,

@@ -149,10 +149,10 @@ fn every_instruction_set_takes_the_same_candidates() {
 struct Arithmetic<'a>(&'a [Vec4], &'a [u32]);
 
 impl Vectorised for Arithmetic<'_> {
-    type Output = [f32; 9];
+    type Output = [f32; 10];
 
     #[inline(always)]
-    fn run<S: Simd>(self, simd: S) -> [f32; 9] {
+    fn run<S: Simd>(self, simd: S) -> [f32; 10] {
         let (whole, rest) = self.1.split_at(LANES);
         let [x, y, z, w] = simd.gather(self.0, simd.rows(whole));
         let [tail, ..] = simd.gather(self.0, simd.rows(rest));
@@ -167,6 +167,7 @@ impl Vectorised for Arithmetic<'_> {
             simd.sum(simd.sqrt(z)),
             simd.sum(tail),
             simd.sum(simd.add(y, simd.load(&memory))),
+            simd.sum_vectors(simd.sub(y, simd.splat_vector(self.0[0]))),
             simd.sum(simd.mul_add(x, y, z)),
         ]
     }
@@ -187,11 +188,68 @@ fn every_instruction_set_calculates_alike() {
     );
     for set in InstructionSet::available() {
         let other = set.dispatch(Arithmetic(&table, &rows));
-        assert_eq!(other[..8], portable[..8], "{set:?}");
+        assert_eq!(other[..9], portable[..9], "{set:?}");
         assert!(
-            (other[8] - portable[8]).abs() < 1e-5,
+            (other[9] - portable[9]).abs() < 1e-5,
             "{set:?}: fused or not differs by rounding only"
         );
+    }
+}
+
+struct Products<'a>([&'a [Vec4]; 2], &'a [u32]);
+
+impl Vectorised for Products<'_> {
+    type Output = f32;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> f32 {
+        let Self(tables, list) = self;
+        let own = tables.map(|table| simd.splat_vector(table[0]));
+        let [factor, ..] = simd.gather(tables[0], simd.rows(list));
+        let sum = simd.splat_vector(Vec4::new(1.0, 2.0, 3.0, f32::NAN));
+        simd.sum_vectors(simd.add_products(tables, own, simd.rows(list), factor, sum))
+    }
+}
+
+#[test]
+fn every_instruction_set_sums_products_of_vectors() {
+    let mut next = numbers(13);
+    let table: Vec<Vec4> = (0..80)
+        .map(|_| Vec4::new(next(), next(), next(), next()))
+        .collect();
+    let tables = [&table[..40], &table[40..79]];
+    for list in [
+        &[3, 38, 7, 0, 12, 12, 31, 5][..],
+        &[9, 2, 77],
+        &[0, 0, 0, 0, 8],
+    ] {
+        // Beyond the shorter table both read where that ends.
+        let rows = (0..LANES).map(|lane| list.get(lane).map_or(38, |&row| (row as usize).min(38)));
+        let factors =
+            (0..LANES).map(|lane| list.get(lane).map_or(39, |&row| (row as usize).min(39)));
+        let expected = 12.0
+            + rows
+                .zip(factors)
+                .map(|(row, factor)| {
+                    let [x, y] = tables.map(|table| (table[0] - table[row]).truncate().as_dvec3());
+                    f64::from(tables[0][factor].x) * x.dot(y)
+                })
+                .sum::<f64>();
+        let sums = InstructionSet::available()
+            .into_iter()
+            .map(|set| (set, set.dispatch(Products(tables, list))));
+        let sums: Vec<_> = sums.collect();
+        for &(set, sum) in &sums {
+            assert!(
+                (f64::from(sum) - expected).abs() < 1e-5,
+                "{set:?}: {sum}, {expected}"
+            );
+        }
+        let fused = sums
+            .iter()
+            .filter(|(set, _)| *set != InstructionSet::Portable);
+        let bits: Vec<u32> = fused.map(|(_, sum)| sum.to_bits()).collect();
+        assert!(bits.windows(2).all(|pair| pair[0] == pair[1]), "{sums:?}");
     }
 }
 

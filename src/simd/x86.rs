@@ -20,6 +20,13 @@ pub(super) fn prefetch<T>(place: &T) {
     unsafe { _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(place).cast()) }
 }
 
+/// The k-th and the fourth offset after it, read as volatile so that they come from memory (see `gather`).
+#[inline(always)]
+fn reload(offsets: &[u32; LANES], k: usize) -> [usize; 2] {
+    // SAFETY: reads of a reference.
+    [k, k + 4].map(|k| unsafe { std::ptr::read_volatile(&offsets[k]) } as usize)
+}
+
 /// Proof that the machine has AVX2 and FMA: made by `detect` alone.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Avx2(());
@@ -35,6 +42,35 @@ impl Avx2 {
             && is_x86_feature_detected!("fma")
             && is_x86_feature_detected!("popcnt"))
         .then_some(Self(()))
+    }
+
+    /// Where eight rows of a table of so many entries begin [bytes]; of a row beyond it, where its last entry does.
+    #[inline(always)]
+    fn offsets(self, rows: __m256i, entries: usize) -> [u32; LANES] {
+        assert!(entries > 0, "a table ends with a sentinel");
+        let last = (entries - 1).min(MAX_ROW) as i32;
+        let mut offsets = [0; LANES];
+        // SAFETY: `self` proves that the machine has AVX2; there is room for eight words. An offset of a row up to `MAX_ROW`
+        // fits one.
+        unsafe {
+            let rows = _mm256_min_epu32(rows, _mm256_set1_epi32(last));
+            _mm256_storeu_si256(offsets.as_mut_ptr().cast(), _mm256_slli_epi32::<4>(rows));
+        }
+        offsets
+    }
+
+    /// The entries at two offsets [bytes].
+    ///
+    /// # Safety
+    ///
+    /// There are sixteen bytes to read at both offsets from `base`.
+    #[inline(always)]
+    unsafe fn two(self, base: *const u8, [low, high]: [usize; 2]) -> __m256 {
+        // SAFETY: `self` proves that the machine has AVX2; the caller answers for the offsets. Unaligned loads.
+        unsafe {
+            let low = _mm256_castps128_ps256(_mm_loadu_ps(base.add(low).cast()));
+            _mm256_insertf128_ps::<1>(low, _mm_loadu_ps(base.add(high).cast()))
+        }
     }
 
     #[inline]
@@ -224,30 +260,12 @@ impl Simd for Avx2 {
     /// took 142 ns a particle so, 115 through memory).
     #[inline(always)]
     fn gather(self, table: &[Vec4], rows: __m256i) -> [__m256; 4] {
-        assert!(!table.is_empty(), "a table ends with a sentinel");
-        let last = (table.len() - 1).min(MAX_ROW) as i32;
-        let base: *const u8 = table.as_ptr().cast();
-        // SAFETY: `self` proves that the machine has AVX2. Every row is clamped to the last entry of the table, whose
-        // entries are sixteen bytes each, so `base + offset` has sixteen readable bytes; unaligned loads. Offsets of
-        // rows up to `MAX_ROW` fit 32 bits. The volatile reads are of a local array that was just written.
+        let base = table.as_ptr().cast();
+        let offsets = self.offsets(rows, table.len());
+        // SAFETY: `self` proves that the machine has AVX2. The offsets are those of entries of the table, sixteen bytes each.
         unsafe {
-            let rows = _mm256_min_epu32(rows, _mm256_set1_epi32(last));
-            let mut offsets = [0u32; LANES];
-            _mm256_storeu_si256(offsets.as_mut_ptr().cast(), _mm256_slli_epi32::<4>(rows));
-            macro_rules! load {
-                ($k:literal) => {
-                    _mm_loadu_ps(
-                        base.add(std::ptr::read_volatile(&offsets[$k]) as usize)
-                            .cast(),
-                    )
-                };
-            }
-            macro_rules! pair {
-                ($low:literal, $high:literal) => {
-                    _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(load!($low)), load!($high))
-                };
-            }
-            let (a, b, c, d) = (pair!(0, 4), pair!(1, 5), pair!(2, 6), pair!(3, 7));
+            let two = |k| self.two(base, reload(&offsets, k));
+            let (a, b, c, d) = (two(0), two(1), two(2), two(3));
             let (ab_low, ab_high) = (_mm256_unpacklo_ps(a, b), _mm256_unpackhi_ps(a, b));
             let (cd_low, cd_high) = (_mm256_unpacklo_ps(c, d), _mm256_unpackhi_ps(c, d));
             [
@@ -256,6 +274,51 @@ impl Simd for Avx2 {
                 _mm256_shuffle_ps::<0b01_00_01_00>(ab_high, cd_high),
                 _mm256_shuffle_ps::<0b11_10_11_10>(ab_high, cd_high),
             ]
+        }
+    }
+
+    #[inline(always)]
+    fn splat_vector(self, x: Vec4) -> __m256 {
+        // SAFETY: `self` proves that the machine has AVX2; a `Vec4` is four numbers.
+        unsafe {
+            let x = _mm_loadu_ps(std::ptr::from_ref(&x).cast());
+            _mm256_set_m128(x, x)
+        }
+    }
+
+    #[inline(always)]
+    fn add_products(
+        self,
+        [a, b]: [&[Vec4]; 2],
+        own: [__m256; 2],
+        rows: __m256i,
+        factor: __m256,
+        sum: __m256,
+    ) -> __m256 {
+        let (x, y) = (a.as_ptr().cast(), b.as_ptr().cast());
+        let offsets = self.offsets(rows, a.len().min(b.len()));
+        // SAFETY: `self` proves that the machine has AVX2 and FMA. The offsets are those of entries of both tables, sixteen
+        // bytes each.
+        unsafe {
+            let product = |k| {
+                let places = reload(&offsets, k);
+                let x = _mm256_sub_ps(own[0], self.two(x, places));
+                _mm256_mul_ps(x, _mm256_sub_ps(own[1], self.two(y, places)))
+            };
+            let sum = _mm256_fmadd_ps(_mm256_permute_ps::<0x00>(factor), product(0), sum);
+            let sum = _mm256_fmadd_ps(_mm256_permute_ps::<0x55>(factor), product(1), sum);
+            let sum = _mm256_fmadd_ps(_mm256_permute_ps::<0xAA>(factor), product(2), sum);
+            _mm256_fmadd_ps(_mm256_permute_ps::<0xFF>(factor), product(3), sum)
+        }
+    }
+
+    #[inline(always)]
+    fn sum_vectors(self, a: __m256) -> f32 {
+        // SAFETY: `self` proves that the machine has AVX2.
+        unsafe {
+            let four = _mm_add_ps(_mm256_castps256_ps128(a), _mm256_extractf128_ps::<1>(a));
+            let two = _mm_add_ss(four, _mm_movehdup_ps(four));
+            _mm_cvtss_f32(_mm_add_ss(two, _mm_movehl_ps(four, four)))
         }
     }
 
@@ -313,6 +376,9 @@ impl Simd for Avx512 {
         fn inside(point: [__m256; 3], cube: Cube) -> u32;
         fn insert(block: &mut [u32], place: usize, entry: [u32; 4]) -> ();
         fn gather(table: &[Vec4], rows: __m256i) -> [__m256; 4];
+        fn splat_vector(x: Vec4) -> __m256;
+        fn add_products(tables: [&[Vec4]; 2], own: [__m256; 2], rows: __m256i, factor: __m256, sum: __m256) -> __m256;
+        fn sum_vectors(a: __m256) -> f32;
     }
 
     #[inline(always)]
