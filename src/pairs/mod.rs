@@ -7,7 +7,7 @@
 
 mod slopes;
 
-use std::{cell::RefCell, ops::AddAssign};
+use std::{cell::RefCell, ops::AddAssign, ops::Range};
 
 use bevy_ecs::{prelude::*, system::SystemParam};
 use glam::{IVec3, Vec4};
@@ -160,6 +160,19 @@ pub struct Places<'a> {
     pub kernel: &'a CubicSpline,
 }
 
+impl Places<'_> {
+    /// How many rows of the fluid there are.
+    fn rows(&self) -> usize {
+        self.fluid.len() - 1
+    }
+
+    /// The rows of a chunk.
+    fn chunk(&self, chunk: usize) -> Range<usize> {
+        let first = chunk * CHUNK;
+        first..self.rows().min(first + CHUNK)
+    }
+}
+
 /// Scalar product.
 #[inline(always)]
 pub fn dot<S: Simd>(simd: S, a: [S::F; 3], b: [S::F; 3]) -> S::F {
@@ -205,23 +218,23 @@ impl<'w> std::ops::Deref for PairsWithSlopes<'w> {
 impl PairsWithSlopes<'_> {
     /// Runs `pass` over all rows into `out`, which has one entry a row.
     pub fn sum<P: PairSum>(&self, pass: &P, out: &mut [P::Output]) {
-        self.each(pass, out, |out, sum| *out = sum);
+        self.each(pass, into(out));
     }
 
     /// Runs `pass` over all rows and adds what it gives to `out`, which has one entry a row.
     pub fn add<P: PairSum<Output: AddAssign>>(&self, pass: &P, out: &mut [P::Output]) {
-        self.each(pass, out, |out, sum| *out += sum);
+        let takers = out.par_chunks_mut(CHUNK);
+        self.each(pass, takers.map(|out| |k: usize, sum| out[k] += sum));
     }
 
-    fn each<P: PairSum>(
+    fn each<P: PairSum, T: FnMut(usize, P::Output)>(
         &self,
         pass: &P,
-        out: &mut [P::Output],
-        put: impl Fn(&mut P::Output, P::Output) + Copy + Sync,
+        takers: impl IndexedParallelIterator<Item = T>,
     ) {
         let (source, places) = (self.source(), self.places(&self.positions.0));
         let slopes = self.slopes.as_deref();
-        over_rows(pass, source, places, slopes, out, &self.execution, put);
+        over_rows(pass, source, places, slopes, takers, &self.execution);
     }
 }
 
@@ -231,50 +244,42 @@ impl Pairs<'_> {
         &self.positions
     }
 
-    /// Runs `pass` over all rows, at the positions of the step, into `out`, which has one entry a row, and keeps the
-    /// slopes of the pairs, unless the scene has no place for them.
-    pub fn sum_and_keep<P: PairSum>(
+    /// Runs `pass` over all rows, at the positions of the step, and keeps the slopes of the pairs, unless the scene has no
+    /// place for them. What it gives goes to `takers`, one a chunk of rows, with its place in the chunk.
+    pub fn sum_and_keep<P: PairSum, T: FnMut(usize, P::Output)>(
         &self,
         pass: &P,
-        out: &mut [P::Output],
         slopes: Option<&mut PairSlopes>,
+        takers: impl IndexedParallelIterator<Item = T>,
     ) {
-        let places = self.places(&self.positions.0);
-        let (Source::Stored(fluid, boundary), Some(slopes)) = (self.source(), slopes) else {
-            return self.sum_at(places.fluid, pass, out);
+        let (source, places) = (self.source(), self.places(&self.positions.0));
+        let (Source::Stored(fluid, boundary), Some(slopes)) = (source, slopes) else {
+            return over_rows(pass, source, places, None, takers, &self.execution);
         };
         let set = self.execution.instruction_set.arithmetic();
-        let slopes = slopes.chunks_to_fill(out.len());
+        let slopes = slopes.chunks_to_fill(places.rows());
         self.execution.install(|| {
-            out.par_chunks_mut(CHUNK)
-                .zip(slopes)
-                .enumerate()
-                .for_each(|(chunk, (out, slopes))| {
-                    let first = chunk * CHUNK;
-                    slopes::make_room(slopes, fluid, first, out.len());
-                    set.dispatch(StoredChunk {
-                        pass,
-                        places,
-                        fluid,
-                        boundary,
-                        slopes: Kept(slopes.iter_mut()),
-                        first,
-                        out,
-                        put: |out: &mut P::Output, sum| *out = sum,
-                    });
+            let chunks = takers.zip(slopes).enumerate();
+            chunks.for_each(|(chunk, (take, slopes))| {
+                let rows = places.chunk(chunk);
+                slopes::make_room(slopes, fluid, rows.clone());
+                set.dispatch(StoredChunk {
+                    pass,
+                    places,
+                    fluid,
+                    boundary,
+                    slopes: Kept(slopes.iter_mut()),
+                    rows,
+                    take,
                 });
+            });
         });
     }
 
-    /// Runs `pass` with the step's neighbours at any positions, which a sentinel ends.
+    /// Runs `pass` with the step's neighbours at any positions, which a sentinel ends, into `out`, which has one entry a row.
     pub fn sum_at<P: PairSum>(&self, fluid: &[Vec4], pass: &P, out: &mut [P::Output]) {
-        sum(
-            pass,
-            self.source(),
-            self.places(fluid),
-            out,
-            &self.execution,
-        );
+        let places = self.places(fluid);
+        sum(pass, self.source(), places, out, &self.execution);
     }
 
     fn places<'a>(&'a self, fluid: &'a [Vec4]) -> Places<'a> {
@@ -365,49 +370,57 @@ pub fn sum<P: PairSum>(
     out: &mut [P::Output],
     execution: &Execution,
 ) {
-    let put = |out: &mut P::Output, sum| *out = sum;
-    over_rows(pass, source, places, None, out, execution, put);
+    over_rows(pass, source, places, None, into(out), execution);
 }
 
-fn over_rows<P: PairSum>(
+/// What puts sums into a column.
+pub fn into<T: Send>(
+    column: &mut [T],
+) -> impl IndexedParallelIterator<Item = impl FnMut(usize, T) + use<'_, T>> {
+    let chunks = column.par_chunks_mut(CHUNK);
+    chunks.map(|column| |k: usize, sum| column[k] = sum)
+}
+
+fn over_rows<P: PairSum, T: FnMut(usize, P::Output)>(
     pass: &P,
     source: Source,
     places: Places,
     slopes: Option<&PairSlopes>,
-    out: &mut [P::Output],
+    takers: impl IndexedParallelIterator<Item = T>,
     execution: &Execution,
-    put: impl Fn(&mut P::Output, P::Output) + Copy + Sync,
 ) {
     let set = execution.instruction_set;
-    execution.for_each_chunk(out, |first, out| match source {
-        Source::Stored(fluid, boundary) => {
-            let chunk = StoredChunk {
-                pass,
-                places,
-                fluid,
-                boundary,
-                slopes: Computed,
-                first,
-                out,
-                put,
-            };
-            match slopes.and_then(|slopes| slopes.chunk(first)) {
-                Some(slopes) => set.arithmetic().dispatch(chunk.with(Known(slopes.iter()))),
-                None => set.arithmetic().dispatch(chunk),
+    let work = |(chunk, take)| {
+        let rows = places.chunk(chunk);
+        match source {
+            Source::Stored(fluid, boundary) => {
+                let chunk = StoredChunk {
+                    pass,
+                    places,
+                    fluid,
+                    boundary,
+                    slopes: Computed,
+                    rows,
+                    take,
+                };
+                match slopes.and_then(|slopes| slopes.chunk(chunk.rows.start)) {
+                    Some(slopes) => set.arithmetic().dispatch(chunk.with(Known(slopes.iter()))),
+                    None => set.arithmetic().dispatch(chunk),
+                }
+            }
+            Source::OnTheSpot(fluid, boundary) => {
+                set.dispatch(SpotChunk {
+                    pass,
+                    places,
+                    fluid,
+                    boundary,
+                    rows,
+                    take,
+                });
             }
         }
-        Source::OnTheSpot(fluid, boundary) => {
-            set.dispatch(SpotChunk {
-                pass,
-                places,
-                fluid,
-                boundary,
-                first,
-                out,
-                put,
-            });
-        }
-    });
+    };
+    execution.install(|| takers.enumerate().for_each(work));
 }
 
 /// How many rows before its turn a list is asked for; 8 and 32 do as well.
@@ -452,39 +465,35 @@ fn row<P: PairSum, S: Simd, L: Slopes>(
     pass.finish(simd, neighbours, sums)
 }
 
-struct StoredChunk<'a, P: PairSum, L, F> {
+struct StoredChunk<'a, P, L, T> {
     pass: &'a P,
     places: Places<'a>,
     fluid: &'a NeighbourLists,
     boundary: Option<&'a NeighbourLists>,
     slopes: L,
-    first: usize,
-    out: &'a mut [P::Output],
-    put: F,
+    rows: Range<usize>,
+    take: T,
 }
 
-impl<'a, P: PairSum, L, F> StoredChunk<'a, P, L, F> {
-    fn with<M>(self, slopes: M) -> StoredChunk<'a, P, M, F> {
+impl<'a, P, L, T> StoredChunk<'a, P, L, T> {
+    fn with<M>(self, slopes: M) -> StoredChunk<'a, P, M, T> {
         StoredChunk {
             pass: self.pass,
             places: self.places,
             fluid: self.fluid,
             boundary: self.boundary,
             slopes,
-            first: self.first,
-            out: self.out,
-            put: self.put,
+            rows: self.rows,
+            take: self.take,
         }
     }
 }
 
-impl<P: PairSum, L: Slopes, F: Fn(&mut P::Output, P::Output)> Vectorised
-    for StoredChunk<'_, P, L, F>
-{
+impl<P: PairSum, L: Slopes, T: FnMut(usize, P::Output)> Vectorised for StoredChunk<'_, P, L, T> {
     type Output = ();
 
     #[inline(always)]
-    fn run<S: Simd>(self, simd: S) {
+    fn run<S: Simd>(mut self, simd: S) {
         // Copies of its own, so that their fields stay in registers.
         let pass = *self.pass;
         let kernel = *self.places.kernel;
@@ -493,7 +502,7 @@ impl<P: PairSum, L: Slopes, F: Fn(&mut P::Output, P::Output)> Vectorised
             ..self.places
         };
         let mut slopes = self.slopes;
-        for (i, out) in (self.first..).zip(self.out) {
+        for (k, i) in self.rows.enumerate() {
             let boundary = match self.boundary {
                 Some(lists) if P::BOUNDARY || P::COUNTS => lists.of(i),
                 _ => &[],
@@ -502,7 +511,7 @@ impl<P: PairSum, L: Slopes, F: Fn(&mut P::Output, P::Output)> Vectorised
                 self.fluid.prefetch(i + AHEAD);
             }
             let lists = (self.fluid.of(i), boundary);
-            (self.put)(out, row(&pass, simd, places, i, lists, &mut slopes));
+            (self.take)(k, row(&pass, simd, places, i, lists, &mut slopes));
         }
     }
 }
@@ -531,40 +540,38 @@ impl<A, B, F: Fn(usize, &[u32], &mut A, &mut B)> Vectorised for BoundaryChunk<'_
     }
 }
 
-struct SpotChunk<'a, P: PairSum, F> {
+struct SpotChunk<'a, P, T> {
     pass: &'a P,
     places: Places<'a>,
     fluid: Search<'a>,
     boundary: Option<Search<'a>>,
-    first: usize,
-    out: &'a mut [P::Output],
-    put: F,
+    rows: Range<usize>,
+    take: T,
 }
 
-impl<P: PairSum, F: Fn(&mut P::Output, P::Output)> Vectorised for SpotChunk<'_, P, F> {
+impl<P: PairSum, T: FnMut(usize, P::Output)> Vectorised for SpotChunk<'_, P, T> {
     type Output = ();
 
     #[inline(always)]
-    fn run<S: Simd>(self, simd: S) {
+    fn run<S: Simd>(mut self, simd: S) {
         let grid = self.fluid.of.grid();
         // Rows of a cell one after the other, so that they share its candidates.
         let mut order = ORDER.take();
         order.clear();
-        for k in 0..self.out.len() {
-            order.push((grid.cell_of(self.fluid.points[self.first + k]), k));
+        for (k, &point) in self.fluid.points[self.rows.clone()].iter().enumerate() {
+            order.push((grid.cell_of(point), k));
         }
         order.sort_unstable_by_key(|&(cell, k)| (cell.to_array(), k));
         let mut fluid = OnTheSpot::new(self.fluid);
         let mut boundary = self.boundary.map(OnTheSpot::new);
         for &(_, k) in &order {
-            let i = self.first + k;
+            let i = self.rows.start + k;
             let near_boundary = match &mut boundary {
                 Some(search) if P::BOUNDARY || P::COUNTS => search.of(simd, i),
                 _ => &[],
             };
             let near = (fluid.of(simd, i), near_boundary);
-            let sum = row(self.pass, simd, self.places, i, near, &mut Computed);
-            (self.put)(&mut self.out[k], sum);
+            (self.take)(k, row(self.pass, simd, self.places, i, near, &mut Computed));
         }
         ORDER.set(order);
     }

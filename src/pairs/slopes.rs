@@ -7,6 +7,8 @@
 //! nothing that could be measured and gradients for 20; the density pass, which has the roots but divides for this alone,
 //! takes 15 more. Gradients would spare the positions, too, but are three times as much to read.
 
+use std::ops::Range;
+
 use bevy_ecs::prelude::*;
 
 use crate::{
@@ -46,10 +48,10 @@ impl PairSlopes {
     }
 }
 
-/// Makes room for the slopes of `rows` rows from `first`.
-pub(super) fn make_room(chunk: &mut Vec<Lanes>, fluid: &NeighbourLists, first: usize, rows: usize) {
+/// Makes room for the slopes of `rows`.
+pub(super) fn make_room(chunk: &mut Vec<Lanes>, fluid: &NeighbourLists, rows: Range<usize>) {
     let of_row = |row| fluid.of(row).len().div_ceil(LANES);
-    let len = (first..first + rows).map(of_row).sum::<usize>();
+    let len = rows.map(of_row).sum::<usize>();
     if chunk.capacity() < len {
         // A little more, so that what grows step by step is not moved in every one.
         chunk.reserve_exact(len + len / 8 - chunk.len());

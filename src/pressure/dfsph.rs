@@ -35,7 +35,7 @@ use crate::{
     boundary::sums::WallSums,
     column::{Densities, Positions, PressureAccelerations, Pressures, Velocities},
     density::DensitySum,
-    execution::Execution,
+    execution::{CHUNK, Execution},
     material::Material,
     pairs::{PairSlopes, PairSum, Pairs},
     scene::{Dfsph, Dimension},
@@ -61,16 +61,13 @@ const HEAD_START: i32 = 10;
 #[derive(Resource, Debug, Clone, Copy)]
 pub struct DivergenceConvergence(Convergence);
 
-/// What one particle sums up in the density pass: density, `1/D`, Dρ/Dt, number of neighbours.
-type Sums = ((f32, f32), (f32, u32));
-
 /// Impulses of the divergence solve, as pressure terms times dt [Pa s·m⁶/kg²].
 #[derive(Resource, Debug, Default)]
 pub struct DivergenceTerms(Vec<Iterate>);
 
-/// These sums of every particle.
+/// Numbers of neighbours, fluid and boundary.
 #[derive(Resource, Debug, Default)]
-pub struct DensityPass(Vec<Sums>);
+pub struct NeighbourCounts(Vec<u32>);
 
 /// Neighbours below which a particle keeps its divergence: at a surface, or in spray, Dρ/Dt says how the particle meets
 /// others and not that it is compressed (2015, section 3.4).
@@ -104,7 +101,7 @@ pub fn install(world: &mut World, parameters: Dfsph) {
         parameters.momentum,
         HEAD_START,
     );
-    world.init_resource::<DensityPass>();
+    world.init_resource::<NeighbourCounts>();
     world.init_resource::<DivergenceTerms>();
     world.insert_resource(DivergenceConvergence(Convergence {
         max_density_error: parameters.max_divergence_error,
@@ -120,10 +117,10 @@ pub fn install(world: &mut World, parameters: Dfsph) {
 
 /// Densities, what the particles answer to their pressure, and Dρ/Dt of their velocities (phase `Density`).
 pub fn compute_density(
-    mut pass: ResMut<DensityPass>,
     mut densities: ResMut<Densities>,
     mut responses: ResMut<Responses>,
     mut rates: ResMut<DensityRates>,
+    mut counts: ResMut<NeighbourCounts>,
     mut slopes: Option<ResMut<PairSlopes>>,
     velocities: Res<Velocities>,
     walls: Option<Res<WallSums>>,
@@ -131,10 +128,10 @@ pub fn compute_density(
     material: Res<Material>,
 ) {
     let rows = pairs.positions().rows();
-    pass.0.resize(rows, Default::default());
     densities.0.resize(rows, 0.0);
     responses.0.resize(rows, 0.0);
     rates.0.resize(rows, 0.0);
+    counts.0.resize(rows, 0);
     let walls = WallSums::slice(walls.as_deref());
     let sums = (
         (
@@ -146,14 +143,18 @@ pub fn compute_density(
             NeighbourCount,
         ),
     );
-    pairs.sum_and_keep(&sums, &mut pass.0, slopes.as_deref_mut());
-    let columns = densities.0.par_iter_mut().zip(&mut responses.0);
-    let columns = columns.zip(&mut rates.0).zip(&pass.0);
-    pairs.execution.install(|| {
-        columns.for_each(|(((density, response), rate), sums)| {
-            ((*density, *response), (*rate, _)) = *sums;
+    let columns = (
+        densities.0.par_chunks_mut(CHUNK),
+        responses.0.par_chunks_mut(CHUNK),
+        rates.0.par_chunks_mut(CHUNK),
+        counts.0.par_chunks_mut(CHUNK),
+    );
+    let takers = columns
+        .into_par_iter()
+        .map(|(densities, responses, rates, counts)| {
+            |k: usize, sums| ((densities[k], responses[k]), (rates[k], counts[k])) = sums
         });
-    });
+    pairs.sum_and_keep(&sums, slopes.as_deref_mut(), takers);
 }
 
 /// Frees the velocities of compression (phase `Forces`, before the forces).
@@ -193,13 +194,13 @@ fn update_impulses(
     mut terms: ResMut<DivergenceTerms>,
     mut positions: ResMut<Positions>,
     mut solve: ResMut<PressureSolve>,
-    columns: (Res<DensityPass>, Res<DensityRates>, Res<Responses>),
+    columns: (Res<NeighbourCounts>, Res<DensityRates>, Res<Responses>),
     mut jacobi: ResMut<Jacobi>,
     material: Res<Material>,
     clock: Res<Clock>,
     execution: Res<Execution>,
 ) {
-    let (pass, rates, responses) = columns;
+    let (counts, rates, responses) = columns;
     let least = least_neighbours(material.dimension);
     let to_error = clock.dt / material.rest_density;
     let first = solve.iterations == 0;
@@ -208,8 +209,7 @@ fn update_impulses(
     }
     let (positions, terms) = (&mut positions.0, &mut terms.0);
     solve.update(positions, terms, &execution, |row, term, impulse| {
-        let (_, (_, neighbours)) = pass.0[row];
-        let rate = if neighbours < least {
+        let rate = if counts.0[row] < least {
             0.0
         } else {
             rates.0[row]

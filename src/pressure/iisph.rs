@@ -47,5 +47,4 @@ pub fn install(world: &mut World, parameters: Iisph) {
         parameters.momentum,
         HEAD_START,
     );
-    implicit::install_density_pass(world);
 }

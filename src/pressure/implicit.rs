@@ -38,7 +38,7 @@ use crate::{
     boundary::sums::{WallSums, Walls},
     column::{Accelerations, Densities, Positions, PressureAccelerations, Pressures, Velocities},
     density::DensitySum,
-    execution::Execution,
+    execution::{CHUNK, Execution},
     material::Material,
     pairs::{
         Pair, PairSlopes, PairSum, Pairs, PairsWithSlopes, accumulate, broadcast, difference, dot,
@@ -182,19 +182,8 @@ pub fn install(world: &mut World, relaxation: f32, momentum: bool, head_start: i
     world.init_resource::<DensityRates>();
 }
 
-/// Inserts what [`compute_density`] needs.
-pub fn install_density_pass(world: &mut World) {
-    world.init_resource::<DensityPass>();
-    world.init_resource::<Responses>();
-}
-
-/// Density and `1/D` of every particle, as their pass gives them.
-#[derive(Resource, Debug, Default)]
-pub struct DensityPass(Vec<(f32, f32)>);
-
 /// Densities, and what the particles answer to their pressure (phase `Density`).
 pub fn compute_density(
-    mut pass: ResMut<DensityPass>,
     mut densities: ResMut<Densities>,
     mut responses: ResMut<Responses>,
     mut slopes: Option<ResMut<PairSlopes>>,
@@ -203,7 +192,6 @@ pub fn compute_density(
     material: Res<Material>,
 ) {
     let rows = pairs.positions().rows();
-    pass.0.resize(rows, Default::default());
     densities.0.resize(rows, 0.0);
     responses.0.resize(rows, 0.0);
     let walls = WallSums::slice(walls.as_deref());
@@ -211,13 +199,10 @@ pub fn compute_density(
         DensitySum::new(&material, walls),
         Response::new(&material, walls),
     );
-    pairs.sum_and_keep(&sums, &mut pass.0, slopes.as_deref_mut());
-    let columns = densities.0.par_iter_mut().zip(&mut responses.0);
-    pairs.execution.install(|| {
-        columns
-            .zip(&pass.0)
-            .for_each(|((density, response), sums)| (*density, *response) = *sums);
-    });
+    let chunks = (densities.0.par_chunks_mut(CHUNK)).zip(responses.0.par_chunks_mut(CHUNK));
+    let takers =
+        chunks.map(|(densities, responses)| |k: usize, sums| (densities[k], responses[k]) = sums);
+    pairs.sum_and_keep(&sums, slopes.as_deref_mut(), takers);
 }
 
 /// `v + dt a` with all accelerations.

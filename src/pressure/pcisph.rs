@@ -7,7 +7,7 @@
 //! `δ = 1/(β (|Σ_j ∇W_ij|² + Σ_j |∇W_ij|²))`, `β = 2 (m dt/ρ0)²`, for a particle of a full lattice.
 //!
 //! Deviations. δ is made for a particle of a full lattice. One at the surface, most of all beside walls, answers its own
-//! pressure more strongly, D of [`implicit`] against `2 m²` times the lattice's sums; where so, its pressure swings between zero
+//! pressure more strongly, D of [`implicit`](super::implicit) against `2 m²` times the lattice's sums; where so, its pressure swings between zero
 //! and too much, and which of the two acts is the parity of the iterations. There δ is divided by that. In still water of 16
 //! layers single particles jumped with 4 to 11 % of sqrt(g H) where only walls were taken into account, in 24 runs that differ
 //! by rounding; now the fastest have 3.0 to 3.9 %, in 12. Nothing changes elsewhere, nor do iterations and errors of a dam break.
@@ -24,12 +24,7 @@
 
 use bevy_ecs::{prelude::*, schedule::ScheduleConfigs, system::ScheduleSystem};
 
-use super::{
-    Corrected, PressureSolve,
-    implicit::{self, Responses},
-    lattice_response,
-    solve::has_pressure,
-};
+use super::{Corrected, PressureSolve, implicit::Responses, lattice_response, solve::has_pressure};
 use crate::{
     boundary::direct_forcing,
     column::{
@@ -100,7 +95,7 @@ pub fn iteration(scene: &Scene) -> ScheduleConfigs<ScheduleSystem> {
 pub fn install(world: &mut World, parameters: &Pcisph, material: &Material) {
     world.insert_resource(PressureCorrection::new(parameters, material));
     world.init_resource::<PredictedDensities>();
-    implicit::install_density_pass(world);
+    world.init_resource::<Responses>();
 }
 
 fn predict_positions(

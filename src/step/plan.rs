@@ -128,18 +128,19 @@ fn bytes_per_particle(scene: &Scene, neighbours: f32) -> Vec<(String, f64)> {
         PressureMethod::Pcisph(_) => {
             bytes.push((
                 "predicted positions and densities, responses".to_owned(),
-                32.0,
+                24.0,
             ));
         }
         PressureMethod::Iisph(_) => {
             bytes.push((
                 "predicted velocities, rates, responses, terms".to_owned(),
-                40.0,
+                32.0,
             ));
         }
         PressureMethod::Dfsph(_) => bytes.push((
-            "predicted velocities, rates, responses, terms, impulses".to_owned(),
-            56.0,
+            "predicted velocities, rates, responses, terms, impulses, numbers of neighbours"
+                .to_owned(),
+            44.0,
         )),
     }
     bytes
