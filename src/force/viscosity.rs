@@ -16,6 +16,7 @@ use crate::{
     column::{Accelerations, Densities, Velocities},
     material::Material,
     pairs::{Pair, PairSum, PairsWithSlopes, accumulate, broadcast, difference, dot},
+    pressure::ahead::CarriedForce,
     simd::Simd,
 };
 
@@ -40,6 +41,7 @@ pub fn apply_laminar_viscosity(
     viscosity: Res<LaminarViscosity>,
     material: Res<Material>,
     pairs: PairsWithSlopes,
+    mut carried: CarriedForce,
 ) {
     let d = f32::from(u8::from(material.dimension));
     let strength = 4.0 * (d + 2.0) * viscosity.0;
@@ -48,7 +50,7 @@ pub fn apply_laminar_viscosity(
         &mut velocities,
         &densities,
         &material,
-        &pairs,
+        (&pairs, &mut carried),
         strength,
     );
 }
@@ -61,6 +63,7 @@ pub fn apply_artificial_viscosity(
     viscosity: Res<ArtificialViscosity>,
     material: Res<Material>,
     pairs: PairsWithSlopes,
+    mut carried: CarriedForce,
 ) {
     let ArtificialViscosity { alpha, sound_speed } = *viscosity;
     let h = material.kernel.support_radius;
@@ -70,7 +73,7 @@ pub fn apply_artificial_viscosity(
         &mut velocities,
         &densities,
         &material,
-        &pairs,
+        (&pairs, &mut carried),
         strength,
     );
 }
@@ -82,7 +85,7 @@ fn apply_friction<const APPROACHING: bool>(
     velocities: &mut Velocities,
     densities: &Densities,
     material: &Material,
-    pairs: &PairsWithSlopes,
+    (pairs, carried): (&PairsWithSlopes, &mut CarriedForce),
     strength: f32,
 ) {
     let rows = densities.0.len();
@@ -98,7 +101,7 @@ fn apply_friction<const APPROACHING: bool>(
         velocities: &velocities.0,
         factor: strength * material.particle_mass * material.kernel.slope_factor,
     };
-    pairs.add(&pass, &mut accelerations.0);
+    carried.add(pass, &mut accelerations.0, pairs);
 }
 
 /// The sum of both models. The fourth entry of a velocity is the density.

@@ -218,16 +218,17 @@ impl<'w> std::ops::Deref for PairsWithSlopes<'w> {
 impl PairsWithSlopes<'_> {
     /// Runs `pass` over all rows into `out`, which has one entry a row.
     pub fn sum<P: PairSum>(&self, pass: &P, out: &mut [P::Output]) {
-        self.each(pass, into(out));
+        self.sum_into(pass, into(out));
     }
 
     /// Runs `pass` over all rows and adds what it gives to `out`, which has one entry a row.
     pub fn add<P: PairSum<Output: AddAssign>>(&self, pass: &P, out: &mut [P::Output]) {
         let takers = out.par_chunks_mut(CHUNK);
-        self.each(pass, takers.map(|out| |k: usize, sum| out[k] += sum));
+        self.sum_into(pass, takers.map(|out| |k: usize, sum| out[k] += sum));
     }
 
-    fn each<P: PairSum, T: FnMut(usize, P::Output)>(
+    /// Runs `pass` over all rows. What it gives goes to `takers`, one a chunk of rows, with its place in the chunk.
+    pub fn sum_into<P: PairSum, T: FnMut(usize, P::Output)>(
         &self,
         pass: &P,
         takers: impl IndexedParallelIterator<Item = T>,
@@ -245,7 +246,7 @@ impl Pairs<'_> {
     }
 
     /// Runs `pass` over all rows, at the positions of the step, and keeps the slopes of the pairs, unless the scene has no
-    /// place for them. What it gives goes to `takers`, one a chunk of rows, with its place in the chunk.
+    /// place for them.
     pub fn sum_and_keep<P: PairSum, T: FnMut(usize, P::Output)>(
         &self,
         pass: &P,

@@ -29,7 +29,7 @@ use super::{
         self, DensityRate, DensityRates, Iterate, Jacobi, PredictedVelocities, Response, Responses,
         predict_rates,
     },
-    solve::{Convergence, has_pressure, iterate},
+    solve::{Convergence, iterate, wants_force},
 };
 use crate::{
     boundary::sums::WallSums,
@@ -87,7 +87,7 @@ pub fn divergence_iteration() -> ScheduleConfigs<ScheduleSystem> {
             predict_rates,
         )
             .chain()
-            .run_if(has_pressure),
+            .run_if(wants_force),
         update_impulses,
     )
         .chain()
@@ -165,7 +165,7 @@ pub fn solve_divergence(world: &mut World) {
     terms.0.resize(rows, Iterate::default());
     let overshoots = world.resource::<Jacobi>().overshoots();
     let mut solve = world.resource_mut::<PressureSolve>();
-    (solve.iterations, solve.has_pressure) = (0, false);
+    (solve.iterations, solve.wants_force) = (0, false);
     solve.both_ways = overshoots;
     let convergence = world.resource::<DivergenceConvergence>().0;
     let patience = convergence.max_iterations;

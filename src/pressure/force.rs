@@ -25,20 +25,26 @@ pub fn pressure_force(
     material: Res<Material>,
 ) {
     accelerations.0.resize(pairs.positions().rows(), Vec3::ZERO);
-    let pass = PressureForce {
-        material: &material,
-        walls: WallSums::slice(walls.as_deref()),
-    };
+    let pass = PressureForce::new(&material, WallSums::slice(walls.as_deref()));
     pairs.sum(&pass, &mut accelerations.0);
 }
 
+/// The sum.
 #[derive(Clone, Copy)]
-struct PressureForce<'a> {
+pub struct PressureForce<'a> {
     material: &'a Material,
     walls: Walls<'a>,
 }
 
-struct ForceSums<S: Simd> {
+impl<'a> PressureForce<'a> {
+    /// The sum for this fluid.
+    pub fn new(material: &'a Material, walls: Walls<'a>) -> Self {
+        Self { material, walls }
+    }
+}
+
+/// A particle's term, and the sums.
+pub struct ForceSums<S: Simd> {
     term: S::F,
     sum: [S::F; 3],
     /// `ρ0 t_i Σ_b V_b ∇W_ib` [m/s²].

@@ -17,7 +17,7 @@ use bevy_ecs::{prelude::*, schedule::ScheduleConfigs, system::ScheduleSystem};
 
 use super::{
     implicit::{self, predict_rates, predict_velocities, update_pressure},
-    solve::has_pressure,
+    solve::wants_force,
 };
 use crate::scene::Iisph;
 
@@ -31,7 +31,7 @@ const HEAD_START: i32 = -2;
 /// The systems of [`PressureIteration`](super::solve::PressureIteration), in their order.
 pub fn iteration() -> ScheduleConfigs<ScheduleSystem> {
     (
-        super::pressure_force.run_if(has_pressure),
+        super::pressure_force.run_if(wants_force),
         predict_velocities,
         predict_rates,
         update_pressure,

@@ -2,7 +2,8 @@
 //!
 //! Every method writes the pressure term `p/ρ²` beside the positions and leaves the rest to [`pressure_force`]. Those
 //! that iterate do so in [`solve`], from what [`warm_start`] gives them; [`implicit`] is what the two have in common whose
-//! densities are predicted from velocities, and how strongly a particle answers its own pressure. Beside walls [`fluid_share`] makes pressures of what they find.
+//! densities are predicted from velocities, and how strongly a particle answers its own pressure. The first force may come
+//! along with viscosity ([`ahead`]). Beside walls [`fluid_share`] makes pressures of what they find.
 //!
 //! | method | file | solves for | iterates over |
 //! | --- | --- | --- | --- |
@@ -11,6 +12,7 @@
 //! | IISPH | [`iisph`] | densities predicted from velocities | every particle's own stiffness |
 //! | DFSPH | [`dfsph`] | no compression in the velocities, then as IISPH | as IISPH |
 
+pub mod ahead;
 pub mod dfsph;
 pub mod fluid_share;
 pub mod force;
@@ -39,8 +41,9 @@ pub struct PressureSolve {
     pub iterations: u32,
     /// Iterations of the divergence solve; 0 for methods without one.
     pub divergence_iterations: u32,
-    /// Whether the pressure terms beside the positions are of this solve, so that they have a force.
-    has_pressure: bool,
+    /// Whether the force of the pressure terms beside the positions is to be summed: not before the first correction of a cold
+    /// start, and not where it is known.
+    wants_force: bool,
     /// Density error that remains.
     pub error: DensityError,
     /// What a solve has to get right: the part of it that this step has to remove, and where pressures may be too high also

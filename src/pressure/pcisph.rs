@@ -24,7 +24,7 @@
 
 use bevy_ecs::{prelude::*, schedule::ScheduleConfigs, system::ScheduleSystem};
 
-use super::{Corrected, PressureSolve, implicit::Responses, lattice_response, solve::has_pressure};
+use super::{Corrected, PressureSolve, implicit::Responses, lattice_response, solve::wants_force};
 use crate::{
     boundary::direct_forcing,
     column::{
@@ -83,7 +83,7 @@ pub fn iteration(scene: &Scene) -> ScheduleConfigs<ScheduleSystem> {
         predict_positions.into_configs()
     };
     (
-        super::pressure_force.run_if(has_pressure),
+        super::pressure_force.run_if(wants_force),
         predict,
         predict_density,
         update_pressure,

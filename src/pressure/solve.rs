@@ -4,7 +4,7 @@
 use bevy_ecs::{prelude::*, schedule::ScheduleLabel};
 use rayon::prelude::*;
 
-use super::{PressureSolve, warm_start};
+use super::{PressureSolve, ahead, warm_start};
 use crate::{
     column::{Accelerations, PressureAccelerations, Velocities},
     execution::Execution,
@@ -92,9 +92,9 @@ impl Convergence {
     }
 }
 
-/// Whether there is a pressure whose force counts: not before the first correction of a cold start.
-pub(super) fn has_pressure(solve: Res<PressureSolve>) -> bool {
-    solve.has_pressure
+/// Whether the iteration begins with a force.
+pub(super) fn wants_force(solve: Res<PressureSolve>) -> bool {
+    solve.wants_force
 }
 
 /// Iterates until the density error is small enough (phase `Pressure`).
@@ -105,6 +105,7 @@ pub(super) fn has_pressure(solve: Res<PressureSolve>) -> bool {
 pub fn solve_pressure(world: &mut World) {
     let convergence = *world.resource::<Convergence>();
     let mut share = convergence.warm_start;
+    let mut ahead = ahead::take(world);
     loop {
         let shorter = world
             .get_resource::<TimeStepControl>()
@@ -118,7 +119,11 @@ pub fn solve_pressure(world: &mut World) {
         } else {
             convergence.max_iterations
         };
-        warm_start::start(world, share);
+        if ahead {
+            world.resource_mut::<PressureSolve>().wants_force = false;
+        } else {
+            warm_start::start(world, share);
+        }
         let end = iterate(world, PressureIteration, &convergence, patience);
         // There only if the scene asks for it.
         let _ = world.try_run_schedule(LastCorrection);
@@ -127,7 +132,7 @@ pub fn solve_pressure(world: &mut World) {
         {
             world.resource_mut::<Clock>().dt = dt;
             // What it started from led nowhere.
-            share = 0.0;
+            (share, ahead) = (0.0, false);
             continue;
         }
         if end != End::Converged && convergence.not_converged == NotConverged::Stop {
@@ -179,7 +184,7 @@ pub(super) fn iterate(
             iteration.run(world);
             let mut solve = world.resource_mut::<PressureSolve>();
             solve.iterations += 1;
-            solve.has_pressure = true;
+            solve.wants_force = true;
             let (error, _) = convergence.judged(&solve);
             if error <= convergence.max_density_error
                 && solve.iterations >= convergence.min_iterations

@@ -148,6 +148,6 @@ pub(super) fn start(world: &mut World, share: f32) {
         .get_resource::<Jacobi>()
         .is_some_and(Jacobi::overshoots);
     let mut solve = world.resource_mut::<PressureSolve>();
-    (solve.iterations, solve.has_pressure) = (0, share > 0.0);
+    (solve.iterations, solve.wants_force) = (0, share > 0.0);
     solve.both_ways = share > 0.0 || overshoots;
 }

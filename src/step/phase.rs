@@ -15,7 +15,8 @@ pub enum Phase {
     FindNeighbours,
     /// Density with its boundary contribution (paper eq. 1).
     Density,
-    /// Gravity, viscosity, surface tension, as the scene asks (paper 5).
+    /// Gravity, viscosity, surface tension, as the scene asks (paper 5), and with viscosity the first pressure force where it
+    /// can (see [`ahead`](crate::pressure::ahead)).
     Forces,
     /// State equation, or iterations until the density error is small (paper 5.1, 5.2).
     Pressure,

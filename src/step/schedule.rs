@@ -20,6 +20,7 @@ use super::{
 };
 use crate::{
     pressure::{
+        ahead::{self, ForceAhead},
         dfsph::{self, DivergenceIteration},
         iisph, pcisph, pressure_force,
         solve::{LastCorrection, PressureIteration},
@@ -62,6 +63,9 @@ pub(super) fn add_schedules(
     } else {
         step.set_executor(SingleThreadedExecutor::new());
         world.insert_resource(InTurn);
+    }
+    if ahead::is_possible(scene) && follows_viscosity(&order.stages, scene) {
+        world.init_resource::<ForceAhead>();
     }
     let mut configs = vec![(clock::begin, start_timer).chain()];
     add_stages(&order.stages, scene, None, &mut configs);
@@ -179,6 +183,26 @@ fn add_stages(
             }
         }
     }
+}
+
+/// Whether the pressure solve comes right after viscosity, and both once a step.
+fn follows_viscosity(items: &[OrderItem], scene: &Scene) -> bool {
+    fn count(items: &[OrderItem], searched: &str) -> usize {
+        let of_item = |item: &OrderItem| match item {
+            OrderItem::Run(name) => usize::from(name == searched),
+            OrderItem::Every(_, items) | OrderItem::Repeat(_, items) => count(items, searched),
+        };
+        items.iter().map(of_item).sum()
+    }
+    let is_wanted = |name: &str| Stage::find(name).is_ok_and(|stage| (stage.wanted)(scene));
+    let names = items.iter().map(|item| match item {
+        OrderItem::Run(name) => Some(name.as_str()),
+        OrderItem::Every(..) | OrderItem::Repeat(..) => None,
+    });
+    let wanted: Vec<_> = names.filter(|name| name.is_none_or(is_wanted)).collect();
+    let pair = ["viscosity", "pressure"];
+    wanted.windows(2).any(|names| names == pair.map(Some))
+        && pair.iter().all(|name| count(items, name) == 1)
 }
 
 /// The phases that `items` go through, in their order; of repetitions the first two, which show whether it goes back.

@@ -6,7 +6,11 @@ use super::{clock, order::OrderError, phase::Phase};
 use crate::{
     boundary::{contact, direct_forcing, sums},
     column, density, force, index, integrate, neighbours,
-    pressure::{self, warm_start},
+    pressure::{
+        self,
+        ahead::{self, ForceAhead},
+        warm_start,
+    },
     reorder,
     scene::{Neighbours, PressureMethod, Scene, SurfaceTension, TimeStep, Viscosity},
     time_step::{self, adaptive, roll_back},
@@ -135,11 +139,22 @@ impl Stage {
             makes: &[],
             spoils_all: false,
             wanted: |scene| scene.fluid.viscosity != Viscosity::None,
-            systems: |scene| match scene.fluid.viscosity {
-                Viscosity::Artificial { .. } => force::apply_artificial_viscosity.into_configs(),
-                Viscosity::Laminar { .. } | Viscosity::None => {
-                    force::apply_laminar_viscosity.into_configs()
-                }
+            systems: |scene| {
+                let viscosity = match scene.fluid.viscosity {
+                    Viscosity::Artificial { .. } => {
+                        force::apply_artificial_viscosity.into_configs()
+                    }
+                    Viscosity::Laminar { .. } | Viscosity::None => {
+                        force::apply_laminar_viscosity.into_configs()
+                    }
+                };
+                let start = match scene.pressure {
+                    PressureMethod::Sesph(_) => {
+                        pressure::state_equation::compute_pressure.into_configs()
+                    }
+                    _ => ahead::start.into_configs(),
+                };
+                (start.run_if(resource_exists::<ForceAhead>), viscosity).chain()
             },
         },
         Self {
@@ -160,11 +175,14 @@ impl Stage {
             wanted: |_| true,
             systems: |scene| {
                 let method = match scene.pressure {
-                    PressureMethod::Sesph(_) => (
-                        pressure::state_equation::compute_pressure,
-                        pressure::pressure_force,
-                    )
-                        .chain(),
+                    PressureMethod::Sesph(_) => {
+                        let force = (
+                            pressure::state_equation::compute_pressure,
+                            pressure::pressure_force,
+                        )
+                            .chain();
+                        (force.run_if(ahead::is_unknown), ahead::forget).chain()
+                    }
                     PressureMethod::Pcisph(_) => pressure::solve::solve_pressure.into_configs(),
                     PressureMethod::Iisph(_) => (
                         pressure::solve::solve_pressure,
