@@ -9,7 +9,7 @@ use crate::{
     column::Densities,
     kernel::CubicSpline,
     material::Material,
-    pairs::{Pair, PairSlopes, PairSum, Pairs, into},
+    pairs::{Pair, PairSlopes, PairSum, Pairs, putting},
     simd::Simd,
 };
 
@@ -22,8 +22,8 @@ pub fn compute_density(
     material: Res<Material>,
 ) {
     densities.0.resize(pairs.positions().rows(), 0.0);
-    let pass = DensitySum::new(&material, WallSums::slice(walls.as_deref()));
-    pairs.sum_and_keep(&pass, slopes.as_deref_mut(), into(&mut densities.0));
+    let pass = DensitySum::new(&material, Walls::of(walls.as_deref()));
+    pairs.sum_and_keep(&pass, slopes.as_deref_mut(), putting(&mut densities.0));
 }
 
 /// The sum of equation 1, with the walls' part known or, if they are `SUMMED`, at any positions.

@@ -5,15 +5,17 @@ mod common;
 use std::fs;
 
 use bevy_ecs::prelude::*;
-use common::{bits, bits_after, dam, methods, run, sesph, simulation};
+use common::{bits, bits_after, dam, pcisph, run, sesph, simulation};
 use glam::Vec3;
 use overfall::{
-    Simulation, install,
+    Simulation,
+    column::Pressures,
+    install,
     neighbours::FluidNeighbours,
     particle::{Fluid, Position},
     plan,
-    pressure::ahead::ForceAhead,
-    scene::{PressureMethod, Scene, SurfaceTension, TimeStep},
+    pressure::{DensityError, PressureSolve, first_force::FirstForce},
+    scene::{Dfsph, Iisph, Neighbours, Pcisph, PressureMethod, Scene, TimeStep},
     step::{Clock, InstallError},
 };
 
@@ -60,26 +62,120 @@ fn the_default_order_written_out_gives_the_same_bits() {
     }
 }
 
+/// Whether viscosity sums the first pressure force.
+fn sums_the_first_force(simulation: &Simulation) -> bool {
+    simulation.world().contains_resource::<FirstForce>()
+}
+
+/// What a step left, to the bit: the state, pressures, and what the solve says.
+fn everything(simulation: &mut Simulation) -> (Vec<[u32; 6]>, Vec<u32>, [u32; 4]) {
+    let world = simulation.world_mut();
+    let state = bits(world);
+    let pressures = &world.resource::<Pressures>().0;
+    let pressures = pressures.iter().map(|p| p.to_bits()).collect();
+    let solve = world.resource::<PressureSolve>();
+    let dt = world.resource::<Clock>().dt.to_bits();
+    let DensityError { largest, mean, .. } = solve.error;
+    let said = [solve.iterations, largest.to_bits(), mean.to_bits(), dt];
+    (state, pressures, said)
+}
+
 #[test]
-fn a_pressure_force_that_viscosity_carries_is_the_same_to_the_bit() {
-    for pressure in methods() {
-        let mut carried = Scene { pressure, ..dam() };
-        carried.fluid.surface_tension = SurfaceTension::None;
-        // Not right after each other, as far as the order says.
-        let stages = STAGES.replace(r#"Run("viscosity")"#, r#"Every(1, [Run("viscosity")])"#);
-        let (alone, _folder) = ordered(&format!("(stages: [{stages}])"));
-        let alone = Scene {
-            order: alone.order,
-            ..carried.clone()
-        };
-        let [mut carried, mut alone] = [carried, alone].map(|scene| simulation(&scene));
-        run(&mut carried, 25);
-        run(&mut alone, 25);
-        let carries = |of: &Simulation| of.world().contains_resource::<ForceAhead>();
-        let starts_cold = matches!(pressure, PressureMethod::Pcisph(_));
-        assert_eq!((carries(&carried), carries(&alone)), (!starts_cold, false));
-        let [carried, alone] = [&mut carried, &mut alone].map(|of| bits(of.world_mut()));
-        assert!(carried == alone, "{pressure:?}");
+fn a_first_force_summed_with_viscosity_is_the_same_to_the_bit() {
+    let warm = Pcisph {
+        warm_start: 0.5,
+        ..Pcisph::default()
+    };
+    let exact = Pcisph {
+        last_correction: true,
+        ..warm
+    };
+    let means = Dfsph {
+        warm_start_steps: 10,
+        ..Dfsph::default()
+    };
+    let pressures = [
+        PressureMethod::Pcisph(warm),
+        PressureMethod::Pcisph(exact),
+        PressureMethod::Iisph(Iisph::default()),
+        PressureMethod::Dfsph(Dfsph::default()),
+        PressureMethod::Dfsph(means),
+    ];
+    let without_walls = Scene {
+        boundaries: Vec::new(),
+        ..dam()
+    };
+    let recomputed = Scene {
+        neighbours: Neighbours::Recomputed,
+        ..dam()
+    };
+    for (scene, steps) in [(dam(), 25), (without_walls, 5), (recomputed, 5)] {
+        for pressure in pressures {
+            let together = Scene {
+                pressure,
+                ..scene.clone()
+            };
+            // As far as the order says, viscosity does not run in every step.
+            let stages = STAGES.replace(r#"Run("viscosity")"#, r#"Every(1, [Run("viscosity")])"#);
+            let (alone, _folder) = ordered(&format!("(stages: [{stages}])"));
+            let alone = Scene {
+                order: alone.order,
+                ..together.clone()
+            };
+            let mut both = [together, alone].map(|scene| simulation(&scene));
+            assert_eq!(both.each_ref().map(sums_the_first_force), [true, false]);
+            for step in 0..steps {
+                for simulation in &mut both {
+                    if step == 2 {
+                        // Far too long, so that it is halved and solved again.
+                        simulation.world_mut().resource_mut::<Clock>().next_dt = 0.1;
+                    }
+                    run(simulation, 1);
+                    assert!(simulation.world().resource::<Clock>().dt < 0.1);
+                }
+                let [together, alone] = both.each_mut().map(everything);
+                assert!(together == alone, "step {step}, {pressure:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_first_force_is_summed_with_viscosity_only_where_the_solve_follows() {
+    let iisph = |order| Scene {
+        pressure: PressureMethod::Iisph(Iisph::default()),
+        order,
+        ..dam()
+    };
+    let viscosity = r#"Run("viscosity")"#;
+    for (stages, expected) in [
+        (STAGES.to_owned(), true),
+        (
+            STAGES.replace(viscosity, &format!("Repeat(2, [{viscosity}])")),
+            false,
+        ),
+        (
+            STAGES.replace(viscosity, &format!("{viscosity}, Run(\"density\")")),
+            false,
+        ),
+        (
+            STAGES.replace(r#"Run("pressure")"#, r#"Every(1, [Run("pressure")])"#),
+            false,
+        ),
+        (
+            STAGES.replace(r#"Run("pressure")"#, r#"Run("pressure"), Run("pressure")"#),
+            false,
+        ),
+    ] {
+        let (scene, _folder) = ordered(&format!("(stages: [{stages}])"));
+        let simulation = simulation(&iisph(scene.order));
+        assert_eq!(sums_the_first_force(&simulation), expected, "{stages}");
+    }
+    for pressure in [sesph(), pcisph()] {
+        assert!(!sums_the_first_force(&simulation(&Scene {
+            pressure,
+            ..dam()
+        })));
     }
 }
 

@@ -15,8 +15,8 @@ use overfall::{
     install,
     particle::{Boundary, BoundaryVolume, Density, Fluid, Position, Pressure, Velocity},
     scene::{
-        Executor, IndexStructure, Neighbours, PressureMethod, Scene, SurfaceTension, TimeStep,
-        Viscosity,
+        Executor, Iisph, IndexStructure, Neighbours, PressureMethod, Scene, SurfaceTension,
+        TimeStep, Viscosity,
     },
     step::{Clock, InstallError},
     take_step,
@@ -456,6 +456,32 @@ fn a_hosts_system_runs_after_the_phase_that_it_asks_for() {
         let mut fluid = world.query_filtered::<&Density, With<Fluid>>();
         let densities: Vec<f32> = fluid.iter(world).map(|density| density.0).collect();
         assert_eq!(world.resource::<Seen>().0, densities);
+    }
+}
+
+fn look_around(positions: Res<Positions>, densities: Res<Densities>, mut seen: ResMut<Seen>) {
+    let heights = positions.points().iter().map(|x| x.y);
+    seen.0 = heights.zip(&densities.0).map(|(y, rho)| y * rho).collect();
+}
+
+#[test]
+fn a_hosts_system_may_read_the_particles_beside_the_forces() {
+    for pressure in [sesph(), pcisph(), PressureMethod::Iisph(Iisph::default())] {
+        for executor in [Executor::SingleThreaded, Executor::Parallel] {
+            let scene = Scene {
+                executor,
+                pressure,
+                ..dam()
+            };
+            let mut simulation = simulation(&scene);
+            let world = simulation.world_mut();
+            world.init_resource::<Seen>();
+            world
+                .resource_mut::<Schedules>()
+                .add_systems(Step, look_around.in_set(Phase::Forces));
+            run(&mut simulation, 3);
+            assert_eq!(simulation.world().resource::<Seen>().0.len(), DAM_PARTICLES);
+        }
     }
 }
 

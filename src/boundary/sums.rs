@@ -18,18 +18,16 @@ use crate::{
 #[derive(Resource, Debug, Default)]
 pub struct WallSums(Vec<Vec4>);
 
-impl WallSums {
-    /// The sums of all rows; none in a scene without walls.
-    pub fn slice(walls: Option<&Self>) -> Walls<'_> {
-        Walls(walls.map_or(&[], |walls| &walls.0))
-    }
-}
-
 /// The same as loops read them: zero for every row where there are no walls.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Walls<'a>(&'a [Vec4]);
 
-impl Walls<'_> {
+impl<'a> Walls<'a> {
+    /// The sums of all rows; none in a scene without walls.
+    pub fn of(sums: Option<&'a WallSums>) -> Self {
+        Self(sums.map_or(&[], |sums| &sums.0))
+    }
+
     /// `Σ_b V_b ∇W_ib` of a row [m⁻¹].
     #[inline(always)]
     pub fn gradient(self, row: usize) -> Vec3 {

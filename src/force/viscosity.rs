@@ -15,8 +15,8 @@ use glam::{Vec3, Vec4};
 use crate::{
     column::{Accelerations, Densities, Velocities},
     material::Material,
-    pairs::{Pair, PairSum, PairsWithSlopes, accumulate, broadcast, difference, dot},
-    pressure::ahead::CarriedForce,
+    pairs::{Pair, PairSum, accumulate, broadcast, difference, dot},
+    pressure::first_force::WithFirstForce,
     simd::Simd,
 };
 
@@ -40,8 +40,7 @@ pub fn apply_laminar_viscosity(
     densities: Res<Densities>,
     viscosity: Res<LaminarViscosity>,
     material: Res<Material>,
-    pairs: PairsWithSlopes,
-    mut carried: CarriedForce,
+    mut sums: WithFirstForce,
 ) {
     let d = f32::from(u8::from(material.dimension));
     let strength = 4.0 * (d + 2.0) * viscosity.0;
@@ -50,7 +49,7 @@ pub fn apply_laminar_viscosity(
         &mut velocities,
         &densities,
         &material,
-        (&pairs, &mut carried),
+        &mut sums,
         strength,
     );
 }
@@ -62,8 +61,7 @@ pub fn apply_artificial_viscosity(
     densities: Res<Densities>,
     viscosity: Res<ArtificialViscosity>,
     material: Res<Material>,
-    pairs: PairsWithSlopes,
-    mut carried: CarriedForce,
+    mut sums: WithFirstForce,
 ) {
     let ArtificialViscosity { alpha, sound_speed } = *viscosity;
     let h = material.kernel.support_radius;
@@ -73,7 +71,7 @@ pub fn apply_artificial_viscosity(
         &mut velocities,
         &densities,
         &material,
-        (&pairs, &mut carried),
+        &mut sums,
         strength,
     );
 }
@@ -85,11 +83,11 @@ fn apply_friction<const APPROACHING: bool>(
     velocities: &mut Velocities,
     densities: &Densities,
     material: &Material,
-    (pairs, carried): (&PairsWithSlopes, &mut CarriedForce),
+    sums: &mut WithFirstForce,
     strength: f32,
 ) {
     let rows = densities.0.len();
-    pairs
+    sums.pairs
         .execution
         .for_each_chunk(&mut velocities.0[..rows], |first, velocities| {
             for (velocity, rho) in velocities.iter_mut().zip(&densities.0[first..]) {
@@ -101,7 +99,7 @@ fn apply_friction<const APPROACHING: bool>(
         velocities: &velocities.0,
         factor: strength * material.particle_mass * material.kernel.slope_factor,
     };
-    carried.add(pass, &mut accelerations.0, pairs);
+    sums.add(pass, &mut accelerations.0);
 }
 
 /// The sum of both models. The fourth entry of a velocity is the density.

@@ -1,9 +1,9 @@
 //! Sums over neighbours: the shape that every loop of the paper's Algorithms 1 and 2 has.
 //!
 //! A pass says what one particle adds up over its fluid and its boundary neighbours, eight at a time ([`PairSum`]);
-//! [`Pairs::sum`] runs it over all rows in parallel, with stored lists or with neighbours found on the spot. The loop
+//! [`PairsWithSlopes::sum`] runs it over all rows in parallel, with stored lists or with neighbours found on the spot. The loop
 //! fetches the neighbours' positions, a third of its time, and hands a [`Pair`] to the pass: several sums in one pass
-//! fetch them once. After the density pass the kernel's slopes are known, too (see [`PairSlopes`]).
+//! fetch them once. What a row sums up goes to a taker, one a chunk of rows: [`putting`], [`adding`] or [`both`]. After the density pass the kernel's slopes are known, too (see [`PairSlopes`]).
 
 mod slopes;
 
@@ -166,6 +166,11 @@ impl Places<'_> {
         self.fluid.len() - 1
     }
 
+    /// How many chunks they make.
+    fn chunks(&self) -> usize {
+        self.rows().div_ceil(CHUNK)
+    }
+
     /// The rows of a chunk.
     fn chunk(&self, chunk: usize) -> Range<usize> {
         let first = chunk * CHUNK;
@@ -218,13 +223,12 @@ impl<'w> std::ops::Deref for PairsWithSlopes<'w> {
 impl PairsWithSlopes<'_> {
     /// Runs `pass` over all rows into `out`, which has one entry a row.
     pub fn sum<P: PairSum>(&self, pass: &P, out: &mut [P::Output]) {
-        self.sum_into(pass, into(out));
+        self.sum_into(pass, putting(out));
     }
 
     /// Runs `pass` over all rows and adds what it gives to `out`, which has one entry a row.
     pub fn add<P: PairSum<Output: AddAssign>>(&self, pass: &P, out: &mut [P::Output]) {
-        let takers = out.par_chunks_mut(CHUNK);
-        self.sum_into(pass, takers.map(|out| |k: usize, sum| out[k] += sum));
+        self.sum_into(pass, adding(out));
     }
 
     /// Runs `pass` over all rows. What it gives goes to `takers`, one a chunk of rows, with its place in the chunk.
@@ -258,6 +262,7 @@ impl Pairs<'_> {
             return over_rows(pass, source, places, None, takers, &self.execution);
         };
         let set = self.execution.instruction_set.arithmetic();
+        debug_assert_eq!(takers.len(), places.chunks(), "a taker a chunk");
         let slopes = slopes.chunks_to_fill(places.rows());
         self.execution.install(|| {
             let chunks = takers.zip(slopes).enumerate();
@@ -371,15 +376,36 @@ pub fn sum<P: PairSum>(
     out: &mut [P::Output],
     execution: &Execution,
 ) {
-    over_rows(pass, source, places, None, into(out), execution);
+    over_rows(pass, source, places, None, putting(out), execution);
 }
 
-/// What puts sums into a column.
-pub fn into<T: Send>(
+/// Takers that put sums into a column, which has one entry a row.
+pub fn putting<T: Send>(
     column: &mut [T],
-) -> impl IndexedParallelIterator<Item = impl FnMut(usize, T) + use<'_, T>> {
+) -> impl IndexedParallelIterator<Item = impl FnMut(usize, T) + Send> {
     let chunks = column.par_chunks_mut(CHUNK);
     chunks.map(|column| |k: usize, sum| column[k] = sum)
+}
+
+/// Takers that add sums to a column, which has one entry a row.
+pub fn adding<T: Send + AddAssign>(
+    column: &mut [T],
+) -> impl IndexedParallelIterator<Item = impl FnMut(usize, T) + Send> {
+    let chunks = column.par_chunks_mut(CHUNK);
+    chunks.map(|column| |k: usize, sum| column[k] += sum)
+}
+
+/// Takers of the sums of two passes in one.
+pub fn both<A, B>(
+    first: impl IndexedParallelIterator<Item = impl FnMut(usize, A) + Send>,
+    second: impl IndexedParallelIterator<Item = impl FnMut(usize, B) + Send>,
+) -> impl IndexedParallelIterator<Item = impl FnMut(usize, (A, B)) + Send> {
+    first.zip(second).map(|(mut first, mut second)| {
+        move |k: usize, (a, b)| {
+            first(k, a);
+            second(k, b);
+        }
+    })
 }
 
 fn over_rows<P: PairSum, T: FnMut(usize, P::Output)>(
@@ -390,6 +416,7 @@ fn over_rows<P: PairSum, T: FnMut(usize, P::Output)>(
     takers: impl IndexedParallelIterator<Item = T>,
     execution: &Execution,
 ) {
+    debug_assert_eq!(takers.len(), places.chunks(), "a taker a chunk");
     let set = execution.instruction_set;
     let work = |(chunk, take)| {
         let rows = places.chunk(chunk);

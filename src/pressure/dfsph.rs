@@ -15,13 +15,14 @@
 //! [`warm_start`](super::warm_start)). A dam break gains no energy by that, whatever the share, since too little density is
 //! judged too (see [`solve`](super::solve)).
 
+use std::mem;
+
 use bevy_ecs::{
     prelude::*,
     schedule::{ScheduleConfigs, ScheduleLabel},
     system::ScheduleSystem,
 };
 use glam::Vec4;
-use rayon::prelude::*;
 
 use super::{
     Corrected, PressureSolve,
@@ -32,12 +33,12 @@ use super::{
     solve::{Convergence, iterate, wants_force},
 };
 use crate::{
-    boundary::sums::WallSums,
+    boundary::sums::{WallSums, Walls},
     column::{Densities, Positions, PressureAccelerations, Pressures, Velocities},
     density::DensitySum,
-    execution::{CHUNK, Execution},
+    execution::Execution,
     material::Material,
-    pairs::{PairSlopes, PairSum, Pairs},
+    pairs::{PairSlopes, PairSum, Pairs, both, putting},
     scene::{Dfsph, Dimension},
     simd::Simd,
     step::Clock,
@@ -110,8 +111,6 @@ pub fn install(world: &mut World, parameters: Dfsph) {
         min_iterations: parameters.min_divergence_iterations.saturating_add(1),
         max_iterations: parameters.max_divergence_iterations.saturating_add(1),
         not_converged: parameters.not_converged,
-        warm_start: 0.0,
-        warm_start_steps: 1,
     }));
 }
 
@@ -132,7 +131,7 @@ pub fn compute_density(
     responses.0.resize(rows, 0.0);
     rates.0.resize(rows, 0.0);
     counts.0.resize(rows, 0);
-    let walls = WallSums::slice(walls.as_deref());
+    let walls = Walls::of(walls.as_deref());
     let sums = (
         (
             DensitySum::new(&material, walls),
@@ -143,18 +142,9 @@ pub fn compute_density(
             NeighbourCount,
         ),
     );
-    let columns = (
-        densities.0.par_chunks_mut(CHUNK),
-        responses.0.par_chunks_mut(CHUNK),
-        rates.0.par_chunks_mut(CHUNK),
-        counts.0.par_chunks_mut(CHUNK),
-    );
-    let takers = columns
-        .into_par_iter()
-        .map(|(densities, responses, rates, counts)| {
-            |k: usize, sums| ((densities[k], responses[k]), (rates[k], counts[k])) = sums
-        });
-    pairs.sum_and_keep(&sums, slopes.as_deref_mut(), takers);
+    let fluid = both(putting(&mut densities.0), putting(&mut responses.0));
+    let motion = both(putting(&mut rates.0), putting(&mut counts.0));
+    pairs.sum_and_keep(&sums, slopes.as_deref_mut(), both(fluid, motion));
 }
 
 /// Frees the velocities of compression (phase `Forces`, before the forces).
@@ -164,19 +154,21 @@ pub fn solve_divergence(world: &mut World) {
     terms.0.clear();
     terms.0.resize(rows, Iterate::default());
     let overshoots = world.resource::<Jacobi>().overshoots();
-    let mut solve = world.resource_mut::<PressureSolve>();
-    (solve.iterations, solve.wants_force) = (0, false);
-    solve.both_ways = overshoots;
+    world
+        .resource_mut::<PressureSolve>()
+        .begin(false, overshoots);
     let convergence = world.resource::<DivergenceConvergence>().0;
     let patience = convergence.max_iterations;
     iterate(world, DivergenceIteration, &convergence, patience);
     let mut solve = world.resource_mut::<PressureSolve>();
     solve.divergence_iterations = solve.iterations - 1;
     if solve.divergence_iterations > 0 {
-        world.resource_scope(|world, mut velocities: Mut<Velocities>| {
-            let mut predicted = world.resource_mut::<PredictedVelocities>();
-            std::mem::swap(&mut velocities.0, &mut predicted.0);
-        });
+        let mut velocities = mem::take(&mut world.resource_mut::<Velocities>().0);
+        mem::swap(
+            &mut velocities,
+            &mut world.resource_mut::<PredictedVelocities>().0,
+        );
+        world.resource_mut::<Velocities>().0 = velocities;
     }
 }
 

@@ -32,7 +32,7 @@ pub fn weigh_pressures(
     walls: Option<Res<WallSums>>,
     execution: Res<Execution>,
 ) {
-    let walls = WallSums::slice(walls.as_deref());
+    let walls = Walls::of(walls.as_deref());
     execution.for_each_chunk(&mut pressures.0, |first, pressures| {
         for (row, pressure) in (first..).zip(pressures) {
             *pressure *= fluid_share(walls, row);

@@ -25,7 +25,7 @@ pub fn pressure_force(
     material: Res<Material>,
 ) {
     accelerations.0.resize(pairs.positions().rows(), Vec3::ZERO);
-    let pass = PressureForce::new(&material, WallSums::slice(walls.as_deref()));
+    let pass = PressureForce::new(&material, Walls::of(walls.as_deref()));
     pairs.sum(&pass, &mut accelerations.0);
 }
 

@@ -31,17 +31,17 @@
 
 use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};
-use rayon::prelude::*;
 
 use super::{Corrected, PressureSolve, lattice_response, warm_start::MeanPressures};
 use crate::{
     boundary::sums::{WallSums, Walls},
     column::{Accelerations, Densities, Positions, PressureAccelerations, Pressures, Velocities},
     density::DensitySum,
-    execution::{CHUNK, Execution},
+    execution::Execution,
     material::Material,
     pairs::{
-        Pair, PairSlopes, PairSum, Pairs, PairsWithSlopes, accumulate, broadcast, difference, dot,
+        Pair, PairSlopes, PairSum, Pairs, PairsWithSlopes, accumulate, both, broadcast, difference,
+        dot, putting,
     },
     simd::Simd,
     step::Clock,
@@ -194,14 +194,12 @@ pub fn compute_density(
     let rows = pairs.positions().rows();
     densities.0.resize(rows, 0.0);
     responses.0.resize(rows, 0.0);
-    let walls = WallSums::slice(walls.as_deref());
+    let walls = Walls::of(walls.as_deref());
     let sums = (
         DensitySum::new(&material, walls),
         Response::new(&material, walls),
     );
-    let chunks = (densities.0.par_chunks_mut(CHUNK)).zip(responses.0.par_chunks_mut(CHUNK));
-    let takers =
-        chunks.map(|(densities, responses)| |k: usize, sums| (densities[k], responses[k]) = sums);
+    let takers = both(putting(&mut densities.0), putting(&mut responses.0));
     pairs.sum_and_keep(&sums, slopes.as_deref_mut(), takers);
 }
 
@@ -256,7 +254,7 @@ pub fn predict_rates(
     material: Res<Material>,
 ) {
     rates.0.resize(pairs.positions().rows(), 0.0);
-    let walls = WallSums::slice(walls.as_deref());
+    let walls = Walls::of(walls.as_deref());
     let pass = DensityRate::<false>::new(&material, &pairs.positions().0, &predicted.0, walls);
     pairs.sum(&pass, &mut rates.0);
 }
@@ -411,6 +409,7 @@ impl<'a, const SHARED: bool> DensityRate<'a, SHARED> {
         velocities: &'a [Vec4],
         walls: Walls<'a>,
     ) -> Self {
+        debug_assert_eq!(positions.len(), velocities.len(), "one entry a row");
         Self {
             positions,
             velocities,
@@ -421,10 +420,13 @@ impl<'a, const SHARED: bool> DensityRate<'a, SHARED> {
     }
 }
 
-/// A particle's position and velocity, and the sum: in a shared pass a number for every lane, else a vector for each half.
+/// A particle's position and velocity, and the sum.
 pub struct DensityRateSums<S: Simd> {
+    /// Its velocity for a shared pass: a neighbour in every lane.
     velocity: [S::F; 3],
+    /// Its position and velocity for a pass of its own: a neighbour in each half.
     own: [S::F; 2],
+    /// A number in every lane, or a vector in each half.
     sum: S::F,
     /// `Σ_b ρ0 V_b v_i·∇W_ib` [kg/(m³ s)].
     walls: f32,

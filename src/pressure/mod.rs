@@ -3,7 +3,7 @@
 //! Every method writes the pressure term `p/ρ²` beside the positions and leaves the rest to [`pressure_force`]. Those
 //! that iterate do so in [`solve`], from what [`warm_start`] gives them; [`implicit`] is what the two have in common whose
 //! densities are predicted from velocities, and how strongly a particle answers its own pressure. The first force may come
-//! along with viscosity ([`ahead`]). Beside walls [`fluid_share`] makes pressures of what they find.
+//! along with viscosity ([`first_force`]). Beside walls [`fluid_share`] makes pressures of what they find.
 //!
 //! | method | file | solves for | iterates over |
 //! | --- | --- | --- | --- |
@@ -12,8 +12,8 @@
 //! | IISPH | [`iisph`] | densities predicted from velocities | every particle's own stiffness |
 //! | DFSPH | [`dfsph`] | no compression in the velocities, then as IISPH | as IISPH |
 
-pub mod ahead;
 pub mod dfsph;
+pub mod first_force;
 pub mod fluid_share;
 pub mod force;
 pub mod iisph;
@@ -102,6 +102,12 @@ fn lattice_response(material: &Material) -> f64 {
 }
 
 impl PressureSolve {
+    /// Before the first iteration of a solve, which begins with a force if there is a pressure.
+    fn begin(&mut self, has_pressure: bool, overshoots: bool) {
+        (self.iterations, self.wants_force) = (0, has_pressure);
+        self.both_ways = has_pressure || overshoots;
+    }
+
     /// Sets the pressure term beside every position, and what the method keeps of it, and measures the errors.
     fn update<K: Send>(
         &mut self,

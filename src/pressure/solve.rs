@@ -4,7 +4,10 @@
 use bevy_ecs::{prelude::*, schedule::ScheduleLabel};
 use rayon::prelude::*;
 
-use super::{PressureSolve, ahead, warm_start};
+use super::{
+    PressureSolve, first_force,
+    warm_start::{self, WarmStart},
+};
 use crate::{
     column::{Accelerations, PressureAccelerations, Velocities},
     execution::Execution,
@@ -25,7 +28,7 @@ pub struct PressureIteration;
 #[derive(ScheduleLabel, Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct LastCorrection;
 
-/// When a method's iterations end, and what they start from.
+/// When a method's iterations end.
 #[derive(Resource, Debug, Clone, Copy, PartialEq)]
 pub struct Convergence {
     /// Limit η on the density error `(ρ − ρ0)/ρ0` [-].
@@ -38,10 +41,6 @@ pub struct Convergence {
     pub max_iterations: u32,
     /// What happens when `max_iterations` do not reach η.
     pub not_converged: NotConverged,
-    /// Share of the pressures before that the first iteration starts from [-].
-    pub warm_start: f32,
-    /// Steps whose mean these are.
-    pub warm_start_steps: u32,
 }
 
 impl Convergence {
@@ -55,8 +54,6 @@ impl Convergence {
                     min_iterations,
                     max_iterations,
                     not_converged,
-                    warm_start,
-                    warm_start_steps,
                     ..
                 } = *$parameters;
                 Some(Self {
@@ -65,8 +62,6 @@ impl Convergence {
                     min_iterations,
                     max_iterations,
                     not_converged,
-                    warm_start,
-                    warm_start_steps,
                 })
             }};
         }
@@ -104,8 +99,9 @@ pub(super) fn wants_force(solve: Res<PressureSolve>) -> bool {
 /// goes back (`Adaptive`) the iterations give up as early, and the step is taken back.
 pub fn solve_pressure(world: &mut World) {
     let convergence = *world.resource::<Convergence>();
-    let mut share = convergence.warm_start;
-    let mut ahead = ahead::take(world);
+    let mut share = world.resource::<WarmStart>().share;
+    // Viscosity has started the solve then, too.
+    let mut has_force = first_force::take(world);
     loop {
         let shorter = world
             .get_resource::<TimeStepControl>()
@@ -119,7 +115,7 @@ pub fn solve_pressure(world: &mut World) {
         } else {
             convergence.max_iterations
         };
-        if ahead {
+        if has_force {
             world.resource_mut::<PressureSolve>().wants_force = false;
         } else {
             warm_start::start(world, share);
@@ -132,7 +128,7 @@ pub fn solve_pressure(world: &mut World) {
         {
             world.resource_mut::<Clock>().dt = dt;
             // What it started from led nowhere.
-            (share, ahead) = (0.0, false);
+            (share, has_force) = (0.0, false);
             continue;
         }
         if end != End::Converged && convergence.not_converged == NotConverged::Stop {

@@ -28,18 +28,42 @@
 //! pressure, for spray that comes off a wall: no difference. Instead of means, conjugate gradients from 0.6 of the last pressures: 8.1
 //! iterations and one force more; with means 6.1 where momentum took 6.4.
 
+use std::mem;
+
 use bevy_ecs::prelude::*;
 use bytemuck::TransparentWrapper;
 use glam::Vec3;
 
-use super::{PressureSolve, fluid_share::fluid_share, implicit::Jacobi, solve::Convergence};
+use super::{PressureSolve, fluid_share::fluid_share, implicit::Jacobi};
 use crate::{
-    boundary::sums::WallSums,
+    boundary::sums::Walls,
     column::{Densities, Positions, PressureAccelerations, Pressures, in_order},
     execution::Execution,
     particle::{Fluid, MeanPressure, Pressure},
-    scene::Scene,
+    scene::{PressureMethod, Scene},
 };
+
+/// Which pressures the iterations of a step start from.
+#[derive(Resource, Debug, Clone, Copy, PartialEq)]
+pub struct WarmStart {
+    /// Share of the pressures before [-].
+    pub share: f32,
+    /// Steps whose mean these are.
+    pub steps: u32,
+}
+
+impl WarmStart {
+    /// What a scene's method starts from; none if it does not iterate.
+    pub fn of(method: &PressureMethod) -> Option<Self> {
+        let (share, steps) = match method {
+            PressureMethod::Sesph(_) => return None,
+            PressureMethod::Pcisph(method) => (method.warm_start, method.warm_start_steps),
+            PressureMethod::Iisph(method) => (method.warm_start, method.warm_start_steps),
+            PressureMethod::Dfsph(method) => (method.warm_start, method.warm_start_steps),
+        };
+        Some(Self { share, steps })
+    }
+}
 
 /// Means of the pressures over the steps before [Pa]. In scenes whose steps start from them.
 #[derive(Resource, Debug)]
@@ -52,7 +76,7 @@ pub struct MeanPressures {
 
 /// Whether the steps of a scene start from means.
 pub fn starts_from_means(scene: &Scene) -> bool {
-    Convergence::of(&scene.pressure).is_some_and(|convergence| convergence.warm_start_steps > 1)
+    WarmStart::of(&scene.pressure).is_some_and(|start| start.steps > 1)
 }
 
 /// Gives fluid that is spawned from now on a mean, if the steps of the scene start from means.
@@ -63,11 +87,12 @@ pub fn require_means(world: &mut World, scene: &Scene) {
     }
 }
 
-/// Inserts what means over `steps` need; one step needs none.
-pub fn install(world: &mut World, steps: u32) {
-    if steps > 1 {
+/// Inserts what iterations start from, and what means over several steps need.
+pub fn install(world: &mut World, start: WarmStart) {
+    world.insert_resource(start);
+    if start.steps > 1 {
         world.insert_resource(MeanPressures {
-            weight: 1.0 / steps as f32,
+            weight: 1.0 / start.steps as f32,
             means: Vec::new(),
         });
     }
@@ -118,36 +143,53 @@ pub fn scatter_mean_pressures(
 }
 
 /// Puts a share of those pressures beside the positions, as terms. With none the forces are zero until there are pressures.
+///
+/// Columns are taken out of their resources and put back: a resource scope would leave a note of a removal in every step, for
+/// which a world has no end.
 pub(super) fn start(world: &mut World, share: f32) {
-    world.resource_scope(|world, mut positions: Mut<Positions>| {
-        let rows = positions.rows();
-        let (densities, pressures) = (world.resource::<Densities>(), world.resource::<Pressures>());
-        let means = world.get_resource::<MeanPressures>();
-        let walls = WallSums::slice(world.get_resource());
-        let execution = world.resource::<Execution>();
-        execution.for_each_chunk(&mut positions.0[..rows], |first, positions| {
-            let columns = pressures.0[first..].iter().zip(&densities.0[first..]);
-            let rows = (first..).zip(positions.iter_mut().zip(columns));
-            for (row, (position, (pressure, rho))) in rows {
-                let fluid_share = fluid_share(walls, row);
-                let pressure = means.map_or(*pressure, |of| of.means[row]);
-                position.w = share * pressure / (fluid_share * rho * rho);
-            }
-        });
-    });
+    let mut positions = mem::take(&mut *world.resource_mut::<Positions>());
+    let rows = positions.rows();
+    put_terms(
+        &mut positions,
+        share,
+        (world.resource::<Densities>(), world.resource::<Pressures>()),
+        world.get_resource::<MeanPressures>(),
+        Walls::of(world.get_resource()),
+        world.resource::<Execution>(),
+    );
+    *world.resource_mut::<Positions>() = positions;
     if share == 0.0 {
-        world.resource_scope(|world, mut forces: Mut<PressureAccelerations>| {
-            forces
-                .0
-                .resize(world.resource::<Positions>().rows(), Vec3::ZERO);
-            let execution = world.resource::<Execution>();
-            execution.for_each_chunk(&mut forces.0, |_, chunk| chunk.fill(Vec3::ZERO));
-        });
+        let mut forces = mem::take(&mut world.resource_mut::<PressureAccelerations>().0);
+        forces.resize(rows, Vec3::ZERO);
+        let execution = world.resource::<Execution>();
+        execution.for_each_chunk(&mut forces, |_, chunk| chunk.fill(Vec3::ZERO));
+        world.resource_mut::<PressureAccelerations>().0 = forces;
     }
     let overshoots = world
         .get_resource::<Jacobi>()
         .is_some_and(Jacobi::overshoots);
-    let mut solve = world.resource_mut::<PressureSolve>();
-    (solve.iterations, solve.wants_force) = (0, share > 0.0);
-    solve.both_ways = share > 0.0 || overshoots;
+    world
+        .resource_mut::<PressureSolve>()
+        .begin(share > 0.0, overshoots);
+}
+
+/// Puts terms of this share beside the positions.
+pub(super) fn put_terms(
+    positions: &mut Positions,
+    share: f32,
+    (densities, pressures): (&Densities, &Pressures),
+    means: Option<&MeanPressures>,
+    walls: Walls,
+    execution: &Execution,
+) {
+    let rows = positions.rows();
+    execution.for_each_chunk(&mut positions.0[..rows], |first, positions| {
+        let columns = pressures.0[first..].iter().zip(&densities.0[first..]);
+        let rows = (first..).zip(positions.iter_mut().zip(columns));
+        for (row, (position, (pressure, rho))) in rows {
+            let fluid_share = fluid_share(walls, row);
+            let pressure = means.map_or(*pressure, |of| of.means[row]);
+            position.w = share * pressure / (fluid_share * rho * rho);
+        }
+    });
 }

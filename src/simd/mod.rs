@@ -90,8 +90,8 @@ pub trait Simd: Copy {
     fn gather(self, table: &[Vec4], rows: Self::Rows) -> [Self::F; 4];
     /// A vector in both halves.
     fn splat_vector(self, x: Vec4) -> Self::F;
-    /// `sum + Σ_k factor_k (a − a_k) (b − b_k)` over eight rows of two tables, component by component: the first four rows in
-    /// the lower half, the others in the upper. A row beyond the shorter table reads the entry at its end.
+    /// `sum + Σ_k factor_k (a − a_k) (b − b_k)` with `own` a and b, over eight rows of two tables, component by component: the
+    /// first four rows in the lower half, the others in the upper. A row beyond the shorter table reads its last row in both.
     fn add_products(
         self,
         tables: [&[Vec4]; 2],

@@ -295,15 +295,15 @@ impl Simd for Avx2 {
         factor: __m256,
         sum: __m256,
     ) -> __m256 {
-        let (x, y) = (a.as_ptr().cast(), b.as_ptr().cast());
         let offsets = self.offsets(rows, a.len().min(b.len()));
+        let [a, b] = [a, b].map(|table| table.as_ptr().cast());
         // SAFETY: `self` proves that the machine has AVX2 and FMA. The offsets are those of entries of both tables, sixteen
         // bytes each.
         unsafe {
             let product = |k| {
                 let places = reload(&offsets, k);
-                let x = _mm256_sub_ps(own[0], self.two(x, places));
-                _mm256_mul_ps(x, _mm256_sub_ps(own[1], self.two(y, places)))
+                let x = _mm256_sub_ps(own[0], self.two(a, places));
+                _mm256_mul_ps(x, _mm256_sub_ps(own[1], self.two(b, places)))
             };
             let sum = _mm256_fmadd_ps(_mm256_permute_ps::<0x00>(factor), product(0), sum);
             let sum = _mm256_fmadd_ps(_mm256_permute_ps::<0x55>(factor), product(1), sum);

@@ -27,8 +27,10 @@ use crate::{
     pairs::PairSlopes,
     particle::{self, Boundary, BoundaryNormal, BoundaryVolume, Density, Position, Velocity},
     pressure::{
-        PressureSolve, dfsph, iisph, pcisph, solve::Convergence, state_equation::EquationOfState,
-        warm_start,
+        PressureSolve, dfsph, iisph, pcisph,
+        solve::Convergence,
+        state_equation::EquationOfState,
+        warm_start::{self, WarmStart},
     },
     reorder::ReorderState,
     scene::{
@@ -132,7 +134,9 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
     }
     if let Some(convergence) = Convergence::of(&scene.pressure) {
         world.insert_resource(convergence);
-        warm_start::install(world, convergence.warm_start_steps);
+    }
+    if let Some(start) = WarmStart::of(&scene.pressure) {
+        warm_start::install(world, start);
     }
     add_schedules(world, scene, &order, particles)
 }

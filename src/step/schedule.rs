@@ -15,14 +15,13 @@ use super::{
     order::{Order, OrderItem},
     phase::Phase,
     report::finish,
-    stage::Stage,
+    stage::{Datum, Stage},
     timer::{start_timer, stop_watch},
 };
 use crate::{
     pressure::{
-        ahead::{self, ForceAhead},
         dfsph::{self, DivergenceIteration},
-        iisph, pcisph, pressure_force,
+        first_force, iisph, pcisph, pressure_force,
         solve::{LastCorrection, PressureIteration},
     },
     scene::{Executor, PressureMethod, Scene, TimeStep},
@@ -64,8 +63,8 @@ pub(super) fn add_schedules(
         step.set_executor(SingleThreadedExecutor::new());
         world.insert_resource(InTurn);
     }
-    if ahead::is_possible(scene) && follows_viscosity(&order.stages, scene) {
-        world.init_resource::<ForceAhead>();
+    if first_force::is_possible(scene) && follows_viscosity(&order.stages, scene) {
+        first_force::install(world);
     }
     let mut configs = vec![(clock::begin, start_timer).chain()];
     add_stages(&order.stages, scene, None, &mut configs);
@@ -185,7 +184,7 @@ fn add_stages(
     }
 }
 
-/// Whether the pressure solve comes right after viscosity, and both once a step.
+/// Whether the pressure solve follows viscosity in every step, both run once, and no more than forces are made between them.
 fn follows_viscosity(items: &[OrderItem], scene: &Scene) -> bool {
     fn count(items: &[OrderItem], searched: &str) -> usize {
         let of_item = |item: &OrderItem| match item {
@@ -194,15 +193,23 @@ fn follows_viscosity(items: &[OrderItem], scene: &Scene) -> bool {
         };
         items.iter().map(of_item).sum()
     }
-    let is_wanted = |name: &str| Stage::find(name).is_ok_and(|stage| (stage.wanted)(scene));
-    let names = items.iter().map(|item| match item {
-        OrderItem::Run(name) => Some(name.as_str()),
-        OrderItem::Every(..) | OrderItem::Repeat(..) => None,
-    });
-    let wanted: Vec<_> = names.filter(|name| name.is_none_or(is_wanted)).collect();
-    let pair = ["viscosity", "pressure"];
-    wanted.windows(2).any(|names| names == pair.map(Some))
-        && pair.iter().all(|name| count(items, name) == 1)
+    let runs = |searched: &'static str| move |item: &OrderItem| matches!(item, OrderItem::Run(name) if name == searched);
+    let leaves_all = |item: &OrderItem| match item {
+        OrderItem::Run(name) => Stage::find(name).is_ok_and(|stage| {
+            !(stage.wanted)(scene)
+                || !stage.spoils_all && stage.makes.iter().all(|made| *made == Datum::Forces)
+        }),
+        OrderItem::Every(..) | OrderItem::Repeat(..) => false,
+    };
+    let mut after = items
+        .iter()
+        .skip_while(|item| !runs("viscosity")(item))
+        .skip(1);
+    let next = after.find(|item| runs("pressure")(item) || !leaves_all(item));
+    next.is_some_and(runs("pressure"))
+        && ["viscosity", "pressure"]
+            .iter()
+            .all(|name| count(items, name) == 1)
 }
 
 /// The phases that `items` go through, in their order; of repetitions the first two, which show whether it goes back.

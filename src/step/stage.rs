@@ -6,11 +6,7 @@ use super::{clock, order::OrderError, phase::Phase};
 use crate::{
     boundary::{contact, direct_forcing, sums},
     column, density, force, index, integrate, neighbours,
-    pressure::{
-        self,
-        ahead::{self, ForceAhead},
-        warm_start,
-    },
+    pressure::{self, first_force, warm_start},
     reorder,
     scene::{Neighbours, PressureMethod, Scene, SurfaceTension, TimeStep, Viscosity},
     time_step::{self, adaptive, roll_back},
@@ -148,13 +144,11 @@ impl Stage {
                         force::apply_laminar_viscosity.into_configs()
                     }
                 };
-                let start = match scene.pressure {
-                    PressureMethod::Sesph(_) => {
-                        pressure::state_equation::compute_pressure.into_configs()
-                    }
-                    _ => ahead::start.into_configs(),
-                };
-                (start.run_if(resource_exists::<ForceAhead>), viscosity).chain()
+                if first_force::is_possible(scene) {
+                    (first_force::start(), viscosity).chain()
+                } else {
+                    viscosity
+                }
             },
         },
         Self {
@@ -175,14 +169,11 @@ impl Stage {
             wanted: |_| true,
             systems: |scene| {
                 let method = match scene.pressure {
-                    PressureMethod::Sesph(_) => {
-                        let force = (
-                            pressure::state_equation::compute_pressure,
-                            pressure::pressure_force,
-                        )
-                            .chain();
-                        (force.run_if(ahead::is_unknown), ahead::forget).chain()
-                    }
+                    PressureMethod::Sesph(_) => (
+                        pressure::state_equation::compute_pressure,
+                        pressure::pressure_force,
+                    )
+                        .chain(),
                     PressureMethod::Pcisph(_) => pressure::solve::solve_pressure.into_configs(),
                     PressureMethod::Iisph(_) => (
                         pressure::solve::solve_pressure,

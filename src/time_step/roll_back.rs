@@ -97,13 +97,14 @@ pub fn keep_state(
 
 /// Goes back if the step went wrong and a shorter one may go right (phase `Observe`): the run goes on, then.
 pub fn roll_back(world: &mut World) {
+    let clock = *world.resource::<Clock>();
+    let mut adaptive = world.resource_mut::<AdaptiveTimeStep>();
+    adaptive.taken_back = None;
+    let may_go_back = adaptive.may_go_back(clock.dt);
+    if !may_go_back || !world.resource::<Failure>().depends_on_the_time_step() {
+        return;
+    }
     world.resource_scope(|world, mut adaptive: Mut<AdaptiveTimeStep>| {
-        adaptive.taken_back = None;
-        let clock = *world.resource::<Clock>();
-        let failure = world.resource::<Failure>();
-        if !failure.depends_on_the_time_step() || !adaptive.may_go_back(clock.dt) {
-            return;
-        }
         let h = world.resource::<Material>().kernel.support_radius;
         let motion = world.resource::<Motion>();
         let dt = adaptive.go_back(&clock, h, motion.max_speed, motion.max_acceleration);

@@ -1,7 +1,9 @@
 //! Single numbers and pairs of them.
 
 use super::{Checked, Problem, ensure, is_flat};
-use crate::pressure::{implicit::MAX_RELAXATION_WITH_MOMENTUM, solve::Convergence};
+use crate::pressure::{
+    implicit::MAX_RELAXATION_WITH_MOMENTUM, solve::Convergence, warm_start::WarmStart,
+};
 use crate::scene::load::options;
 use crate::scene::spans::scan;
 use crate::scene::{
@@ -112,13 +114,13 @@ fn pressure(method: &PressureMethod) -> Checked {
             convergence.min_iterations,
             convergence.max_iterations,
         )?;
-        let share = convergence.warm_start;
+    }
+    if let Some(WarmStart { share, steps }) = WarmStart::of(method) {
         ensure((0.0..=1.0).contains(&share), "pressure.warm_start", || {
             format!(
                 "the iterations start from {share} of the pressures before; it must be from 0 (none) to 1 (all)"
             )
         })?;
-        let steps = convergence.warm_start_steps;
         ensure(steps > 0, "pressure.warm_start_steps", || {
             "is a mean over 0 steps; it must be at least 1 (the last step alone)".to_owned()
         })?;

@@ -1,0 +1,113 @@
+//! The first pressure force of a step, summed along with viscosity where the pressure solve follows that.
+//!
+//! Iterations that start from a share of earlier pressures start with their force, and nothing between viscosity and the solve
+//! changes it. Both passes want the same pairs, so one fetches lists, slopes and positions for both; the sums are the same to the
+//! bit. The corner dam break of 130 000 particles, a step in alternating runs: IISPH 26.9 : 24.9 ms, DFSPH at a mean error of 1 %
+//! 26.0 : 24.9.
+//!
+//! The time of the force is then booked to the phase of viscosity. Each has its own pass where an order runs either more than
+//! once or not in every step, or has a stage between them that makes more than forces, and where iterations start from
+//! nothing. Pressures or densities that a host changes between the two phases count from the first correction on.
+
+use bevy_ecs::{
+    prelude::*,
+    schedule::ScheduleConfigs,
+    system::{ScheduleSystem, SystemParam},
+};
+use glam::Vec3;
+
+use super::{
+    PressureSolve,
+    force::PressureForce,
+    implicit::Jacobi,
+    warm_start::{self, MeanPressures, WarmStart},
+};
+use crate::{
+    boundary::sums::{WallSums, Walls},
+    column::{Densities, Positions, PressureAccelerations, Pressures},
+    execution::Execution,
+    material::Material,
+    pairs::{PairSum, PairsWithSlopes, adding, both, putting},
+    scene::{Scene, Viscosity},
+};
+
+/// In worlds whose scene and order let viscosity sum the first force.
+#[derive(Resource, Debug)]
+pub struct FirstForce {
+    /// Whether it has, in this step.
+    known: bool,
+}
+
+/// Lets viscosity sum the first force from now on.
+pub(crate) fn install(world: &mut World) {
+    world.insert_resource(FirstForce { known: false });
+}
+
+/// Whether a scene has viscosity, and iterations that start with a force.
+pub(crate) fn is_possible(scene: &Scene) -> bool {
+    scene.fluid.viscosity != Viscosity::None
+        && WarmStart::of(&scene.pressure).is_some_and(|start| start.share > 0.0)
+}
+
+/// What puts the terms that the solve starts from beside the positions, before viscosity (phase `Forces`). A host's system that
+/// wants no order against it may read positions: they stay what they are.
+pub(crate) fn start() -> ScheduleConfigs<ScheduleSystem> {
+    start_solve
+        .run_if(resource_exists::<FirstForce>)
+        .ambiguous_with_all()
+}
+
+fn start_solve(
+    mut positions: ResMut<Positions>,
+    mut solve: ResMut<PressureSolve>,
+    densities: Res<Densities>,
+    pressures: Res<Pressures>,
+    means: Option<Res<MeanPressures>>,
+    walls: Option<Res<WallSums>>,
+    jacobi: Option<Res<Jacobi>>,
+    start: Res<WarmStart>,
+    execution: Res<Execution>,
+) {
+    warm_start::put_terms(
+        &mut positions,
+        start.share,
+        (&densities, &pressures),
+        means.as_deref(),
+        Walls::of(walls.as_deref()),
+        &execution,
+    );
+    let overshoots = jacobi.is_some_and(|jacobi| jacobi.overshoots());
+    solve.begin(start.share > 0.0, overshoots);
+}
+
+/// Whether the force is known; from now on it is not.
+pub(super) fn take(world: &mut World) -> bool {
+    world
+        .get_resource_mut::<FirstForce>()
+        .is_some_and(|mut first| std::mem::take(&mut first.known))
+}
+
+/// A force over the pairs, and the first pressure force along with it if it may come.
+#[derive(SystemParam)]
+pub struct WithFirstForce<'w> {
+    first: Option<ResMut<'w, FirstForce>>,
+    accelerations: ResMut<'w, PressureAccelerations>,
+    walls: Option<Res<'w, WallSums>>,
+    material: Res<'w, Material>,
+    /// The pairs.
+    pub pairs: PairsWithSlopes<'w>,
+}
+
+impl WithFirstForce<'_> {
+    /// Adds the sums of `pass` to `out`, which has one entry a row.
+    pub fn add<P: PairSum<Output = Vec3>>(&mut self, pass: P, out: &mut [Vec3]) {
+        let Some(first) = &mut self.first else {
+            return self.pairs.add(&pass, out);
+        };
+        self.accelerations.0.resize(out.len(), Vec3::ZERO);
+        let force = PressureForce::new(&self.material, Walls::of(self.walls.as_deref()));
+        let takers = both(adding(out), putting(&mut self.accelerations.0));
+        self.pairs.sum_into(&(pass, force), takers);
+        first.known = true;
+    }
+}
