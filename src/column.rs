@@ -8,6 +8,10 @@
 //! entries of four floats with a fourth that a neighbour loop wants beside the first three. We use 2: a neighbour is
 //! then one load of 16 bytes that never crosses a cache line, and the copy costs 3 ns a particle of a
 //! density pass's hundred; and one code serves any number of tables.
+//!
+//! Coordinates are `f32` from the scene's origin: 10⁴ spacings away they are exact to 8e-4 of a spacing. Loops work with
+//! differences of neighbours, cells are found in `f64`, sums over all particles are in `f64`. A column that collapses there has
+//! the energy of one at the origin within 1 %, with every method; slow motion is lost where dt v is less than half of that.
 
 use bevy_ecs::prelude::*;
 use bytemuck::TransparentWrapper;

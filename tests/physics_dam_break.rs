@@ -5,7 +5,12 @@ mod support;
 
 use std::collections::HashMap;
 
-use overfall::{integrate::Motion, scene::TimeStep, time_step::constant_limits};
+use overfall::{
+    Simulation,
+    integrate::Motion,
+    scene::{Scene, TimeStep},
+    time_step::constant_limits,
+};
 use support::{measured, particles_of, reference, run, scene, simulation, step};
 
 /// The column of Koshizuka & Oka 1996: width L, height 2 L [m].
@@ -266,6 +271,44 @@ fn first_time_step_is_that_of_the_tightest_limit() {
         assert!(
             (found / expected - 1.0_f32).abs() < 1e-5,
             "{found} for {expected}"
+        );
+    }
+}
+
+/// Kinetic energy [J] of a column of 4000 particles after 0.3 s, with its tank's corner at `corner` [m] on every axis.
+fn kinetic_energy(corner: f64, pressure: &str) -> f64 {
+    let [width, height, length] = [0.2, 0.4, 0.8].map(|extent| corner + extent);
+    let scene = format!(
+        "(
+            name: \"away\",
+            spacing: 0.02,
+            pressure: {pressure},
+            bodies: [(shape: Box(min: ({corner}, {corner}, {corner}), max: ({height}, {height}, {width})))],
+            boundaries: [Tank(min: ({corner}, {corner}, {corner}), max: ({length}, {length}, {width}))],
+        )"
+    );
+    let scene = Scene::parse(&scene, "away.ron", &[]).expect("a scene");
+    let mut simulation = Simulation::with_threads(&scene, 2).expect("a simulation");
+    while simulation.time() < 0.3 {
+        simulation.step().expect("a good step");
+    }
+    let motion = simulation.world().resource::<Motion>();
+    motion.kinetic_energy
+}
+
+#[test]
+fn ten_thousand_spacings_from_the_origin_a_column_collapses_as_at_it() {
+    for pressure in [
+        "Sesph(equation: Tait(stiffness: 60000))",
+        "Pcisph()",
+        "Iisph()",
+        "Dfsph()",
+    ] {
+        let [at, away] = [0.0, 200.0].map(|corner| kinetic_energy(corner, pressure));
+        let ratio = away / at;
+        assert!(
+            (ratio - 1.0).abs() < 0.02,
+            "{pressure}: {at} J and {away} J"
         );
     }
 }
