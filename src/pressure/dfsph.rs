@@ -27,15 +27,14 @@ use glam::Vec4;
 use super::{
     Corrected, PressureSolve,
     implicit::{
-        self, DensityRate, DensityRates, Iterate, Jacobi, PredictedVelocities, Response, Responses,
-        predict_rates,
+        self, AnsweringDensities, DensityRate, DensityRates, Iterate, Jacobi, PredictedVelocities,
+        Responses, predict_rates,
     },
     solve::{Convergence, iterate, wants_force},
 };
 use crate::{
     boundary::sums::{WallSums, Walls},
     column::{Densities, Positions, PressureAccelerations, Pressures, Velocities},
-    density::DensitySum,
     execution::Execution,
     material::Material,
     pairs::{PairSlopes, PairSum, Pairs, both, putting},
@@ -116,8 +115,7 @@ pub fn install(world: &mut World, parameters: Dfsph) {
 
 /// Densities, what the particles answer to their pressure, and Dρ/Dt of their velocities (phase `Density`).
 pub fn compute_density(
-    mut densities: ResMut<Densities>,
-    mut responses: ResMut<Responses>,
+    mut columns: AnsweringDensities,
     mut rates: ResMut<DensityRates>,
     mut counts: ResMut<NeighbourCounts>,
     mut slopes: Option<ResMut<PairSlopes>>,
@@ -127,24 +125,19 @@ pub fn compute_density(
     material: Res<Material>,
 ) {
     let rows = pairs.positions().rows();
-    densities.0.resize(rows, 0.0);
-    responses.0.resize(rows, 0.0);
     rates.0.resize(rows, 0.0);
     counts.0.resize(rows, 0);
     let walls = Walls::of(walls.as_deref());
     let sums = (
-        (
-            DensitySum::new(&material, walls),
-            Response::new(&material, walls),
-        ),
+        AnsweringDensities::sums(&material, walls),
         (
             DensityRate::<true>::new(&material, &pairs.positions().0, &velocities.0, walls),
             NeighbourCount,
         ),
     );
-    let fluid = both(putting(&mut densities.0), putting(&mut responses.0));
     let motion = both(putting(&mut rates.0), putting(&mut counts.0));
-    pairs.sum_and_keep(&sums, slopes.as_deref_mut(), both(fluid, motion));
+    let takers = both(columns.takers(rows), motion);
+    pairs.sum_and_keep(&sums, slopes.as_deref_mut(), takers);
 }
 
 /// Frees the velocities of compression (phase `Forces`, before the forces).

@@ -11,6 +11,13 @@ fn numbers(seed: u64) -> impl FnMut() -> f32 {
     }
 }
 
+/// So many vectors of such numbers.
+fn vectors(seed: u64, count: usize) -> Vec<Vec4> {
+    let mut next = numbers(seed);
+    let vector = |_| Vec4::new(next(), next(), next(), next());
+    (0..count).map(vector).collect()
+}
+
 struct Insert(Vec<u32>, usize);
 
 impl Vectorised for Insert {
@@ -175,10 +182,7 @@ impl Vectorised for Arithmetic<'_> {
 
 #[test]
 fn every_instruction_set_calculates_alike() {
-    let mut next = numbers(5);
-    let table: Vec<Vec4> = (0..40)
-        .map(|_| Vec4::new(next(), next(), next(), next()))
-        .collect();
+    let table = vectors(5, 40);
     let rows = [3, 39, 7, 0, 12, 12, 31, 5, 9, 2, 77];
     let portable = InstructionSet::Portable.dispatch(Arithmetic(&table, &rows));
     let last = table[39].x;
@@ -213,10 +217,7 @@ impl Vectorised for Products<'_> {
 
 #[test]
 fn every_instruction_set_sums_products_of_vectors() {
-    let mut next = numbers(13);
-    let table: Vec<Vec4> = (0..80)
-        .map(|_| Vec4::new(next(), next(), next(), next()))
-        .collect();
+    let table = vectors(13, 80);
     let tables = [&table[..40], &table[40..79]];
     for list in [
         &[3, 38, 7, 0, 12, 12, 31, 5][..],

@@ -1,0 +1,123 @@
+//! What a pass over the neighbours says: what one particle adds up, eight neighbours at a time.
+
+use glam::Vec4;
+
+use crate::simd::Simd;
+
+/// What a particle sums over its neighbours. Mark every method `#[inline(always)]`.
+pub trait PairSum: Copy + Sync {
+    /// Values of the particle itself and its partial sums, in lanes.
+    type Sums<S: Simd>;
+    /// What becomes of them.
+    type Output: Send;
+    /// Whether it sums over fluid neighbours.
+    const FLUID: bool = true;
+    /// Whether it sums over boundary neighbours. At the positions of the step their sums are known
+    /// ([`WallSums`](crate::boundary::sums::WallSums)).
+    const BOUNDARY: bool = false;
+    /// Whether it wants to know how many neighbours there are.
+    const COUNTS: bool = false;
+    /// Whether slopes are all it takes of a pair. Where they are known positions are not fetched then, and the rest of the
+    /// pair is zero.
+    const SLOPES_ALONE: bool = false;
+
+    /// Before the first neighbour of row `i`, which is at `own`.
+    fn start<S: Simd>(&self, simd: S, i: usize, own: Vec4) -> Self::Sums<S>;
+    /// Eight fluid neighbours, rows `j`; lanes without one hold a row whose sentinel adds nothing.
+    #[inline(always)]
+    fn fluid<S: Simd>(&self, _: S, _pair: &Pair<S>, _j: S::Rows, _: &mut Self::Sums<S>) {}
+    /// Eight boundary neighbours, likewise; the fourth entries are their volumes [m³; m² in 2-D].
+    #[inline(always)]
+    fn boundary<S: Simd>(&self, _: S, _pair: &Pair<S>, _: &mut Self::Sums<S>) {}
+    /// After the last of so many neighbours, fluid and boundary, if it counts them.
+    fn finish<S: Simd>(&self, simd: S, neighbours: usize, sums: Self::Sums<S>) -> Self::Output;
+}
+
+/// Two sums in one pass.
+impl<A: PairSum, B: PairSum> PairSum for (A, B) {
+    type Sums<S: Simd> = (A::Sums<S>, B::Sums<S>);
+    type Output = (A::Output, B::Output);
+    const FLUID: bool = A::FLUID || B::FLUID;
+    const BOUNDARY: bool = A::BOUNDARY || B::BOUNDARY;
+    const COUNTS: bool = A::COUNTS || B::COUNTS;
+    const SLOPES_ALONE: bool = A::SLOPES_ALONE && B::SLOPES_ALONE;
+
+    #[inline(always)]
+    fn start<S: Simd>(&self, simd: S, i: usize, own: Vec4) -> Self::Sums<S> {
+        (self.0.start(simd, i, own), self.1.start(simd, i, own))
+    }
+
+    #[inline(always)]
+    fn fluid<S: Simd>(&self, simd: S, pair: &Pair<S>, j: S::Rows, sums: &mut Self::Sums<S>) {
+        self.0.fluid(simd, pair, j, &mut sums.0);
+        self.1.fluid(simd, pair, j, &mut sums.1);
+    }
+
+    #[inline(always)]
+    fn boundary<S: Simd>(&self, simd: S, pair: &Pair<S>, sums: &mut Self::Sums<S>) {
+        self.0.boundary(simd, pair, &mut sums.0);
+        self.1.boundary(simd, pair, &mut sums.1);
+    }
+
+    #[inline(always)]
+    fn finish<S: Simd>(&self, simd: S, neighbours: usize, sums: Self::Sums<S>) -> Self::Output {
+        (
+            self.0.finish(simd, neighbours, sums.0),
+            self.1.finish(simd, neighbours, sums.1),
+        )
+    }
+}
+
+/// A particle and eight neighbours.
+#[derive(Clone, Copy)]
+pub struct Pair<S: Simd> {
+    /// `x_i − x_j` [m].
+    pub x: [S::F; 3],
+    /// Its square [m²].
+    pub distance: S::F,
+    /// The neighbours' fourth entries.
+    pub fourth: S::F,
+    /// The kernel's slope at the distance [m⁻¹].
+    pub slope: S::F,
+}
+
+/// A vector in all lanes.
+#[inline(always)]
+pub fn broadcast<S: Simd>(simd: S, point: Vec4) -> [S::F; 3] {
+    [
+        simd.splat(point.x),
+        simd.splat(point.y),
+        simd.splat(point.z),
+    ]
+}
+
+/// `own` minus the vectors of eight rows, and the rows' fourth entries.
+#[inline(always)]
+pub fn difference<S: Simd>(
+    simd: S,
+    own: [S::F; 3],
+    vectors: &[Vec4],
+    rows: S::Rows,
+) -> ([S::F; 3], S::F) {
+    let [x, y, z, fourth] = simd.gather(vectors, rows);
+    let difference = [
+        simd.sub(own[0], x),
+        simd.sub(own[1], y),
+        simd.sub(own[2], z),
+    ];
+    (difference, fourth)
+}
+
+/// Scalar product.
+#[inline(always)]
+pub fn dot<S: Simd>(simd: S, a: [S::F; 3], b: [S::F; 3]) -> S::F {
+    simd.mul_add(a[2], b[2], simd.mul_add(a[1], b[1], simd.mul(a[0], b[0])))
+}
+
+/// `sum += factor · vector`.
+#[inline(always)]
+pub fn accumulate<S: Simd>(simd: S, sum: &mut [S::F; 3], factor: S::F, vector: [S::F; 3]) {
+    for (sum, component) in sum.iter_mut().zip(vector) {
+        *sum = simd.mul_add(factor, component, *sum);
+    }
+}
