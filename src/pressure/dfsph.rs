@@ -27,9 +27,9 @@ use glam::Vec4;
 use super::{
     Corrected, PressureSolve,
     implicit::{
-        self, AnsweringDensities, DensityRate, DensityRates, Iterate, Jacobi, PredictedVelocities,
-        Responses, predict_rates,
+        self, DensityRate, DensityRates, Iterate, Jacobi, PredictedVelocities, predict_rates,
     },
+    response::{AnsweringDensities, Responses},
     solve::{Convergence, iterate, wants_force},
 };
 use crate::{

@@ -2,7 +2,7 @@
 //! pressures whose force brings the density, predicted from the velocities, to the rest density.
 //!
 //! Density and the diagonal of the linear system come from one pass over the neighbours
-//! ([`compute_density`](implicit::compute_density)); each iteration, one run of
+//! ([`compute_density`](super::response::compute_density)); each iteration, one run of
 //! [`PressureIteration`](super::solve::PressureIteration), takes two. See [`implicit`] for the system. The
 //! pressures start at half of the last step's, as in the paper; at least two iterations are done, and the mean error ends
 //! them.

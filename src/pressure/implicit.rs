@@ -1,5 +1,4 @@
-//! What IISPH and DFSPH share: one linear system, and a Jacobi iteration on it. What a particle answers to its own pressure,
-//! D below, PCISPH wants to know, too ([`compute_density`]).
+//! What IISPH and DFSPH share: one linear system, and a Jacobi iteration on it.
 //!
 //! With the pressure force of [`force`](super::force), pressure terms `t = p/ρ²` and the velocities v* without pressure,
 //! `ρ_i + dt Dρ_i/Dt(v* + dt a(t)) = ρ0` is linear in t, with
@@ -7,7 +6,8 @@
 //! `Dρ_i/Dt(v) = Σ_j m (v_i − v_j)·∇W_ij + Σ_b ρ0 V_b v_i·∇W_ib`.
 //!
 //! What particle i answers to its own term is `dt² D_i`, `D_i = |Σ_j m ∇W_ij + Σ_b ρ0 V_b ∇W_ib|² + Σ_j |m ∇W_ij|²`: walls
-//! count in the particle's own motion and not in that of its neighbours, as they do not move. A relaxed Jacobi iteration
+//! count in the particle's own motion and not in that of its neighbours, as they do not move (see
+//! [`response`](super::response)). A relaxed Jacobi iteration
 //! is `t_i ← max(0, t_i + ω (ρ*_i − ρ0)/(dt² D_i))`: two passes over the neighbours, force and rate.
 //!
 //! This is IISPH's iteration (Ihmsen et al. 2014) with p/ρ² for p, `a_ii = −dt² D_i/ρ_i²`, and its sums over d_ij taken as
@@ -29,21 +29,16 @@
 //! layers that begins without pressure, 0.15 s, mean error 0.01 %: energy gained 160 : 0.4 %, largest speed 18 : 1.8 m/s, mean
 //! error at most 0.01 : 0.13 %. In the dam break, where steps change slowly, the mean over time of that error stays the same.
 
-use bevy_ecs::{prelude::*, system::SystemParam};
+use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};
-use rayon::iter::IndexedParallelIterator;
 
-use super::{Corrected, PressureSolve, lattice_response, warm_start::MeanPressures};
+use super::{Corrected, PressureSolve, response::Responses, warm_start::MeanPressures};
 use crate::{
     boundary::sums::{WallSums, Walls},
     column::{Accelerations, Densities, Positions, PressureAccelerations, Pressures, Velocities},
-    density::DensitySum,
     execution::Execution,
     material::Material,
-    pairs::{
-        Pair, PairSlopes, PairSum, Pairs, PairsWithSlopes, accumulate, both, broadcast, difference,
-        dot, putting,
-    },
+    pairs::{Pair, PairSum, PairsWithSlopes, broadcast, difference, dot},
     simd::Simd,
     step::Clock,
 };
@@ -154,10 +149,6 @@ impl Jacobi {
     }
 }
 
-/// `1/D` of every particle [m⁸/kg²; m⁶/kg² in 2-D]; 0 where nothing answers.
-#[derive(Resource, Debug, Default)]
-pub struct Responses(pub Vec<f32>);
-
 /// Velocities at the end of the step [m/s]. A sentinel of zero ends them.
 #[derive(Resource, Debug, Default)]
 pub struct PredictedVelocities(pub Vec<Vec4>);
@@ -181,52 +172,6 @@ pub fn install(world: &mut World, relaxation: f32, momentum: bool, head_start: i
     world.init_resource::<Responses>();
     world.init_resource::<PredictedVelocities>();
     world.init_resource::<DensityRates>();
-}
-
-/// Densities, and what the particles answer to their pressure (phase `Density`).
-pub fn compute_density(
-    mut columns: AnsweringDensities,
-    mut slopes: Option<ResMut<PairSlopes>>,
-    walls: Option<Res<WallSums>>,
-    pairs: Pairs,
-    material: Res<Material>,
-) {
-    let sums = AnsweringDensities::sums(&material, Walls::of(walls.as_deref()));
-    let takers = columns.takers(pairs.positions().rows());
-    pairs.sum_and_keep(&sums, slopes.as_deref_mut(), takers);
-}
-
-/// Densities and responses, which one pass over the neighbours sums.
-#[derive(SystemParam)]
-pub struct AnsweringDensities<'w> {
-    densities: ResMut<'w, Densities>,
-    responses: ResMut<'w, Responses>,
-}
-
-impl AnsweringDensities<'_> {
-    /// The sums of both.
-    pub(super) fn sums<'a>(
-        material: &Material,
-        walls: Walls<'a>,
-    ) -> (DensitySum<'a, false>, Response<'a>) {
-        (
-            DensitySum::new(material, walls),
-            Response::new(material, walls),
-        )
-    }
-
-    /// What takes them, for so many rows.
-    pub(super) fn takers(
-        &mut self,
-        rows: usize,
-    ) -> impl IndexedParallelIterator<Item = impl FnMut(usize, (f32, f32)) + Send> {
-        self.densities.0.resize(rows, 0.0);
-        self.responses.0.resize(rows, 0.0);
-        both(
-            putting(&mut self.densities.0),
-            putting(&mut self.responses.0),
-        )
-    }
 }
 
 /// `v + dt a` with all accelerations.
@@ -340,76 +285,6 @@ pub fn take_pressures(
             *pressure = rho * rho * iterate.acted;
         }
     });
-}
-
-/// Sums `1/D`.
-#[derive(Clone, Copy)]
-pub struct Response<'a> {
-    walls: Walls<'a>,
-    rest_density: f32,
-    /// m and the kernel's factor.
-    factor: f32,
-    /// D below which nothing answers.
-    least: f32,
-}
-
-/// Part of a full lattice's D below which a particle is taken to answer no pressure. The motion that removes an error
-/// grows as 1/sqrt(D); two particles on the edge of each other's support have 4e-4.
-const LEAST_RESPONSE: f64 = 1e-3;
-
-impl<'a> Response<'a> {
-    /// The sum for this fluid.
-    pub fn new(material: &Material, walls: Walls<'a>) -> Self {
-        let mass = f64::from(material.particle_mass);
-        Self {
-            walls,
-            rest_density: material.rest_density,
-            factor: material.particle_mass * material.kernel.slope_factor,
-            least: (LEAST_RESPONSE * mass * mass * lattice_response(material)) as f32,
-        }
-    }
-}
-
-/// The sum of gradients and that of their squares.
-pub struct ResponseSums<S: Simd> {
-    sum: [S::F; 3],
-    squares: S::F,
-    /// `Σ_b ρ0 V_b ∇W_ib` [kg/m⁴].
-    walls: Vec3,
-}
-
-impl PairSum for Response<'_> {
-    type Sums<S: Simd> = ResponseSums<S>;
-    type Output = f32;
-
-    #[inline(always)]
-    fn start<S: Simd>(&self, simd: S, i: usize, _: Vec4) -> ResponseSums<S> {
-        ResponseSums {
-            sum: [simd.splat(0.0); 3],
-            squares: simd.splat(0.0),
-            walls: self.rest_density * self.walls.gradient(i),
-        }
-    }
-
-    #[inline(always)]
-    fn fluid<S: Simd>(&self, simd: S, pair: &Pair<S>, _: S::Rows, sums: &mut ResponseSums<S>) {
-        accumulate(simd, &mut sums.sum, pair.slope, pair.x);
-        let square = simd.mul(pair.slope, pair.slope);
-        sums.squares = simd.mul_add(square, pair.distance, sums.squares);
-    }
-
-    #[inline(always)]
-    fn finish<S: Simd>(&self, simd: S, _: usize, sums: ResponseSums<S>) -> f32 {
-        let [x, y, z] = sums.sum;
-        let sum = self.factor * Vec3::new(simd.sum(x), simd.sum(y), simd.sum(z)) + sums.walls;
-        let squares = self.factor * self.factor * simd.sum(sums.squares);
-        let response = sum.length_squared() + squares;
-        if response > self.least {
-            1.0 / response
-        } else {
-            0.0
-        }
-    }
 }
 
 /// Sums Dρ/Dt, in a pass `SHARED` with sums that take positions, or in its own.

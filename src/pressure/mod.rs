@@ -2,8 +2,8 @@
 //!
 //! Every method writes the pressure term `p/ρ²` beside the positions and leaves the rest to [`pressure_force`]. Those
 //! that iterate do so in [`solve`], from what [`warm_start`] gives them; [`implicit`] is what the two have in common whose
-//! densities are predicted from velocities, and how strongly a particle answers its own pressure. The first force may come
-//! along with viscosity ([`first_force`]). Beside walls [`fluid_share`] makes pressures of what they find.
+//! densities are predicted from velocities, and [`response`] how strongly a particle answers its own pressure. The first
+//! force may come along with viscosity ([`first_force`]). Beside walls [`fluid_share`] makes pressures of what they find.
 //!
 //! | method | file | solves for | iterates over |
 //! | --- | --- | --- | --- |
@@ -19,6 +19,7 @@ pub mod force;
 pub mod iisph;
 pub mod implicit;
 pub mod pcisph;
+pub mod response;
 pub mod solve;
 pub mod state_equation;
 pub mod warm_start;

@@ -7,8 +7,8 @@
 //! `δ = 1/(β (|Σ_j ∇W_ij|² + Σ_j |∇W_ij|²))`, `β = 2 (m dt/ρ0)²`, for a particle of a full lattice.
 //!
 //! Deviations. δ is made for a particle of a full lattice. One at the surface, most of all beside walls, answers its own
-//! pressure more strongly, D of [`implicit`](super::implicit) against `2 m²` times the lattice's sums; where so, its pressure swings between zero
-//! and too much, and which of the two acts is the parity of the iterations. There δ is divided by that. In still water of 16
+//! pressure more strongly, D of [`response`](super::response) against `2 m²` times the lattice's sums; where so, its
+//! pressure swings between zero and too much, and which of the two acts is the parity of the iterations. There δ is divided by that. In still water of 16
 //! layers single particles jumped with 4 to 11 % of sqrt(g H) where only walls were taken into account, in 24 runs that differ
 //! by rounding; now the fastest have 3.0 to 3.9 %, in 12. Nothing changes elsewhere, nor do iterations and errors of a dam break.
 //!
@@ -24,7 +24,7 @@
 
 use bevy_ecs::{prelude::*, schedule::ScheduleConfigs, system::ScheduleSystem};
 
-use super::{Corrected, PressureSolve, implicit::Responses, lattice_response, solve::wants_force};
+use super::{Corrected, PressureSolve, lattice_response, response::Responses, solve::wants_force};
 use crate::{
     boundary::direct_forcing,
     column::{

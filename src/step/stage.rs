@@ -99,7 +99,7 @@ impl Stage {
                 let density = match scene.pressure {
                     PressureMethod::Sesph(_) => density::compute_density.into_configs(),
                     PressureMethod::Pcisph(_) | PressureMethod::Iisph(_) => {
-                        pressure::implicit::compute_density.into_configs()
+                        pressure::response::compute_density.into_configs()
                     }
                     PressureMethod::Dfsph(_) => pressure::dfsph::compute_density.into_configs(),
                 };
