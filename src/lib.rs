@@ -54,6 +54,7 @@
 //! | [`boundary`] | walls as particles: sampling, volumes, their sums around the fluid, contact, direct forcing |
 //! | [`mesh`] | triangle meshes: files, distances, rays |
 //! | [`simd`] | eight lanes, chosen at run time; the only `unsafe` |
+//! | [`input`] | files that a user names, read with a limit |
 //! | [`execution`] | threads, chunks, results that do not depend on either |
 //! | [`measure`] | what experiments and analytic solutions give, too: front, height, semi-axes, line of pressures |
 //! | [`output`] | frames, series, history, summary, pictures |
@@ -65,6 +66,7 @@ pub mod density;
 pub mod execution;
 pub mod force;
 pub mod index;
+pub mod input;
 pub mod integrate;
 pub mod kernel;
 pub mod material;

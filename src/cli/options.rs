@@ -50,6 +50,9 @@ pub(super) struct Run {
     /// Frames per simulated second; 0 writes the first and the last only.
     #[arg(long, value_name = "F", value_parser = not_negative)]
     frames_per_second: Option<f32>,
+    /// Shorten steps so that frames are at multiples of their interval exactly, not at the step ends nearest to them.
+    #[arg(long)]
+    exact_times: bool,
     /// File formats of the frames.
     #[arg(long, value_name = "FORMAT,…", value_delimiter = ',')]
     format: Option<Vec<Format>>,
@@ -161,6 +164,7 @@ impl Run {
         if let Some(frames_per_second) = self.frames_per_second {
             scene.output.frames_per_second = frames_per_second;
         }
+        scene.output.exact_times |= self.exact_times;
         if let Some(formats) = &self.format {
             scene.output.formats.clear();
             for &format in formats {

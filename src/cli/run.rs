@@ -26,7 +26,7 @@ pub(super) fn run(options: &options::Run) -> Result<Exit, Failure> {
         Simulation::with_threads(&scene, threads).map_err(|error| options.scene.refuse(&error))?;
     let goal = options
         .steps
-        .map_or(Goal::Time(scene.duration.into()), Goal::Steps);
+        .map_or_else(|| Goal::duration(scene.duration), Goal::Steps);
 
     let folder = RunFolder::new(options.out.as_deref(), &scene.name);
     let copy = SceneCopy::of(&scene)?;
@@ -39,7 +39,7 @@ pub(super) fn run(options: &options::Run) -> Result<Exit, Failure> {
     let mut run = Run {
         simulation,
         goal,
-        clock: FrameClock::new(scene.output.frames_per_second, goal),
+        clock: FrameClock::new(&scene.output, goal),
         history,
         recorder: Recorder::start(&folder, &scene)?,
         progress,
@@ -97,22 +97,23 @@ impl Run {
     /// Steps until the goal or a signal.
     fn step_to_the_end(&mut self) -> Result<Status, Stop> {
         self.record()?;
-        let mut dt = 0.0;
         loop {
             let (steps, time) = (self.totals.steps(), self.simulation.time());
-            if self.goal.is_reached(steps, time, dt) {
+            if self.goal.is_reached(steps, time) {
                 return Ok(Status::Done);
             }
             if interrupt::asked() {
                 return Ok(Status::Interrupted);
             }
             let started = Instant::now();
-            let report = self.simulation.step()?;
+            let report = match self.clock.until(time) {
+                Some(until) => self.simulation.step_until(until),
+                None => self.simulation.step(),
+            }?;
             let taken = started.elapsed();
             self.stepping += taken;
             self.totals.add(&report);
             self.history.push(&report)?;
-            dt = report.dt.into();
             if report.taken_back.is_some() {
                 self.withdraw(report.time)?;
                 self.progress.update(&report, taken);

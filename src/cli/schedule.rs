@@ -1,5 +1,7 @@
 //! When a run ends and when a frame is due, in simulated time.
 
+use overfall::scene::Output;
+
 /// What a run goes for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Goal {
@@ -10,12 +12,15 @@ pub(super) enum Goal {
 }
 
 impl Goal {
-    /// Whether a run that has taken `steps` steps, the last one `dt` long and ended at `time`, is there.
-    ///
-    /// Time is a sum of many `dt`: a step that misses the goal by rounding alone has reached it.
-    pub(super) fn is_reached(self, steps: u64, time: f64, dt: f64) -> bool {
+    /// The goal of a scene without a number of steps.
+    pub(super) fn duration(seconds: f32) -> Self {
+        Self::Time(decimal(seconds))
+    }
+
+    /// Whether a run that has taken `steps` steps, the last of which ended at `time` [s], is there.
+    pub(super) fn is_reached(self, steps: u64, time: f64) -> bool {
         match self {
-            Self::Time(end) => time >= end - ROUNDING * dt,
+            Self::Time(end) => time >= end,
             Self::Steps(end) => steps >= end,
         }
     }
@@ -28,18 +33,33 @@ impl Goal {
         };
         fraction.clamp(0.0, 1.0)
     }
+
+    /// The simulated time that the run goes for [s].
+    fn end(self) -> f64 {
+        match self {
+            Self::Time(end) => end,
+            Self::Steps(_) => f64::INFINITY,
+        }
+    }
+}
+
+/// The number that a scene writes: 0.1 in single precision is 0.1, and not the 0.100000001 that it stands for.
+fn decimal(number: f32) -> f64 {
+    number.to_string().parse().unwrap_or(number.into())
 }
 
 /// Part of a step by which summed time may be off.
 const ROUNDING: f64 = 1e-2;
 
-/// Says at which step ends a frame is due: those nearest to the multiples of the frame interval.
+/// Says at which step ends a frame is due.
 ///
-/// The step is not shortened to hit a multiple: a picture is not worth a change of the result. The first frame
-/// (time 0) and the last (the end of the run) are written whatever this says.
+/// These are the step ends nearest to the multiples of the frame interval: a picture is not worth a change of the result.
+/// A scene may ask for the multiples themselves (`output.exact_times`), where steps then end. The first frame (time 0) and
+/// the last (the end of the run) are written whatever this says.
 #[derive(Debug, Clone)]
 pub(super) struct FrameClock {
     per_second: f64,
+    exact: bool,
     /// The next multiple that has no frame yet.
     next: f64,
     /// Multiples from here on are left to the last frame [s].
@@ -49,27 +69,40 @@ pub(super) struct FrameClock {
 }
 
 impl FrameClock {
-    /// A clock for `per_second` frames a simulated second (0: none), in a run that goes for `goal`.
-    pub(super) fn new(per_second: f32, goal: Goal) -> Self {
+    /// A clock for the frames of a scene (none between if it has 0 a second), in a run that goes for `goal`.
+    pub(super) fn new(output: &Output, goal: Goal) -> Self {
         Self {
-            per_second: per_second.into(),
+            per_second: decimal(output.frames_per_second),
+            exact: output.exact_times,
             next: 1.0,
-            end: match goal {
-                Goal::Time(end) => end,
-                Goal::Steps(_) => f64::INFINITY,
-            },
+            end: goal.end(),
             last: None,
         }
+    }
+
+    /// The time after `time` that a step must not pass [s], if there is one.
+    pub(super) fn until(&self, time: f64) -> Option<f64> {
+        let multiple = self.next / self.per_second;
+        let times = [self.end, if self.exact { multiple } else { self.end }];
+        let first = (times.into_iter().filter(|&until| until > time)).fold(f64::INFINITY, f64::min);
+        first.is_finite().then_some(first)
     }
 
     /// Whether the step that ended at `time` is the nearest one to a multiple, if the next is `next_dt` long.
     ///
     /// Several multiples within one step make one frame.
     pub(super) fn is_due(&mut self, time: f64, next_dt: f64) -> bool {
-        if self.per_second <= 0.0 || self.next / self.per_second >= self.end - ROUNDING * next_dt {
+        let multiple = self.next / self.per_second;
+        if self.per_second <= 0.0 || multiple >= self.end - ROUNDING * next_dt {
             return false;
         }
-        let reached = ((time + 0.5 * next_dt) * self.per_second).floor();
+        let reached = if !self.exact {
+            ((time + 0.5 * next_dt) * self.per_second).floor()
+        } else if time >= multiple {
+            self.next
+        } else {
+            0.0
+        };
         let is_due = reached >= self.next;
         if is_due {
             self.last = Some((time, self.next));
@@ -91,15 +124,26 @@ impl FrameClock {
 mod tests {
     use super::*;
 
-    /// Runs fixed steps of `dt` to `end`; gives the number of steps and the times of the frames between.
+    fn output(frames_per_second: f32, exact_times: bool) -> Output {
+        Output {
+            frames_per_second,
+            exact_times,
+            ..Output::default()
+        }
+    }
+
+    /// Runs steps of `dt` to `end` with nothing shortened but the last; gives their number and the times of the frames between.
     fn run(per_second: f32, dt: f64, end: f64) -> (u64, Vec<f64>) {
         let goal = Goal::Time(end);
-        let mut clock = FrameClock::new(per_second, goal);
+        let mut clock = FrameClock::new(&output(per_second, false), goal);
         let (mut steps, mut time, mut frames) = (0, 0.0, Vec::new());
-        while !goal.is_reached(steps, time, dt) {
+        while !goal.is_reached(steps, time) {
             steps += 1;
             time += dt;
-            if !goal.is_reached(steps, time, dt) && clock.is_due(time, dt) {
+            if time > end - ROUNDING * dt {
+                time = end;
+            }
+            if !goal.is_reached(steps, time) && clock.is_due(time, dt) {
                 frames.push(time);
             }
         }
@@ -136,13 +180,31 @@ mod tests {
 
     #[test]
     fn a_frame_of_a_step_taken_back_is_due_again() {
-        let mut clock = FrameClock::new(10.0, Goal::Time(1.0));
+        let mut clock = FrameClock::new(&output(10.0, false), Goal::Time(1.0));
         assert!(clock.is_due(0.1, 0.02));
         clock.set_back(0.1);
         assert!(!clock.is_due(0.12, 0.02), "the frame stands");
         clock.set_back(0.08);
         assert!(clock.is_due(0.099, 0.005));
         assert!(!clock.is_due(0.104, 0.005));
+    }
+
+    #[test]
+    fn exact_frames_are_at_the_multiples_and_steps_end_there() {
+        let mut clock = FrameClock::new(&output(10.0, true), Goal::duration(0.25));
+        assert_eq!(clock.until(0.0), Some(0.1));
+        assert!(!clock.is_due(0.099, 0.01));
+        assert!(clock.is_due(0.1, 0.01));
+        assert_eq!(clock.until(0.1), Some(0.2));
+        clock.set_back(0.09);
+        assert_eq!(clock.until(0.09), Some(0.1));
+        assert!(clock.is_due(0.1, 0.01) && clock.is_due(0.2, 0.01));
+        assert_eq!(clock.until(0.2), Some(0.25));
+        let clock = FrameClock::new(&output(0.0, true), Goal::Steps(3));
+        assert_eq!(clock.until(0.0), None);
+        // What is not exact ends at the end alone, and that is the number which the scene writes.
+        let clock = FrameClock::new(&output(10.0, false), Goal::duration(0.3));
+        assert_eq!(clock.until(0.0), Some(0.3));
     }
 
     #[test]

@@ -1,12 +1,12 @@
 //! Files into triangles: Wavefront OBJ and STL, binary or text.
 
-use std::fs;
 use std::io::Cursor;
 use std::path::Path;
 
 use glam::{DVec3, Vec3};
 
 use super::{MeshError, Soup};
+use crate::input::read_bytes;
 
 /// Header and count of a binary STL file, and a triangle in it [bytes].
 const STL_HEADER: usize = 84;
@@ -28,7 +28,7 @@ pub(super) fn read(file: &Path) -> Result<Soup, MeshError> {
             ));
         }
     };
-    let bytes = fs::read(file).map_err(|source| MeshError::Unreadable {
+    let bytes = read_bytes(file).map_err(|source| MeshError::Unreadable {
         file: file.to_owned(),
         source,
     })?;

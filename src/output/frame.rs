@@ -1,11 +1,11 @@
 //! The state of all particles at one time, and its files.
 
-use std::fs;
 use std::path::Path;
 
 use glam::Vec3;
 
 use super::{OutputError, ply, vtu};
+use crate::input::read_bytes;
 use crate::scene::FrameFormat;
 
 /// The state of all fluid particles at one time: what frames and pictures are made from.
@@ -90,7 +90,7 @@ impl Frame {
                 });
             }
         };
-        let bytes = fs::read(path).map_err(|source| OutputError::io(path, source))?;
+        let bytes = read_bytes(path).map_err(|source| OutputError::io(path, source))?;
         parse(&bytes).map_err(|reason| OutputError::malformed(path, reason))
     }
 }

@@ -1,13 +1,13 @@
 //! The series of a run's frames: which file shows which time. ParaView opens it as one animation.
 
 use std::fmt::Write as _;
-use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use super::OutputError;
 use super::atomic::write_atomically;
 use super::cursor::{attribute, number};
+use crate::input::read_text;
 
 /// One frame of a series.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,7 +41,7 @@ impl Series {
     /// When the file cannot be read or is not a series of ours.
     pub fn read(path: impl Into<PathBuf>) -> Result<Self, OutputError> {
         let path = path.into();
-        let text = fs::read_to_string(&path).map_err(|source| OutputError::io(&path, source))?;
+        let text = read_text(&path).map_err(|source| OutputError::io(&path, source))?;
         let entries = parse(&text).map_err(|reason| OutputError::malformed(&path, reason))?;
         Ok(Self { path, entries })
     }

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::OutputError;
 use super::atomic::write_atomically;
+use crate::input::read_bytes;
 use crate::step::{Phase, StepReport};
 
 /// Number of the layout of `summary.json`, raised when a field changes its meaning or leaves.
@@ -91,7 +92,7 @@ impl Summary {
     /// # Errors
     /// When the file cannot be read or is no summary of this version.
     pub fn read(path: &Path) -> Result<Self, OutputError> {
-        let bytes = fs::read(path).map_err(|source| OutputError::io(path, source))?;
+        let bytes = read_bytes(path).map_err(|source| OutputError::io(path, source))?;
         let summary: Self = serde_json::from_slice(&bytes)
             .map_err(|e| OutputError::malformed(path, e.to_string()))?;
         if summary.output_version != OUTPUT_VERSION {

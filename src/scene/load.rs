@@ -11,6 +11,7 @@ use super::error::unknown_name;
 use super::overrides::Override;
 use super::spans::{byte_at, line_column, scan};
 use super::{BoundaryShape, Place, Scene, SceneError};
+use crate::input::{read_text, without_mark};
 
 /// What every scene file may leave out: `Some(…)` around a value, and the second bracket in `Pcisph((…))`.
 pub(super) fn options() -> ron::Options {
@@ -51,7 +52,7 @@ impl Scene {
     ///
     /// Errors name the file, the line and the column, or the override, that cannot be.
     pub fn load(path: &Path, overrides: &[Override]) -> Result<Self, SceneError> {
-        let text = std::fs::read_to_string(path).map_err(|source| SceneError::Unreadable {
+        let text = read_text(path).map_err(|source| SceneError::Unreadable {
             file: path.to_owned(),
             source,
         })?;
@@ -69,6 +70,7 @@ impl Scene {
     /// As [`load`](Self::load), from a text. `file_name` stands in errors; `order` and the meshes' files
     /// are taken relative to its folder.
     pub fn parse(text: &str, file_name: &str, overrides: &[Override]) -> Result<Self, SceneError> {
+        let text = without_mark(text);
         let mut scene: Self = read(text, file_name)?;
         for change in overrides {
             scene = change.apply(&scene)?;

@@ -20,6 +20,7 @@ use crate::{
     execution::Execution,
     force::{ArtificialViscosity, Cohesion, LaminarViscosity},
     index::{self, DomainTooLarge, FluidIndex, z_curve},
+    input::read_text,
     integrate::{Domain, GuardLimits, Motion},
     material::Material,
     mesh::MeshError,
@@ -89,7 +90,7 @@ pub(super) fn order_of(scene: &Scene) -> Result<Order, InstallError> {
     let order = match &path {
         None => Ok(Order::standard()),
         Some(path) => {
-            let text = std::fs::read_to_string(path).map_err(|error| InstallError::OrderFile {
+            let text = read_text(path).map_err(|error| InstallError::OrderFile {
                 path: path.clone(),
                 error,
             })?;
@@ -289,6 +290,14 @@ impl Simulation {
     /// Takes one step. After an error the world holds the last good state.
     pub fn step(&mut self) -> Result<StepReport, StepError> {
         take_step(&mut self.world)
+    }
+
+    /// Takes one step that does not pass `until` [s]: the last before it is shortened, and ends there exactly.
+    pub fn step_until(&mut self, until: f64) -> Result<StepReport, StepError> {
+        self.world.resource_mut::<Clock>().until = Some(until);
+        let report = self.step();
+        self.world.resource_mut::<Clock>().until = None;
+        report
     }
 
     /// Simulated time [s].

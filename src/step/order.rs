@@ -5,6 +5,7 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 use super::stage::{Datum, Stage};
+use crate::input::without_mark;
 use crate::scene::{Scene, TimeStep};
 
 /// An order file.
@@ -128,7 +129,7 @@ impl Order {
 
     /// Reads an order.
     pub fn parse(text: &str) -> Result<Self, OrderError> {
-        ron::from_str(text).map_err(|error| OrderError::Syntax {
+        ron::from_str(without_mark(text)).map_err(|error| OrderError::Syntax {
             line: error.span.start.line,
             column: error.span.start.col,
             message: error.code.to_string(),

@@ -4,6 +4,7 @@ use std::collections::HashSet;
 use std::path::Path;
 
 use super::{Chart, Measure, Reference, Rows, Span, Start, Study, StudyError};
+use crate::input::read_text;
 use crate::scene::{Override, Place, Scene, SceneError, place_of, read, unknown_name};
 use crate::step::{InstallError, check_order};
 
@@ -70,7 +71,7 @@ impl Plan {
 }
 
 fn read_file(what: &'static str, path: &Path) -> Result<String, StudyError> {
-    std::fs::read_to_string(path).map_err(|source| StudyError::Unreadable {
+    read_text(path).map_err(|source| StudyError::Unreadable {
         what,
         file: path.to_owned(),
         source,

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use crate::input::without_mark;
+
 /// Figures by row and column.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Reference {
@@ -16,7 +18,7 @@ impl Reference {
     /// A row's name may stand in double quotes, and must if it has a comma in it; a figure may be left out.
     pub fn parse(text: &str) -> Result<Self, (usize, String)> {
         let mut lines = (1..)
-            .zip(text.lines())
+            .zip(without_mark(text).lines())
             .filter(|(_, line)| !line.trim().is_empty() && !line.starts_with('#'));
         let Some((_, header)) = lines.next() else {
             return Err((1, "there is no line with the names of the columns".into()));

@@ -229,7 +229,7 @@ pub fn choose_adaptive_time_step(
     }
     let h = material.kernel.support_radius;
     let limits = motion_limits(h, motion.max_speed, motion.max_acceleration);
-    clock.next_dt = adaptive.next(clock.dt, limits, solve.error, solve.iterations);
+    clock.next_dt = adaptive.next(clock.full_dt(), limits, solve.error, solve.iterations);
 }
 
 #[cfg(test)]

@@ -165,6 +165,6 @@ pub fn choose_time_step(
     } else {
         GROWTH
     };
-    let longest = change * clock.dt;
+    let longest = change * clock.full_dt();
     clock.next_dt = control.choose(h, motion.max_speed, motion.max_acceleration, longest);
 }

@@ -117,6 +117,7 @@ pub fn roll_back(world: &mut World) {
         *world.resource_mut::<Clock>() = Clock {
             dt: clock.dt,
             next_dt: dt,
+            until: clock.until,
             ..reached
         };
         if let Some((cause, particle)) = world.resource_mut::<Failure>().forgive() {
