@@ -18,9 +18,10 @@ pub fn read_text(path: &Path) -> io::Result<String> {
     let bytes = read_up_to(path, MAX_TEXT_BYTES)?;
     let is_utf_16 = bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]);
     let text = String::from_utf8(bytes).map_err(|error| {
-        let line = 1 + (error.as_bytes()[..error.utf8_error().valid_up_to()].iter())
-            .filter(|&&byte| byte == b'\n')
-            .count();
+        let line = 1
+            + (error.as_bytes()[..error.utf8_error().valid_up_to()].iter())
+                .filter(|&&byte| byte == b'\n')
+                .count();
         invalid(if is_utf_16 {
             "it is text in UTF-16; save it as UTF-8".to_owned()
         } else {

@@ -17,7 +17,7 @@ pub(super) fn check(options: &options::Check) -> Result<Exit, Failure> {
 }
 
 fn text(scene: &Scene, plan: &Plan, threads: usize) -> String {
-    let mut text = format!("{}: the scene is fine\n", scene.name);
+    let mut text = format!("{}: the scene is fine\n", console::name(&scene.name));
     let rows = [
         (
             "particles",

@@ -1,5 +1,6 @@
-//! Writing to the terminal without falling over when nobody reads.
+//! Writing to the terminal without falling over when nobody reads, and without letting names command it.
 
+use std::fmt::Write as _;
 use std::io::{self, ErrorKind, Write};
 
 use super::Failure;
@@ -8,7 +9,7 @@ use super::Failure;
 pub(super) fn print(text: &str) -> Result<(), Failure> {
     let mut stdout = io::stdout().lock();
     match stdout
-        .write_all(text.as_bytes())
+        .write_all(shown(text).as_bytes())
         .and_then(|()| stdout.flush())
     {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(Failure::Failed(format!(
@@ -21,10 +22,67 @@ pub(super) fn print(text: &str) -> Result<(), Failure> {
 /// Writes a line to standard error. If that fails there is nowhere left to say so.
 pub(super) fn note(line: &str) {
     // One write a line: two threads' lines must not mix.
-    let _ = io::stderr().write_all(format!("{line}\n").as_bytes());
+    let _ = io::stderr().write_all(format!("{}\n", shown(line)).as_bytes());
 }
 
 /// Writes an error to standard error.
 pub(super) fn error(text: &str) {
     note(&format!("error: {text}"));
+}
+
+/// A text with its control characters written out, line breaks excepted: names of scenes and files come from anywhere, and a
+/// terminal obeys what they hold.
+pub(super) fn shown(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len());
+    for c in text.chars() {
+        if c != '\n' && commands(c) {
+            // Writing to a String cannot fail.
+            let _ = write!(shown, "{}", c.escape_unicode());
+        } else {
+            shown.push(c);
+        }
+    }
+    shown
+}
+
+/// A name within a line: its line breaks are written out, too.
+pub(super) fn name(name: &str) -> String {
+    shown(name).replace('\n', "\\n")
+}
+
+/// A JSON text whose strings have such characters escaped, as JSON writes it.
+pub(super) fn json(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len());
+    for c in text.chars() {
+        if c != '\n' && commands(c) {
+            // Writing to a String cannot fail; all of them have four digits at most.
+            let _ = write!(shown, "\\u{:04x}", u32::from(c));
+        } else {
+            shown.push(c);
+        }
+    }
+    shown
+}
+
+/// Whether a terminal obeys a character instead of showing it: control characters, and those that turn the direction of
+/// writing or end a line.
+fn commands(c: char) -> bool {
+    c.is_control()
+        || matches!(c, '\u{2028}' | '\u{2029}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_commands_a_terminal_is_written_out() {
+        assert_eq!(
+            shown("a\u{1b}[31m\r\u{9b}b\tß\n"),
+            "a\\u{1b}[31m\\u{d}\\u{9b}b\\u{9}ß\n"
+        );
+        assert_eq!(shown("\u{202e}dlrow"), "\\u{202e}dlrow");
+        assert_eq!(json("\"\u{7f}\u{202e}\"\n"), "\"\\u007f\\u202e\"\n");
+        assert_eq!(name("a\nerror: b"), "a\\nerror: b");
+    }
 }

@@ -4,6 +4,7 @@
 //! ([`Exit`]).
 
 mod check;
+mod claims;
 mod console;
 mod folder;
 mod interrupt;
@@ -89,7 +90,11 @@ enum Command {
 
 /// Reads the arguments and does what they say.
 pub(crate) fn main() -> ExitCode {
-    let ended = match Arguments::parse().command {
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(refused) => return tell(&refused),
+    };
+    let ended = match arguments.command {
         Command::Run(options) => run::run(&options),
         Command::Check(options) => check::check(&options),
         Command::Study(options) => study::study(&options),
@@ -106,4 +111,22 @@ pub(crate) fn main() -> ExitCode {
             Exit::Failed.into()
         }
     }
+}
+
+/// Tells what is wrong with the arguments, or the help that was asked for.
+fn tell(refused: &clap::Error) -> ExitCode {
+    let text = refused.render();
+    if !refused.use_stderr() {
+        // Our own text, in colours; a reader that has gone away is no failure.
+        let _ = refused.print();
+        return Exit::Done.into();
+    }
+    // It repeats arguments: in colours if nothing in them commands the terminal.
+    let plain = text.to_string();
+    if console::shown(&plain) == plain {
+        let _ = refused.print();
+    } else {
+        console::note(plain.trim_end());
+    }
+    Exit::Refused.into()
 }

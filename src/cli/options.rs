@@ -28,7 +28,7 @@ pub(super) struct SceneOptions {
 /// How many threads.
 #[derive(Args, Debug)]
 pub(super) struct Threads {
-    /// Threads to compute with; all cores by default.
+    /// Threads to compute with, and as many to draw with; all cores by default.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_THREADS))]
     threads: Option<u64>,
 }
@@ -44,9 +44,12 @@ pub(super) struct Run {
     /// Take exactly so many steps, whatever the duration.
     #[arg(long, value_name = "N")]
     pub(super) steps: Option<u64>,
-    /// Where to write; out/<scene name> by default. An older run there is replaced.
+    /// Where to write; out/<scene name> by default. An older run there is moved into a folder older_1, older_2, … in it.
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(super) out: Option<PathBuf>,
+    /// Replace an older run of the scene instead of moving it aside.
+    #[arg(long)]
+    pub(super) force: bool,
     /// Frames per simulated second; 0 writes the first and the last only.
     #[arg(long, value_name = "F", value_parser = not_negative)]
     frames_per_second: Option<f32>,
@@ -90,6 +93,8 @@ pub(super) struct Picture {
     /// The folder of a run, e.g. out/dam_break.
     #[arg(value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(super) folder: PathBuf,
+    #[command(flatten)]
+    pub(super) threads: Threads,
 }
 
 /// Options of `overfall study`.
@@ -98,9 +103,12 @@ pub(super) struct Study {
     /// The study file (RON), e.g. assets/studies/table_1.ron.
     #[arg(value_name = "STUDY", value_hint = ValueHint::FilePath)]
     pub(super) study: PathBuf,
-    /// Where to write; out/<study name> by default. An older table there is replaced.
+    /// Where to write; out/<study name> by default. An older table there is moved into a folder older_1, older_2, … in it.
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(super) out: Option<PathBuf>,
+    /// Replace an older table of the study instead of moving it aside.
+    #[arg(long)]
+    pub(super) force: bool,
     #[command(flatten)]
     pub(super) threads: Threads,
 }

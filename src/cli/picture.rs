@@ -2,11 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use overfall::output::picture::{View, contact_sheet, draw, evenly_spaced};
+use overfall::execution::Execution;
+use overfall::output::picture::{Image, View, contact_sheet, draw, evenly_spaced};
 use overfall::output::{Frame, OutputError};
 use overfall::scene::{FrameFormat, Scene};
 
-use super::folder::RunFolder;
+use super::claims::Claims;
+use super::folder::{self, CONTACT_SHEET, RunFolder};
+use super::scene_copy::SCENE;
 use super::{Exit, Failure, cannot_write, console, options};
 
 /// Pictures on the contact sheet, and how many of them stand side by side.
@@ -18,27 +21,42 @@ const SHEET_PICTURE: (u32, u32) = (480, 270);
 /// Draws the frames of a scene, all as seen from the same place and in the same colours.
 pub(super) struct Painter {
     view: View,
+    /// Threads of its own: drawing keeps to their number, and does not hold up steps that are taken beside it.
+    execution: Execution,
 }
 
 impl Painter {
-    /// A painter for a scene.
-    pub(super) fn new(scene: &Scene) -> Self {
-        Self {
-            view: View::from_scene(scene),
-        }
+    /// A painter for a scene, with as many threads.
+    pub(super) fn new(scene: &Scene, threads: usize) -> Result<Self, Failure> {
+        let execution = Execution::new(threads).map_err(|error| {
+            Failure::Failed(format!("cannot start threads to draw with: {error}"))
+        })?;
+        let view = View::from_scene(scene);
+        Ok(Self { view, execution })
     }
 
     /// Draws a frame into a PNG file.
     pub(super) fn paint(&self, frame: &Frame, path: &Path) -> Result<(), OutputError> {
-        draw(frame, &self.view).write_png(path)
+        self.draw(frame).write_png(path)
+    }
+
+    fn draw(&self, frame: &Frame) -> Image {
+        self.execution.install(|| draw(frame, &self.view))
+    }
+
+    /// The same, smaller.
+    fn with_size(mut self, (width, height): (u32, u32)) -> Self {
+        self.view = self.view.with_size(width, height);
+        self
     }
 }
 
 /// Draws the pictures of a run again.
 pub(super) fn picture(options: &options::Picture) -> Result<Exit, Failure> {
     let folder = RunFolder::open(&options.folder);
-    let scene =
-        Scene::load(&folder.scene(), &[]).map_err(|error| Failure::Refused(error.to_string()))?;
+    let claims = Claims::reopen(folder.root())?;
+    let scene = Scene::load(&folder.path(SCENE), &[])
+        .map_err(|error| Failure::Refused(error.to_string()))?;
     let frames = written_frames(&folder)?;
     if frames.is_empty() {
         return Err(Failure::Refused(format!(
@@ -47,19 +65,20 @@ pub(super) fn picture(options: &options::Picture) -> Result<Exit, Failure> {
         )));
     }
     folder.create_pictures()?;
-    let painter = Painter::new(&scene);
+    let threads = options.threads.count();
+    let painter = Painter::new(&scene, threads)?;
     for (number, path) in &frames {
         let frame = Frame::read(path).map_err(cannot_read)?;
-        painter
-            .paint(&frame, &folder.picture(*number))
+        (claims.claim(&folder::picture(*number)))
+            .and_then(|path| painter.paint(&frame, &path))
             .map_err(cannot_write)?;
     }
-    write_contact_sheet(&scene, &folder)?;
+    write_contact_sheet(&scene, &folder, &claims, threads)?;
     console::print(&format!(
         "{} pictures in {}, all in one: {}\n",
         frames.len(),
         folder.pictures().display(),
-        folder.contact_sheet().display()
+        folder.path(CONTACT_SHEET).display()
     ))?;
     Ok(Exit::Done)
 }
@@ -68,20 +87,26 @@ pub(super) fn picture(options: &options::Picture) -> Result<Exit, Failure> {
 ///
 /// The frames are read back from their files: to keep a dozen in memory would cost as much as the run itself, and
 /// which dozen it is shows at the end only.
-pub(super) fn write_contact_sheet(scene: &Scene, folder: &RunFolder) -> Result<(), Failure> {
+pub(super) fn write_contact_sheet(
+    scene: &Scene,
+    folder: &RunFolder,
+    claims: &Claims,
+    threads: usize,
+) -> Result<(), Failure> {
     let frames = written_frames(folder)?;
     if frames.is_empty() {
         return Ok(());
     }
-    let (width, height) = SHEET_PICTURE;
-    let view = View::from_scene(scene).with_size(width, height);
+    let painter = Painter::new(scene, threads)?.with_size(SHEET_PICTURE);
     let images = evenly_spaced(frames.len(), SHEET_PICTURES)
         .into_iter()
-        .map(|index| Frame::read(&frames[index].1).map(|frame| draw(&frame, &view)))
+        .map(|index| Frame::read(&frames[index].1).map(|frame| painter.draw(&frame)))
         .collect::<Result<Vec<_>, _>>()
         .map_err(cannot_read)?;
-    contact_sheet(&images, SHEET_COLUMNS)
-        .write_png(&folder.contact_sheet())
+    let sheet = contact_sheet(&images, SHEET_COLUMNS);
+    claims
+        .claim(CONTACT_SHEET)
+        .and_then(|path| sheet.write_png(&path))
         .map_err(cannot_write)
 }
 

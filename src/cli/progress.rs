@@ -89,7 +89,7 @@ impl Progress {
             Display::Lines | Display::Nothing => None,
         };
         move |text| match &bar {
-            Some(bar) => bar.println(text),
+            Some(bar) => bar.println(console::shown(text)),
             None => console::note(text),
         }
     }
@@ -112,9 +112,12 @@ impl Progress {
 /// Two lines, so that a terminal of 80 columns shows all of it.
 fn bar(scene_name: &str) -> ProgressBar {
     let bar = ProgressBar::with_draw_target(Some(BAR_LENGTH), ProgressDrawTarget::stderr());
-    if let Ok(style) = ProgressStyle::with_template(&format!(
-        "{scene_name} {{wide_bar}} {{prefix}}\n{{wide_msg}}"
-    )) {
+    // A brace in a template begins a field.
+    let name = console::name(scene_name)
+        .replace('{', "{{")
+        .replace('}', "}}");
+    let template = format!("{name} {{wide_bar}} {{prefix}}\n{{wide_msg}}");
+    if let Ok(style) = ProgressStyle::with_template(&template) {
         bar.set_style(style.progress_chars("=> "));
     }
     bar

@@ -1,15 +1,17 @@
 //! Frames and pictures, written beside the steps that follow.
 
 use std::fs;
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::{Builder, JoinHandle};
 
 use overfall::output::{Frame, OutputError, Series};
 use overfall::scene::{FrameFormat, Scene};
 
-use super::Failure;
-use super::folder::RunFolder;
+use super::claims::Claims;
+use super::folder::{self, RunFolder};
 use super::picture::Painter;
+use super::{Failure, cannot_write};
 
 /// Frames that may wait to be written. One is enough to overlap writing with computing; a writer that cannot keep
 /// up then slows the run down instead of filling the memory.
@@ -43,13 +45,25 @@ pub(super) struct GaveUp;
 
 impl Recorder {
     /// Starts the writer for a run of a scene.
-    pub(super) fn start(folder: &RunFolder, scene: &Scene) -> Result<Self, Failure> {
+    pub(super) fn start(
+        folder: &RunFolder,
+        claims: &Arc<Claims>,
+        scene: &Scene,
+        threads: usize,
+    ) -> Result<Self, Failure> {
         let (sender, receiver) = sync_channel(WAITING);
+        let painter = scene.output.pictures.then(|| Painter::new(scene, threads));
+        let formats = scene.output.formats.clone();
+        let series = if formats.contains(&FrameFormat::Vtu) {
+            claims.claim(&folder.series()).map_err(cannot_write)?
+        } else {
+            folder.path(&folder.series())
+        };
         let writer = Writer {
-            folder: folder.clone(),
-            formats: scene.output.formats.clone(),
-            series: Series::new(folder.series()),
-            painter: scene.output.pictures.then(|| Painter::new(scene)),
+            claims: claims.clone(),
+            formats,
+            series: Series::new(series),
+            painter: painter.transpose()?,
             times: Vec::new(),
         };
         let writer = Builder::new()
@@ -84,7 +98,7 @@ impl Recorder {
 
 /// What the writer's thread works with.
 struct Writer {
-    folder: RunFolder,
+    claims: Arc<Claims>,
     formats: Vec<FrameFormat>,
     series: Series,
     painter: Option<Painter>,
@@ -116,13 +130,10 @@ impl Writer {
         self.series.withdraw_after(time)?;
         while self.times.pop_if(|last| *last > time).is_some() {
             let number = self.times.len() as u64;
-            let files = self
-                .formats
-                .iter()
-                .map(|&format| self.folder.frame(number, format));
-            let frames = files.map(|file| self.folder.root().join(file));
-            let picture = self.painter.iter().map(|_| self.folder.picture(number));
-            for path in frames.chain(picture) {
+            let frames = (self.formats.iter()).map(|&format| folder::frame(number, format));
+            let picture = self.painter.iter().map(|_| folder::picture(number));
+            for name in frames.chain(picture) {
+                let path = self.claims.claim(&name)?;
                 fs::remove_file(&path).map_err(|source| OutputError::Io { path, source })?;
             }
         }
@@ -132,15 +143,15 @@ impl Writer {
     fn write(&mut self, frame: &Frame) -> Result<(), OutputError> {
         let number = self.times.len() as u64;
         for &format in &self.formats {
-            let file = self.folder.frame(number, format);
-            frame.write(&self.folder.root().join(&file), format)?;
+            let file = folder::frame(number, format);
+            frame.write(&self.claims.claim(&file)?, format)?;
             // The series is of VTK files only: its reader, ParaView, takes no others.
             if format == FrameFormat::Vtu {
                 self.series.push(frame.time, &file)?;
             }
         }
         if let Some(painter) = &self.painter {
-            painter.paint(frame, &self.folder.picture(number))?;
+            painter.paint(frame, &self.claims.claim(&folder::picture(number))?)?;
         }
         self.times.push(frame.time);
         Ok(())

@@ -6,13 +6,13 @@ use overfall::Phase;
 use overfall::output::{Status, Summary};
 use overfall::scene::Scene;
 
-use super::Failure;
-use super::folder::RunFolder;
+use super::folder::{CONTACT_SHEET, HISTORY, RunFolder, SUMMARY};
+use super::{Failure, console};
 
 /// The summary as JSON.
 pub(super) fn json(summary: &Summary) -> Result<String, Failure> {
     serde_json::to_string_pretty(summary)
-        .map(|text| text + "\n")
+        .map(|text| console::json(&text) + "\n")
         .map_err(|error| Failure::Failed(format!("cannot write the summary as JSON: {error}")))
 }
 
@@ -67,13 +67,13 @@ pub(super) fn text(summary: &Summary, scene: &Scene, folder: &RunFolder) -> Stri
             let _ = write!(
                 pictures,
                 ", all in one: {}",
-                folder.contact_sheet().display()
+                folder.path(CONTACT_SHEET).display()
             );
         }
         rows.push(("pictures", pictures));
     }
-    rows.push(("summary", folder.summary().display().to_string()));
-    rows.push(("history", folder.history().display().to_string()));
+    rows.push(("summary", folder.path(SUMMARY).display().to_string()));
+    rows.push(("history", folder.path(HISTORY).display().to_string()));
 
     let mut text = headline(summary);
     for (name, value) in rows {
@@ -93,7 +93,7 @@ fn headline(summary: &Summary) -> String {
     };
     format!(
         "{}: {how} after {}, {:.4} s simulated in {:.1} s\n",
-        summary.scene,
+        console::name(&summary.scene),
         count(summary.steps, "step"),
         summary.simulated_s,
         summary.wall_s
@@ -114,7 +114,11 @@ fn frames(summary: &Summary, scene: &Scene, folder: &RunFolder) -> String {
         formats.join(", ")
     );
     if formats.contains(&"vtu") {
-        let _ = write!(text, ", as a series: {}", folder.series().display());
+        let _ = write!(
+            text,
+            ", as a series: {}",
+            folder.path(&folder.series()).display()
+        );
     }
     text
 }

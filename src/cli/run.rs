@@ -1,5 +1,7 @@
 //! `overfall run`: steps until the goal, and everything that is written on the way.
 
+use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use bevy_ecs::prelude::With;
@@ -10,7 +12,8 @@ use overfall::scene::Scene;
 use overfall::step::Clock;
 use overfall::{Simulation, StepError};
 
-use super::folder::RunFolder;
+use super::claims::{Claims, Writer};
+use super::folder::{HISTORY, Reserve, RunFolder, SUMMARY};
 use super::progress::Progress;
 use super::recorder::{GaveUp, Recorder};
 use super::scene_copy::SceneCopy;
@@ -30,29 +33,43 @@ pub(super) fn run(options: &options::Run) -> Result<Exit, Failure> {
 
     let folder = RunFolder::new(options.out.as_deref(), &scene.name);
     let copy = SceneCopy::of(&scene)?;
+    let writer = Writer {
+        kind: "run",
+        name: &scene.name,
+        force: options.force,
+        inputs: inputs(options, &scene),
+    };
+    let (claims, aside) = folder.prepare(&writer, &scene, &copy)?;
+    let claims = Arc::new(claims);
+    if let Some(aside) = aside.filter(|_| !options.quiet) {
+        console::note(&format!("the older run is in {} now", aside.display()));
+    }
     let progress = Progress::start(&scene.name, goal, options.quiet);
     interrupt::listen(progress.announcer())?;
-    folder.prepare(scene.output.pictures)?;
-    // The history first: beside it, a `scene.ron` counts as written by a run.
-    let history = History::create(&folder.history()).map_err(cannot_write)?;
-    copy.write(&folder)?;
+    let reserve = Reserve::take(&claims).map_err(cannot_write)?;
+    let summary_file = claims.claim(SUMMARY).map_err(cannot_write)?;
+    let history = claims
+        .claim(HISTORY)
+        .and_then(|path| History::create(&path));
+    copy.write(&folder, &claims)?;
     let mut run = Run {
         simulation,
         goal,
         clock: FrameClock::new(&scene.output, goal),
-        history,
-        recorder: Recorder::start(&folder, &scene)?,
+        history: history.map_err(cannot_write)?,
+        recorder: Recorder::start(&folder, &claims, &scene, threads)?,
         progress,
         totals: RunTotals::default(),
         stepping: Duration::ZERO,
         recorded_steps: Vec::new(),
     };
     let ended = run.step_to_the_end();
-    let mut summary = run.finish(ended, &scene, &folder);
+    let mut summary = run.finish(ended, &scene, &folder, &claims, threads);
     summary.scene.clone_from(&scene.name);
     summary.threads = threads;
     summary.wall_s = started.elapsed().as_secs_f64();
-    let written = summary.write(&folder.summary()).map_err(cannot_write);
+    reserve.release();
+    let written = summary.write(&summary_file).map_err(cannot_write);
 
     let printed = console::print(&if options.json {
         report::json(&summary)?
@@ -68,6 +85,13 @@ pub(super) fn run(options: &options::Run) -> Result<Exit, Failure> {
         Status::Interrupted => Exit::Interrupted,
         Status::Done | Status::Failed => Exit::Done,
     })
+}
+
+/// The files that a run reads.
+fn inputs(options: &options::Run, scene: &Scene) -> Vec<PathBuf> {
+    let mut scene = scene.clone();
+    let named = scene.files_mut().map(|file| PathBuf::from(&*file));
+    named.chain([options.scene.scene.clone()]).collect()
 }
 
 /// A run on its way.
@@ -151,7 +175,14 @@ impl Run {
     }
 
     /// Writes all that is left to write, and sums up.
-    fn finish(mut self, ended: Result<Status, Stop>, scene: &Scene, folder: &RunFolder) -> Summary {
+    fn finish(
+        mut self,
+        ended: Result<Status, Stop>,
+        scene: &Scene,
+        folder: &RunFolder,
+        claims: &Claims,
+        threads: usize,
+    ) -> Summary {
         self.progress.finishing();
         let (mut status, mut failures) = match ended {
             Ok(status) => (status, Vec::new()),
@@ -170,7 +201,7 @@ impl Run {
         debug_assert!(last_frame.is_ok() || recorded.failure.is_some());
         failures.extend(recorded.failure);
         if scene.output.pictures
-            && let Err(failure) = picture::write_contact_sheet(scene, folder)
+            && let Err(failure) = picture::write_contact_sheet(scene, folder, claims, threads)
         {
             failures.push(failure.into_text());
         }

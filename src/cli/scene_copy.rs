@@ -1,19 +1,22 @@
 //! The scene as it ran, kept in the run's folder: the run can be drawn again, and repeated.
 
-use std::fs;
 use std::path::Path;
 
+use overfall::input::read_bytes;
+use overfall::output::write_atomically;
 use overfall::scene::Scene;
-use ron::extensions::Extensions;
-use ron::ser::PrettyConfig;
 
-use super::Failure;
+use super::claims::{Claims, create_folder};
 use super::folder::RunFolder;
+use super::{Failure, cannot_write};
+
+/// The folder of the copy, and the scene in it.
+const FOLDER: &str = "scene";
+pub(super) const SCENE: &str = "scene/scene.ron";
 
 /// A scene as text, and the files that it names.
 pub(super) struct SceneCopy {
-    scene: String,
-    /// Names in the folder, and contents.
+    /// Names relative to the run's folder, and contents; the scene is the last.
     files: Vec<(String, Vec<u8>)>,
 }
 
@@ -23,60 +26,45 @@ impl SceneCopy {
         let mut scene = scene.clone();
         let mut files = Vec::new();
         for path in scene.files_mut() {
-            let bytes = fs::read(&*path)
+            let bytes = read_bytes(Path::new(&*path))
                 .map_err(|error| Failure::Refused(format!("cannot read {path}: {error}")))?;
             let extension = Path::new(&*path).extension().unwrap_or_default();
             let name = match extension.to_str() {
                 Some(extension) if is_mesh(extension) => {
-                    format!("{MESH}{}.{}", files.len(), extension.to_lowercase())
+                    format!("mesh_{}.{}", files.len(), extension.to_lowercase())
                 }
-                _ => ORDER.to_owned(),
+                _ => "order.ron".to_owned(),
             };
             path.clone_from(&name);
-            files.push((name, bytes));
+            files.push((format!("{FOLDER}/{name}"), bytes));
         }
-        // The spelling that scene files use: no `Some(…)`, one bracket around a variant's fields.
-        let scene = ron::Options::default()
-            .with_default_extension(Extensions::IMPLICIT_SOME)
-            .with_default_extension(Extensions::UNWRAP_VARIANT_NEWTYPES)
-            .to_string_pretty(&scene, PrettyConfig::new().new_line("\n"))
+        let text = (scene.to_ron())
             .map_err(|error| Failure::Failed(format!("cannot write the scene out: {error}")))?;
-        Ok(Self { scene, files })
+        files.push((SCENE.to_owned(), text.into_bytes()));
+        Ok(Self { files })
+    }
+
+    /// The names of the files, relative to the run's folder.
+    pub(super) fn names(&self) -> impl Iterator<Item = &str> {
+        self.files.iter().map(|(name, _)| name.as_str())
     }
 
     /// Writes the copy into the folder.
-    pub(super) fn write(&self, folder: &RunFolder) -> Result<(), Failure> {
-        let write = |path: &Path, bytes: &[u8]| {
-            fs::write(path, bytes).map_err(|error| {
-                Failure::Failed(format!("cannot write {}: {error}", path.display()))
-            })
-        };
+    pub(super) fn write(&self, folder: &RunFolder, claims: &Claims) -> Result<(), Failure> {
+        create_folder(&folder.path(FOLDER))?;
         for (name, bytes) in &self.files {
-            write(&folder.root().join(name), bytes)?;
+            claims
+                .claim(name)
+                .and_then(|path| {
+                    write_atomically(&path, |out| std::io::Write::write_all(out, bytes))
+                })
+                .map_err(cannot_write)?;
         }
-        write(&folder.scene(), format!("{}\n", self.scene).as_bytes())
+        Ok(())
     }
 }
-
-/// The order file's name in the folder.
-pub(super) const ORDER: &str = "order.ron";
-
-/// How the files of meshes are called in the folder, before a number.
-const MESH: &str = "mesh_";
 
 /// Whether files that end so are meshes.
 fn is_mesh(extension: &str) -> bool {
     extension.eq_ignore_ascii_case("obj") || extension.eq_ignore_ascii_case("stl")
-}
-
-/// Whether a file in the folder is a copy of a scene's mesh, by its name.
-pub(super) fn is_copied_mesh(name: &str) -> bool {
-    let number = name
-        .strip_prefix(MESH)
-        .and_then(|rest| rest.rsplit_once('.'));
-    number.is_some_and(|(number, extension)| {
-        !number.is_empty()
-            && number.bytes().all(|digit| digit.is_ascii_digit())
-            && is_mesh(extension)
-    })
 }

@@ -1,18 +1,23 @@
 //! `overfall study`: variants of a scene side by side, as a table, CSV and a chart.
 
-use std::fs;
 use std::io::{IsTerminal, Write as _};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use overfall::output::OutputError;
+use overfall::output::{OutputError, write_atomically};
 use overfall::simd::InstructionSet;
 use overfall::study::{Event, Plan, StudyError, Table, chart, run};
 use serde::Serialize;
 
+use super::claims::{Claims, Writer};
+use super::folder::{self, SUMMARY};
 use super::{Exit, Failure, cannot_write, console, interrupt, options, progress};
+
+/// Names in the folder, beside the summary's.
+const TABLE: &str = "table.csv";
+const CHART: &str = "chart.svg";
 
 /// Time between two drawings of the bar.
 const BAR_INTERVAL: Duration = Duration::from_millis(100);
@@ -25,16 +30,19 @@ const BAR_LENGTH: u64 = 1000;
 pub(super) fn study(options: &options::Study) -> Result<Exit, Failure> {
     let started = Instant::now();
     let plan = Plan::load(&options.study).map_err(|error| Failure::Refused(error.to_string()))?;
-    let name = &plan.study.name;
-    let root = (options.out.clone()).unwrap_or_else(|| Path::new("out").join(name));
-    fs::create_dir_all(&root).map_err(|error| {
-        Failure::Failed(format!(
-            "cannot create the folder {}: {error}",
-            root.display()
-        ))
-    })?;
-    let files = Files::of(&root);
-    files.remove_older()?;
+    let root = folder::root(options.out.as_deref(), &plan.study.name);
+    let writer = Writer {
+        kind: "study",
+        name: &plan.study.name,
+        force: options.force,
+        inputs: inputs(&options.study, &plan),
+    };
+    let planned = [TABLE, CHART, SUMMARY].map(str::to_owned);
+    let (claims, aside) = Claims::start(&root, &writer, &planned)?;
+    if let Some(aside) = aside {
+        console::note(&format!("the older table is in {} now", aside.display()));
+    }
+    let files = Files::of(&claims).map_err(cannot_write)?;
 
     let mut display = Display::start();
     interrupt::listen(display.announcer())?;
@@ -68,9 +76,8 @@ pub(super) fn study(options: &options::Study) -> Result<Exit, Failure> {
     if let Some(wanted) = &plan.study.chart {
         match chart::draw(&table, wanted) {
             Ok(svg) => {
-                fs::write(&files.chart, svg).map_err(|error| {
-                    Failure::Failed(format!("cannot write {}: {error}", files.chart.display()))
-                })?;
+                write_atomically(&files.chart, |out| out.write_all(svg.as_bytes()))
+                    .map_err(cannot_write)?;
                 written.push(&files.chart);
             }
             // An interrupted study may have nothing to draw; its table is worth having all the same.
@@ -109,29 +116,27 @@ struct Files {
 }
 
 impl Files {
-    fn of(root: &Path) -> Self {
-        Self {
-            table: root.join("table.csv"),
-            chart: root.join("chart.svg"),
-            summary: root.join("summary.json"),
-        }
+    fn of(claims: &Claims) -> Result<Self, OutputError> {
+        Ok(Self {
+            table: claims.claim(TABLE)?,
+            chart: claims.claim(CHART)?,
+            summary: claims.claim(SUMMARY)?,
+        })
     }
+}
 
-    /// A table of this study must not stand beside a chart of the last.
-    fn remove_older(&self) -> Result<(), Failure> {
-        for file in [&self.table, &self.chart, &self.summary] {
-            match fs::remove_file(file) {
-                Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-                    return Err(Failure::Failed(format!(
-                        "cannot remove the older {}: {error}",
-                        file.display()
-                    )));
-                }
-                _ => {}
-            }
-        }
-        Ok(())
+/// The files that a study reads.
+fn inputs(study: &Path, plan: &Plan) -> Vec<PathBuf> {
+    let folder = study.parent().unwrap_or(Path::new(""));
+    let mut inputs = vec![study.to_owned(), folder.join(&plan.study.scene)];
+    inputs.extend((plan.study.reference.iter()).map(|name| folder.join(name)));
+    for variant in plan.cases.iter().flat_map(|case| &case.variants) {
+        let mut scene = variant.scene.clone();
+        inputs.extend(scene.files_mut().map(|file| PathBuf::from(&*file)));
     }
+    inputs.sort();
+    inputs.dedup();
+    inputs
 }
 
 /// What `summary.json` holds.
@@ -181,7 +186,7 @@ impl<'a> Summary<'a> {
     }
 
     fn write(&self, path: &Path) -> Result<(), OutputError> {
-        overfall::output::write_atomically(path, |out| {
+        write_atomically(path, |out| {
             serde_json::to_writer_pretty(&mut *out, self)?;
             out.write_all(b"\n")
         })
@@ -231,8 +236,8 @@ impl Display {
         match &self.bar {
             Some(bar) => {
                 bar.set_position((fraction * BAR_LENGTH as f64) as u64);
-                bar.set_prefix(format!("{stage}: {way}"));
-                bar.set_message(of.to_owned());
+                bar.set_prefix(console::name(&format!("{stage}: {way}")));
+                bar.set_message(console::name(of));
             }
             None if of.is_empty() => console::note(&format!("{stage}: {way}")),
             None => console::note(&format!("{stage}: {way}, {of}")),
@@ -242,7 +247,7 @@ impl Display {
     fn announcer(&self) -> impl Fn(&str) + Send + use<> {
         let bar = self.bar.clone();
         move |text| match &bar {
-            Some(bar) => bar.println(text),
+            Some(bar) => bar.println(console::shown(text)),
             None => console::note(text),
         }
     }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 use std::fs::{self, File};
-use std::io::Write as _;
+use std::io::{ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -65,7 +65,7 @@ impl History {
     pub fn resume(path: &Path, after_step: u64) -> Result<Self, OutputError> {
         let old = match fs::read_to_string(path) {
             Ok(old) => old,
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound => String::new(),
+            Err(e) if e.kind() == ErrorKind::NotFound => String::new(),
             Err(e) => return Err(OutputError::io(path, e)),
         };
         let mut kept = header();
@@ -108,12 +108,51 @@ impl History {
     /// Writes the rows that wait.
     ///
     /// # Errors
-    /// When the system refuses.
+    /// When the system refuses, or the file was removed meanwhile. Whole rows stay, and those that wait are lost.
     pub fn flush(&mut self) -> Result<(), OutputError> {
-        let result = self.file.write_all(self.waiting.as_bytes());
+        let result = self.append();
         self.waiting.clear();
         self.written_at = Instant::now();
         result.map_err(|source| OutputError::io(&self.path, source))
+    }
+
+    fn append(&mut self) -> std::io::Result<()> {
+        // A file that was removed takes rows without an end, and nobody would ever see them.
+        if !self.is_there()? {
+            let reason = "it was removed, or its folder was";
+            return Err(std::io::Error::new(ErrorKind::NotFound, reason));
+        }
+        let before = self.file.metadata()?.len();
+        self.file
+            .write_all(self.waiting.as_bytes())
+            .inspect_err(|_| {
+                // A full disk takes a part: of that, whole rows stay. If this fails, too, there is nothing left to do.
+                let _ = self.drop_half_a_row(before);
+            })
+    }
+
+    /// Whether the file's name still leads to this file.
+    fn is_there(&self) -> std::io::Result<bool> {
+        let found = match fs::metadata(&self.path) {
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(false),
+            found => found?,
+        };
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::MetadataExt;
+            let ours = self.file.metadata()?;
+            Ok((found.dev(), found.ino()) == (ours.dev(), ours.ino()))
+        }
+        #[cfg(not(unix))]
+        Ok(found.is_file())
+    }
+
+    fn drop_half_a_row(&self, before: u64) -> std::io::Result<()> {
+        let written = self.file.metadata()?.len().saturating_sub(before) as usize;
+        let written = &self.waiting.as_bytes()[..written.min(self.waiting.len())];
+        let whole = written.iter().rposition(|&byte| byte == b'\n');
+        self.file
+            .set_len(before + whole.map_or(0, |end| end as u64 + 1))
     }
 }
 

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use ron::error::{Error, SpannedError};
 use ron::extensions::Extensions;
+use ron::ser::PrettyConfig;
 use serde::de::DeserializeOwned;
 
 use super::check::Problem;
@@ -18,6 +19,24 @@ pub(super) fn options() -> ron::Options {
     ron::Options::default()
         .with_default_extension(Extensions::IMPLICIT_SOME)
         .with_default_extension(Extensions::UNWRAP_VARIANT_NEWTYPES)
+}
+
+/// A written scene without the marks `r#` that ron puts before variants that are called as its own words are: `None`.
+pub(super) fn plain_names(text: &str) -> String {
+    let mut marks = Vec::new();
+    if let Some(tree) = scan(text) {
+        tree.leaves("", &mut |_, leaf| {
+            if text[leaf.span.clone()].starts_with("r#") && !text[leaf.span.clone()].ends_with('#')
+            {
+                marks.push(leaf.span.start);
+            }
+        });
+    }
+    let mut plain = text.to_owned();
+    for mark in marks.into_iter().rev() {
+        plain.replace_range(mark..mark + 2, "");
+    }
+    plain
 }
 
 /// Reads one value; with or without the second bracket, as long as the file is consistent.
@@ -83,6 +102,18 @@ impl Scene {
         super::check::check(&scene)
             .map_err(|problem| locate(problem, text, file_name, overrides))?;
         Ok(scene)
+    }
+
+    /// The scene as the text of a scene file, defaults included, in the spelling that files use: no `Some(…)`, one bracket
+    /// around a variant's fields. Fails if ron does.
+    pub fn to_ron(&self) -> Result<String, SceneError> {
+        let pretty = PrettyConfig::new().new_line("\n");
+        let written = options().to_string_pretty(self, pretty);
+        let text = written.map_err(|error| SceneError::Syntax {
+            place: Place::Field("scene".to_owned()),
+            message: error.to_string(),
+        })?;
+        Ok(plain_names(&text) + "\n")
     }
 
     /// Paths of the files that belong to the scene: the order's, if it names one, then those of the meshes.

@@ -9,7 +9,7 @@ use std::str::FromStr;
 use ron::error::SpannedError;
 
 use super::error::unknown_name;
-use super::load::{deserialize, explain, options};
+use super::load::{deserialize, explain, options, plain_names};
 use super::spans::{Lost, scan};
 use super::{Place, Scene, SceneError};
 
@@ -65,6 +65,7 @@ impl Override {
         };
         let text = options()
             .to_string(scene)
+            .map(|text| plain_names(&text))
             .map_err(|error| refuse(error.to_string()))?;
         let tree =
             scan(&text).ok_or_else(|| refuse("the scene cannot be written out".to_owned()))?;

@@ -63,6 +63,9 @@ pub enum InstallError {
     /// The system gave no threads.
     #[error("could not start threads: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),
+    /// The system gave no threads for systems that run side by side.
+    #[error("could not start threads for systems: {0}")]
+    TaskThreads(std::io::Error),
     /// The order file cannot be read.
     #[error("order file {}: {error}", .path.display())]
     OrderFile {

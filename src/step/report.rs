@@ -107,7 +107,9 @@ pub enum FailureCause {
     ListsTooLong(ListsTooLong),
     /// The pressure iterations did not reach the limit on the density error.
     #[error(
-        "pressure did not converge: density error {error:.3e} after {iterations} iterations, the limit is {limit:.3e}"
+        "pressure did not converge: density error {error:.3e} after {iterations} iterations, the limit is {limit:.3e}; take \
+         shorter steps (`time_step`), allow more iterations (`pressure.max_iterations`) or a larger error \
+         (`pressure.max_density_error`), or go on with the error that remains (`pressure.not_converged=Accept`)"
     )]
     NotConverged {
         /// Iterations done.

@@ -19,6 +19,7 @@ use super::{
     timer::{start_timer, stop_watch},
 };
 use crate::{
+    execution::{Execution, start_task_threads},
     pressure::{
         dfsph::{self, DivergenceIteration},
         first_force, iisph, pcisph, pressure_force,
@@ -57,7 +58,8 @@ pub(super) fn add_schedules(
         Executor::SingleThreaded => false,
     };
     if parallel {
-        bevy_tasks::ComputeTaskPool::get_or_init(bevy_tasks::TaskPool::default);
+        let threads = world.resource::<Execution>().threads();
+        start_task_threads(threads).map_err(InstallError::TaskThreads)?;
         step.set_executor(MultiThreadedExecutor::new());
     } else {
         step.set_executor(SingleThreadedExecutor::new());

@@ -106,6 +106,17 @@ pub struct Block {
     pub pairs: Option<f64>,
     /// Distances computed, at all counts.
     pub tested_pairs: f64,
+    /// Steps of the block before that were taken back in this one, and are not taken again yet.
+    pub(super) owed: u64,
+}
+
+/// The last step that was good: it may be taken back.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct LastStep {
+    dt: f32,
+    mean_density_error: f32,
+    /// Largest density error of its block without it [-].
+    largest_before: f32,
 }
 
 impl Default for Block {
@@ -120,18 +131,46 @@ impl Default for Block {
             counts: 0.0,
             pairs: Some(0.0),
             tested_pairs: 0.0,
+            owed: 0,
         }
     }
 }
 
 impl Block {
-    /// Adds a step.
-    pub fn add(&mut self, report: &StepReport) {
-        self.steps += 1;
-        self.time += f64::from(report.dt);
+    /// Adds a step, or takes some back. Their cost, wall time and iterations, is part of the block.
+    ///
+    /// `last` is the step before, of this block or the one before it.
+    pub(super) fn add(&mut self, report: &StepReport, last: &mut LastStep) {
+        match &report.taken_back {
+            None => {
+                *last = LastStep {
+                    dt: report.dt,
+                    mean_density_error: report.mean_density_error,
+                    largest_before: self.max_density_error,
+                };
+                match self.owed {
+                    0 => self.steps += 1,
+                    _ => self.owed -= 1,
+                }
+                self.time += f64::from(report.dt);
+                self.mean_density_errors += f64::from(report.mean_density_error);
+                self.max_density_error = self.max_density_error.max(report.max_density_error);
+            }
+            // The step that went wrong was never added, the one before it was.
+            Some(taken_back) if taken_back.steps > 1 => {
+                match self.steps {
+                    0 => self.owed += 1,
+                    _ => {
+                        self.steps -= 1;
+                        self.max_density_error = last.largest_before;
+                    }
+                }
+                self.time -= f64::from(last.dt);
+                self.mean_density_errors -= f64::from(last.mean_density_error);
+            }
+            Some(_) => {}
+        }
         self.iterations += u64::from(report.iterations);
-        self.mean_density_errors += f64::from(report.mean_density_error);
-        self.max_density_error = self.max_density_error.max(report.max_density_error);
         for (sum, seconds) in self.phase_seconds.iter_mut().zip(report.phase_seconds) {
             *sum += seconds;
         }
@@ -153,5 +192,69 @@ impl Block {
             }
             sum
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::step::FailureCause;
+    use crate::time_step::TakenBack;
+
+    fn good(dt: f32, error: f32) -> StepReport {
+        StepReport {
+            dt,
+            iterations: 5,
+            max_density_error: error,
+            mean_density_error: error,
+            ..StepReport::default()
+        }
+    }
+
+    fn back(steps: u32) -> StepReport {
+        let taken_back = TakenBack {
+            steps,
+            cause: FailureCause::LeftDomain,
+            particle: None,
+        };
+        StepReport {
+            taken_back: Some(taken_back),
+            ..good(8.0, 9.0)
+        }
+    }
+
+    #[test]
+    fn steps_taken_back_cost_and_do_not_count() {
+        let mut last = LastStep::default();
+        let mut block = Block::default();
+        for report in [
+            good(1.0, 0.25),
+            good(1.0, 0.5),
+            back(2),
+            good(0.5, 0.125),
+            back(1),
+            good(0.5, 0.125),
+        ] {
+            block.add(&report, &mut last);
+        }
+        assert_eq!((block.steps, block.time, block.iterations), (3, 2.0, 30));
+        assert_eq!(
+            (block.mean_density_errors, block.max_density_error),
+            (0.5, 0.25)
+        );
+    }
+
+    #[test]
+    fn a_step_of_the_block_before_that_is_taken_back_is_paid_for_in_the_next() {
+        let mut last = LastStep::default();
+        let (mut first, mut second) = (Block::default(), Block::default());
+        first.add(&good(1.0, 0.5), &mut last);
+        first.add(&good(1.0, 0.5), &mut last);
+        for report in [back(2), good(0.5, 0.25), good(0.5, 0.25), good(1.0, 0.25)] {
+            second.add(&report, &mut last);
+        }
+        let both = Block::together(&[first, second]);
+        assert_eq!((both.steps, both.time), (4, 3.0));
+        assert_eq!(both.mean_density_errors, 0.5 + 0.75);
     }
 }

@@ -8,7 +8,10 @@ use std::ops::ControlFlow;
 
 use bevy_ecs::prelude::*;
 
-use super::{Block, Plan, PlannedCase, PlannedVariant, Span, StudyError, Table, start::State};
+use super::{
+    Block, Plan, PlannedCase, PlannedVariant, Span, StudyError, Table, measure::LastStep,
+    start::State,
+};
 use crate::{
     Step, StepOutcome,
     column::Positions,
@@ -64,6 +67,7 @@ pub fn run(
 struct Runner {
     world: World,
     failed: bool,
+    last: LastStep,
 }
 
 struct Turns<'a, 'b> {
@@ -114,7 +118,7 @@ impl Turns<'_, '_> {
                 );
                 let place = |part: f64| (before as f64 + part) / count as f64;
                 let row = &mut table.rows[number * self.case.variants.len() + k];
-                match advance(&mut runner.world, span, |part| {
+                match advance(&mut runner.world, span, &mut runner.last, |part| {
                     (self.tell)(Event::Step {
                         stage: &stage,
                         of,
@@ -168,7 +172,8 @@ impl Turns<'_, '_> {
             return Ok(ControlFlow::Break(()));
         }
         let mut world = self.world(scene, &stage)?;
-        match advance(&mut world, Span::Time(*time), |fraction| {
+        let mut last = LastStep::default();
+        match advance(&mut world, Span::Time(*time), &mut last, |fraction| {
             (self.tell)(Event::Step {
                 stage: &stage,
                 of: "",
@@ -210,6 +215,7 @@ impl Turns<'_, '_> {
         Ok(Runner {
             world,
             failed: false,
+            last: LastStep::default(),
         })
     }
 }
@@ -218,6 +224,7 @@ impl Turns<'_, '_> {
 fn advance(
     world: &mut World,
     span: Span,
+    last: &mut LastStep,
     mut tell: impl FnMut(f64) -> ControlFlow<()>,
 ) -> Result<Block, Broken> {
     let mut block = Block::default();
@@ -233,8 +240,8 @@ fn advance(
         }
         world.run_schedule(Step);
         let outcome: Result<StepReport, StepError> = world.resource::<StepOutcome>().0.clone();
-        block.add(&outcome.map_err(Broken::Failed)?);
-        if tell(part).is_break() {
+        block.add(&outcome.map_err(Broken::Failed)?, last);
+        if tell(part.max(0.0)).is_break() {
             return Err(Broken::Asked);
         }
     }

@@ -1,0 +1,541 @@
+//! Which files of an output folder are ours: a manifest lists every one before it is written, and nothing else is ever
+//! replaced, moved or removed.
+//!
+//! ```text
+//! overfall manifest 1
+//! run "dam_break"
+//! scene/scene.ron
+//! frames/frame_00000.vtu
+//! ```
+//!
+//! What an older run or study left makes room by its manifest: it is moved into a folder beside, or removed if that is asked for.
+
+use std::collections::BTreeSet;
+use std::fs::{self, File, TryLockError};
+use std::io::{self, ErrorKind, Write as _};
+use std::path::{Component, Path, PathBuf};
+use std::sync::Mutex;
+
+use overfall::input::read_text;
+use overfall::output::OutputError;
+
+use super::{Failure, console};
+
+/// The manifest's name in the folder.
+const MANIFEST: &str = "overfall_manifest.txt";
+/// Held by who writes into the folder. It stays: to remove it would let a third writer in beside one who waits for it.
+const LOCK: &str = ".overfall_lock";
+/// The manifest's first line.
+const HEAD: &str = "overfall manifest 1";
+/// What an older run's folder is called, before a number.
+const OLDER: &str = "older_";
+
+/// Who wants to write into a folder.
+pub(super) struct Writer<'a> {
+    /// `run` or `study`.
+    pub(super) kind: &'static str,
+    /// Name of the scene or the study.
+    pub(super) name: &'a str,
+    /// Whether an older one of that kind and name is replaced instead of moved aside.
+    pub(super) force: bool,
+    /// Files that are read: none of them may be moved or removed.
+    pub(super) inputs: Vec<PathBuf>,
+}
+
+impl Writer<'_> {
+    /// The manifest's second line.
+    fn line(&self) -> String {
+        format!("{} {:?}", self.kind, self.name)
+    }
+}
+
+/// The files of a folder that are ours, and the right to write there.
+#[derive(Debug)]
+pub(super) struct Claims {
+    root: PathBuf,
+    manifest: Mutex<Manifest>,
+    /// Unlocked when it is dropped; none where the file system has no locks.
+    _lock: Option<File>,
+}
+
+#[derive(Debug)]
+struct Manifest {
+    file: File,
+    listed: BTreeSet<String>,
+}
+
+impl Claims {
+    /// Makes the folder `root` ready: it exists, nobody else writes there, and what an older run left is moved aside; gives
+    /// the folder where that is now, too.
+    ///
+    /// `planned` are files, relative to the folder, that will be written there. If one is somebody's own the folder is refused.
+    pub(super) fn start(
+        root: &Path,
+        writer: &Writer,
+        planned: &[String],
+    ) -> Result<(Self, Option<PathBuf>), Failure> {
+        create_folder(root)?;
+        let lock = lock(root)?;
+        let older = Listing::read(root)?;
+        let is_listed = |name: &String| older.as_ref().is_some_and(|old| old.files.contains(name));
+        for name in planned.iter().filter(|name| !is_listed(name)) {
+            refuse_if_there(root, name)?;
+        }
+        let mut aside = None;
+        if let Some(older) = older {
+            refuse_inputs(root, &older, writer)?;
+            if writer.force && older.writer == writer.line() {
+                older.remove(root)?;
+            } else {
+                aside = Some(older.move_aside(root)?);
+            }
+        }
+        let path = root.join(MANIFEST);
+        let file = File::create_new(&path)
+            .and_then(|mut file| {
+                file.write_all(format!("{HEAD}\n{}\n", writer.line()).as_bytes())?;
+                Ok(file)
+            })
+            .map_err(|error| failed("cannot write", &path, &error))?;
+        let listed = BTreeSet::new();
+        Ok((Self::new(root, file, listed, lock), aside))
+    }
+
+    /// Goes on writing into the folder of a run that is over.
+    pub(super) fn reopen(root: &Path) -> Result<Self, Failure> {
+        let Some(listing) = Listing::read(root)? else {
+            return Err(Failure::Refused(format!(
+                "{}: no run wrote this folder (there is no {MANIFEST} in it)",
+                root.display()
+            )));
+        };
+        let lock = lock(root)?;
+        let path = root.join(MANIFEST);
+        let open = || {
+            let file = File::options().append(true).open(&path)?;
+            // A program that was killed may have left half a line.
+            file.set_len(listing.bytes)?;
+            Ok(file)
+        };
+        let file = open().map_err(|error| failed("cannot write", &path, &error))?;
+        Ok(Self::new(root, file, listing.files, lock))
+    }
+
+    fn new(root: &Path, file: File, listed: BTreeSet<String>, lock: Option<File>) -> Self {
+        Self {
+            root: root.to_owned(),
+            manifest: Mutex::new(Manifest { file, listed }),
+            _lock: lock,
+        }
+    }
+
+    /// The path of a file that will be written, by its name relative to the folder.
+    ///
+    /// Fails if the file is somebody's own.
+    pub(super) fn claim(&self, name: &str) -> Result<PathBuf, OutputError> {
+        let path = self.root.join(name);
+        let mut manifest = self
+            .manifest
+            .lock()
+            .unwrap_or_else(|lock| lock.into_inner());
+        if manifest.listed.contains(name) {
+            return Ok(path);
+        }
+        let claimed = if is_there(&path) || is_there(&partial(&path)) {
+            Err(io::Error::new(ErrorKind::AlreadyExists, NOT_OURS))
+        } else {
+            manifest.file.write_all(format!("{name}\n").as_bytes())
+        };
+        claimed.map_err(|source| OutputError::Io {
+            path: path.clone(),
+            source,
+        })?;
+        manifest.listed.insert(name.to_owned());
+        Ok(path)
+    }
+}
+
+const NOT_OURS: &str = "it is there, was not written by a run of overfall, and is not overwritten";
+
+/// What a manifest says.
+struct Listing {
+    /// Its second line.
+    writer: String,
+    /// Relative to the folder.
+    files: BTreeSet<String>,
+    /// Length of its whole lines.
+    bytes: u64,
+}
+
+impl Listing {
+    /// Reads the manifest of a folder; none if it has none.
+    fn read(root: &Path) -> Result<Option<Self>, Failure> {
+        let path = root.join(MANIFEST);
+        let text = match read_text(&path) {
+            Err(error) if is_absent(&error) => return Ok(None),
+            text => text.map_err(|error| failed("cannot read", &path, &error))?,
+        };
+        let whole = &text[..text.rfind('\n').map_or(0, |end| end + 1)];
+        let mut lines = whole.lines();
+        let writer = (lines.next() == Some(HEAD)).then(|| lines.next()).flatten();
+        let files: BTreeSet<String> = lines.map(str::to_owned).collect();
+        match writer {
+            Some(writer) if files.iter().all(|name| stays_inside(name)) => Ok(Some(Self {
+                writer: writer.to_owned(),
+                files,
+                bytes: whole.len() as u64,
+            })),
+            _ => Err(Failure::Refused(format!(
+                "{}: this is no manifest of overfall; choose another --out, or move the file away",
+                path.display()
+            ))),
+        }
+    }
+
+    /// The files that are there, those included that a killed program left unfinished.
+    fn present(&self, root: &Path) -> Vec<PathBuf> {
+        let names = self.files.iter().map(PathBuf::from);
+        names
+            .flat_map(|name| [partial(&name), name])
+            .filter(|name| is_there(&root.join(name)))
+            // Last, so that one who is stopped on the way is still known as one of ours.
+            .chain([PathBuf::from(MANIFEST)])
+            .collect()
+    }
+
+    fn remove(&self, root: &Path) -> Result<(), Failure> {
+        for name in self.present(root) {
+            let path = root.join(name);
+            fs::remove_file(&path)
+                .map_err(|error| failed("cannot remove the older", &path, &error))?;
+        }
+        self.remove_empty_folders(root);
+        Ok(())
+    }
+
+    fn move_aside(&self, root: &Path) -> Result<PathBuf, Failure> {
+        let aside = free_folder(root)?;
+        for name in self.present(root) {
+            let (from, to) = (root.join(&name), aside.join(&name));
+            let moved = (to.parent())
+                .map_or(Ok(()), fs::create_dir_all)
+                .and_then(|()| fs::rename(&from, &to));
+            moved.map_err(|error| failed("cannot move the older", &from, &error))?;
+        }
+        self.remove_empty_folders(root);
+        Ok(aside)
+    }
+
+    /// Folders that are not empty stay, whatever is in them.
+    fn remove_empty_folders(&self, root: &Path) {
+        let parents = self
+            .files
+            .iter()
+            .filter_map(|name| Path::new(name).parent());
+        let folders: BTreeSet<&Path> = parents.filter(|path| *path != Path::new("")).collect();
+        for folder in folders {
+            let _ = fs::remove_dir(root.join(folder));
+        }
+    }
+}
+
+/// Makes the first folder `older_1`, `older_2`, … that is not there.
+fn free_folder(root: &Path) -> Result<PathBuf, Failure> {
+    let mut number = 1_u64;
+    loop {
+        let path = root.join(format!("{OLDER}{number}"));
+        match fs::create_dir(&path) {
+            Ok(()) => return Ok(path),
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => number += 1,
+            Err(error) => return Err(failed("cannot create the folder", &path, &error)),
+        }
+    }
+}
+
+/// Whether a name of a manifest leads to a file in the folder, and not out of it.
+fn stays_inside(name: &str) -> bool {
+    !name.is_empty()
+        && (Path::new(name).components()).all(|part| matches!(part, Component::Normal(_)))
+}
+
+fn refuse_if_there(root: &Path, name: &str) -> Result<(), Failure> {
+    let path = root.join(name);
+    for path in [partial(&path), path] {
+        if is_there(&path) {
+            return Err(Failure::Refused(format!(
+                "{}: {NOT_OURS}; choose another --out",
+                path.display()
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses to move or remove what is read: a scene that an older run kept, say.
+fn refuse_inputs(root: &Path, older: &Listing, writer: &Writer) -> Result<(), Failure> {
+    let same = |a: &Path, b: &Path| match (a.canonicalize(), b.canonicalize()) {
+        (Ok(a), Ok(b)) => a == b,
+        _ => false,
+    };
+    for input in &writer.inputs {
+        let ours = (older.files.iter())
+            // Most names differ in their last part, which costs no look at the disk.
+            .filter(|name| Path::new(name).file_name() == input.file_name() || input.is_symlink())
+            .any(|name| same(&root.join(name), input));
+        if ours {
+            return Err(Failure::Refused(format!(
+                "{}: it is read, and belongs to an older {} in the folder {}, which would be moved; choose another --out",
+                input.display(),
+                older.writer,
+                root.display()
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Takes the right to write into a folder.
+fn lock(root: &Path) -> Result<Option<File>, Failure> {
+    let path = root.join(LOCK);
+    let file = File::options()
+        .create(true)
+        .truncate(false)
+        .write(true)
+        .open(&path)
+        .map_err(|error| failed("cannot write", &path, &error))?;
+    match file.try_lock() {
+        Ok(()) => Ok(Some(file)),
+        Err(TryLockError::WouldBlock) => Err(Failure::Refused(format!(
+            "{}: another overfall is writing into this folder; wait for it, or choose another --out",
+            root.display()
+        ))),
+        Err(TryLockError::Error(error)) => {
+            console::note(&format!(
+                "{}: no lock can be had ({error}); do not start a second run there",
+                root.display()
+            ));
+            Ok(None)
+        }
+    }
+}
+
+/// The name under which a file is written until it is complete.
+fn partial(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".partial");
+    PathBuf::from(name)
+}
+
+/// Whether there is something by that name, a link to nowhere included.
+fn is_there(path: &Path) -> bool {
+    path.symlink_metadata().is_ok()
+}
+
+/// Makes a folder and those around it.
+pub(super) fn create_folder(path: &Path) -> Result<(), Failure> {
+    fs::create_dir_all(path).map_err(|error| failed("cannot create the folder", path, &error))
+}
+
+/// A failure of the system, in words.
+pub(super) fn failed(what: &str, path: &Path, error: &io::Error) -> Failure {
+    Failure::Failed(format!("{what} {}: {error}", path.display()))
+}
+
+/// Whether there is nothing by that name.
+pub(super) fn is_absent(error: &io::Error) -> bool {
+    matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory)
+}
+
+/// Longest name of a folder that is made of a scene's or a study's name [bytes]; file systems take 255, endings included.
+const LONGEST_NAME: usize = 120;
+
+/// The name of a scene or a study as a file name: what could leave the folder or upset a shell becomes `_`. Names that
+/// would be called the same are told apart by a number, which follows from the name.
+pub(super) fn file_name(name: &str) -> String {
+    let mut plain: String = name
+        .chars()
+        .map(|c| match c {
+            '-' | '_' | '.' => c,
+            c if c.is_alphanumeric() => c,
+            _ => '_',
+        })
+        .collect();
+    plain.truncate(plain.floor_char_boundary(LONGEST_NAME));
+    let plain = plain.trim_start_matches('.');
+    if plain == name && !plain.is_empty() {
+        return plain.to_owned();
+    }
+    // FNV-1a: the same on every machine and in every version.
+    let number = name.bytes().fold(0x811c_9dc5_u32, |hash, byte| {
+        (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193)
+    });
+    let plain = if plain.is_empty() { "scene" } else { plain };
+    format!("{plain}-{number:08x}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn run(name: &str, force: bool) -> Writer<'_> {
+        Writer {
+            kind: "run",
+            name,
+            force,
+            inputs: Vec::new(),
+        }
+    }
+
+    fn planned() -> Vec<String> {
+        ["history.csv", "frames/frame_00000.vtu"]
+            .map(str::to_owned)
+            .to_vec()
+    }
+
+    /// A run that writes its planned files with its name in them; where the older one is now.
+    fn write(root: &Path, writer: &Writer) -> Result<Option<PathBuf>, Failure> {
+        let (claims, aside) = Claims::start(root, writer, &planned())?;
+        fs::create_dir_all(root.join("frames")).expect("a folder");
+        for name in planned() {
+            let path = claims.claim(&name).expect("a file of ours");
+            fs::write(path, writer.name).expect("a file");
+        }
+        Ok(aside)
+    }
+
+    fn read(path: PathBuf) -> String {
+        fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+    }
+
+    #[test]
+    fn an_older_run_is_moved_aside_and_foreign_files_stay() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let root = folder.path();
+        let foreign = [
+            "notes.txt",
+            "frames/frame_00007.vtu",
+            "frames/scan.ply",
+            "older_2",
+        ];
+        assert_eq!(write(root, &run("a", false)), Ok(None));
+        for name in foreign {
+            fs::write(root.join(name), "mine").expect("a file");
+        }
+        assert_eq!(
+            write(root, &run("a", false)),
+            Ok(Some(root.join("older_1")))
+        );
+        // Another scene's run is never replaced.
+        assert_eq!(write(root, &run("b", true)), Ok(Some(root.join("older_3"))));
+        assert_eq!(write(root, &run("b", true)), Ok(None));
+        for (place, name) in [("", "b"), ("older_1", "a"), ("older_3", "a")] {
+            for file in planned() {
+                assert_eq!(read(root.join(place).join(&file)), name, "{place}/{file}");
+            }
+        }
+        for name in foreign {
+            assert_eq!(read(root.join(name)), "mine", "{name}");
+        }
+    }
+
+    #[test]
+    fn a_folder_with_a_file_of_somebodys_is_refused_and_nothing_is_changed() {
+        for foreign in [
+            "history.csv",
+            "history.csv.partial",
+            "frames/frame_00000.vtu",
+            MANIFEST,
+        ] {
+            let folder = tempfile::tempdir().expect("a folder");
+            fs::create_dir(folder.path().join("frames")).expect("a folder");
+            fs::write(folder.path().join(foreign), "mine\n").expect("a file");
+            for force in [false, true] {
+                let refused = write(folder.path(), &run("a", force));
+                assert!(
+                    matches!(&refused, Err(Failure::Refused(text)) if text.contains("--out")),
+                    "{foreign}: {refused:?}"
+                );
+            }
+            assert_eq!(read(folder.path().join(foreign)), "mine\n");
+        }
+    }
+
+    #[test]
+    fn a_file_that_appears_while_it_runs_is_not_overwritten() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let (claims, _) = Claims::start(folder.path(), &run("a", false), &[]).expect("a folder");
+        fs::write(folder.path().join("late.csv"), "mine").expect("a file");
+        assert!(claims.claim("late.csv").is_err());
+        assert!(claims.claim("new.csv").is_ok());
+        fs::write(folder.path().join("new.csv"), "ours").expect("a file");
+        assert!(claims.claim("new.csv").is_ok(), "it is ours already");
+    }
+
+    #[test]
+    fn what_is_read_is_not_moved() {
+        let folder = tempfile::tempdir().expect("a folder");
+        assert_eq!(write(folder.path(), &run("a", false)), Ok(None));
+        let mut again = run("a", true);
+        again.inputs = vec![folder.path().join("frames/../history.csv")];
+        let refused = write(folder.path(), &again);
+        assert!(matches!(refused, Err(Failure::Refused(text)) if text.contains("it is read")));
+        assert_eq!(read(folder.path().join("history.csv")), "a");
+    }
+
+    #[test]
+    fn two_that_write_are_kept_apart() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let first = Claims::start(folder.path(), &run("a", false), &[]).expect("a folder");
+        let second = Claims::start(folder.path(), &run("a", false), &[]);
+        assert!(matches!(second, Err(Failure::Refused(text)) if text.contains("another overfall")));
+        drop(first);
+        assert!(Claims::start(folder.path(), &run("a", false), &[]).is_ok());
+    }
+
+    #[test]
+    fn a_manifest_cannot_lead_out_of_its_folder_and_half_a_line_is_left_out() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let root = folder.path().join("out");
+        for name in ["../mine", "/etc/hostname", "a/../../mine", ""] {
+            fs::create_dir_all(&root).expect("a folder");
+            fs::write(root.join(MANIFEST), format!("{HEAD}\nrun \"a\"\n{name}\n")).expect("a file");
+            assert!(write(&root, &run("a", true)).is_err(), "{name}");
+        }
+        let text = format!("{HEAD}\nrun \"a\"\nhistory.csv\nframes/fra");
+        fs::write(root.join(MANIFEST), text).expect("a file");
+        let claims = Claims::reopen(&root).expect("a manifest");
+        claims.claim("late.csv").expect("a file of ours");
+        let text = read(root.join(MANIFEST));
+        assert_eq!(text, format!("{HEAD}\nrun \"a\"\nhistory.csv\nlate.csv\n"));
+    }
+
+    #[test]
+    fn names_stay_inside_and_are_told_apart() {
+        for name in ["dam_break", "Überfall-2.5", "a.b"] {
+            assert_eq!(file_name(name), name);
+        }
+        let long = "x".repeat(1000);
+        let longer = "x".repeat(1001);
+        let names = [
+            "a b",
+            "a_b",
+            "a\u{1b}b",
+            "a/b",
+            "..",
+            "",
+            ".",
+            "../../etc",
+            &long,
+            &longer,
+        ];
+        let files: BTreeSet<_> = names.iter().map(|name| file_name(name)).collect();
+        assert_eq!(files.len(), names.len(), "{files:?}");
+        for file in &files {
+            assert!(stays_inside(file) && file.len() < 200, "{file}");
+            assert!(
+                !file.starts_with('.') && !file.contains(char::is_control),
+                "{file}"
+            );
+        }
+    }
+}
