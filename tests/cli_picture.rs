@@ -94,6 +94,14 @@ fn what_is_no_run_is_refused() {
         assert!(errors.contains(named), "{errors}");
     };
     refused("nowhere", "nowhere");
+    fs::create_dir(folder.path().join("mine")).expect("a folder");
+    refused("mine", "no run wrote this folder");
+    let picture = folder.path().join("out/tiny/pictures/frame_00000.png");
+    fs::create_dir_all(picture.parent().expect("a folder")).expect("a folder");
+    fs::write(&picture, "mine").expect("a file");
+    let output = overfall(&folder, &["picture", "out/tiny", "--threads=1"]);
+    assert_eq!(output.status.code(), Some(1), "{output:?}");
+    assert_eq!(read(&picture), b"mine");
     fs::remove_dir_all(folder.path().join("out/tiny/frames")).expect("removed");
     refused("out/tiny", "no frames");
 }

@@ -81,6 +81,8 @@ fn help_names_every_command_and_option() {
         "--threads",
         "--set <PATH=VALUE>",
         "--out <DIR>",
+        "--force",
+        "--exact-times",
         "--frames-per-second",
         "--format",
         "--pictures",
@@ -186,13 +188,16 @@ fn a_run_writes_what_it_says_it_writes() {
     assert_eq!(
         names(&out),
         [
+            ".overfall_lock",
             "frames",
             "history.csv",
-            "scene.ron",
+            "overfall_manifest.txt",
+            "scene",
             "summary.json",
             "tiny.pvd"
         ]
     );
+    assert_eq!(names(&out.join("scene")), ["scene.ron"]);
 
     let summary = read_json(&out.join("summary.json"));
     for key in [
@@ -298,14 +303,17 @@ fn the_options_are_in_the_scene_that_is_kept() {
     // The scene that is kept can be run as it is, and says the same.
     let again = [
         "run",
-        "out/coarse/scene.ron",
+        "out/coarse/scene/scene.ron",
         "--steps=1",
         "--out=again",
         "--quiet",
     ];
     assert_exit(&overfall(&folder, &again), 0);
     let read = |path: &str| fs::read_to_string(folder.path().join(path)).expect("a scene");
-    assert_eq!(read("out/coarse/scene.ron"), read("again/scene.ron"));
+    assert_eq!(
+        read("out/coarse/scene/scene.ron"),
+        read("again/scene/scene.ron")
+    );
     let particles = |path: &str| read_json(&folder.path().join(path))["particles"].clone();
     assert_eq!(particles("again/summary.json"), 64);
 }
@@ -327,9 +335,9 @@ fn json_goes_to_standard_output_alone() {
 }
 
 #[test]
-fn a_second_run_replaces_the_frames_of_the_first_and_nothing_else() {
+fn a_second_run_moves_the_first_aside_or_replaces_it_and_touches_nothing_else() {
     let folder = folder();
-    let run = |duration: &str| {
+    let run = |duration: &str, more: &[&str]| {
         let arguments = [
             "run",
             "tiny.ron",
@@ -338,28 +346,207 @@ fn a_second_run_replaces_the_frames_of_the_first_and_nothing_else() {
             "--out=here",
             "--quiet",
         ];
-        assert_exit(&overfall(&folder, &arguments), 0);
+        assert_exit(&overfall(&folder, &[&arguments, more].concat()), 0);
         names(&folder.path().join("here/frames")).len()
     };
-    let long = run("0.02");
+    let long = run("0.02", &[]);
     fs::write(folder.path().join("here/frames/notes.txt"), "mine").expect("a file");
     fs::write(folder.path().join("here/frames/scan_00001.vtu"), "mine").expect("a file");
-    let short = run("0.01");
+    let short = run("0.01", &[]);
     assert_eq!((long, short), (9, 5 + 2));
+    let aside = folder.path().join("here/older_1");
+    assert_eq!(names(&aside.join("frames")).len(), 9);
+    assert_eq!(read_json(&aside.join("summary.json"))["simulated_s"], 0.02);
+    assert_eq!(run("0.005", &["--force"]), 3 + 2);
+    assert!(!folder.path().join("here/older_2").exists());
 }
 
 #[test]
-fn a_scene_of_the_users_is_not_overwritten() {
-    let folder = folder();
-    fs::rename(
-        folder.path().join("tiny.ron"),
-        folder.path().join("scene.ron"),
-    )
-    .expect("renamed");
-    let output = overfall(&folder, &["run", "scene.ron", "--steps=1", "--out=."]);
+fn files_of_the_users_are_never_overwritten() {
+    // A name that a run writes, and whether it is one of the run's inputs as well.
+    for name in [
+        "history.csv",
+        "summary.json",
+        "contact_sheet.png",
+        "tiny.pvd",
+        "scene/scene.ron",
+        "frames/frame_00003.vtu",
+        "pictures/frame_00000.png",
+        "history.csv.partial",
+        "overfall_manifest.txt",
+    ] {
+        let folder = folder();
+        let path = folder.path().join(name);
+        fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
+        fs::write(&path, "mine").expect("a file");
+        for force in [&[][..], &["--force"]] {
+            let arguments = ["run", "tiny.ron", "--steps=1", "--out=.", "--pictures"];
+            let output = overfall(&folder, &[&arguments, force].concat());
+            assert_exit(&output, 2);
+            assert!(stderr(&output).contains("--out"), "{}", stderr(&output));
+        }
+        assert_eq!(fs::read_to_string(&path).expect("a file"), "mine", "{name}");
+        assert!(!folder.path().join("tiny.ron.partial").exists());
+    }
+}
+
+#[test]
+fn inputs_that_lie_in_the_folder_stay_as_they_are() {
+    let order = include_str!("../assets/orders/default.ron");
+    let cube = |size: f32| {
+        let mut text = String::new();
+        for k in 0..8 {
+            let at = |bit: i32| size * f32::from(u8::from(k & bit != 0));
+            text.push_str(&format!("v {} {} {}\n", at(1), at(2), at(4)));
+        }
+        text + "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n"
+    };
+    let scene = TINY
+        .replace(
+            "boundaries: [",
+            "boundaries: [Mesh(file: \"mesh_1.obj\", translation: (0.5, 0, 0)), Mesh(file: \"mesh_0.obj\", translation: (1, 0, 0)), ",
+        )
+        .replace("duration:", "order: \"order.ron\", duration:");
+    let files = [
+        ("scene.ron", scene.as_str()),
+        ("mesh_0.obj", &cube(0.1)),
+        ("mesh_1.obj", &cube(0.2)),
+        ("order.ron", order),
+    ];
+    let folder = folder_with(&files);
+    for more in [&[][..], &[], &["--force"]] {
+        let arguments = ["run", "scene.ron", "--steps=1", "--out=.", "--quiet"];
+        assert_exit(&overfall(&folder, &[&arguments, more].concat()), 0);
+        for (name, text) in files {
+            let kept = fs::read_to_string(folder.path().join(name)).expect("a file");
+            assert_eq!(kept, text, "{name}");
+        }
+    }
+    assert_eq!(
+        names(&folder.path().join("scene")),
+        ["mesh_1.obj", "mesh_2.obj", "order.ron", "scene.ron"]
+    );
+    // The copy of an older run is an input, too.
+    let again = ["run", "scene/scene.ron", "--steps=1", "--out=.", "--force"];
+    let output = overfall(&folder, &again);
     assert_exit(&output, 2);
-    let kept = fs::read_to_string(folder.path().join("scene.ron")).expect("the scene");
-    assert_eq!(kept, TINY);
+    assert!(
+        stderr(&output).contains("it is read"),
+        "{}",
+        stderr(&output)
+    );
+    assert!(folder.path().join("scene/scene.ron").exists());
+}
+
+#[test]
+fn scenes_whose_names_map_to_one_folder_are_told_apart() {
+    let folder = folder();
+    for name in ["a b", "a_b", "a?b"] {
+        let set = format!("name={name}");
+        let arguments = ["run", "tiny.ron", "--steps=0", "--quiet", "--set", &set];
+        assert_exit(&overfall(&folder, &arguments), 0);
+    }
+    let out = folder.path().join("out");
+    let mut scenes: Vec<_> = names(&out)
+        .iter()
+        .map(|name| read_json(&out.join(name).join("summary.json"))["scene"].clone())
+        .collect();
+    scenes.sort_by_key(ToString::to_string);
+    assert_eq!(scenes, ["a b", "a?b", "a_b"]);
+}
+
+#[test]
+fn a_run_ends_where_it_should_and_frames_at_their_multiples_if_asked() {
+    let folder = folder();
+    for duration in ["0.0001", "0.00125", "0.003", "1e-9"] {
+        let arguments = [
+            "run",
+            "tiny.ron",
+            "--duration",
+            duration,
+            "--json",
+            "--force",
+        ];
+        let output = overfall(&folder, &arguments);
+        assert_exit(&output, 0);
+        let summary: Value = serde_json::from_str(stdout(&output)).expect("JSON");
+        let expected: f64 = duration.parse().expect("a number");
+        assert_eq!(summary["simulated_s"], expected);
+    }
+    let arguments = [
+        "run",
+        "tiny.ron",
+        "--duration=0.01",
+        "--frames-per-second=300",
+        "--exact-times",
+        "--quiet",
+        "--force",
+    ];
+    assert_exit(&overfall(&folder, &arguments), 0);
+    let out = folder.path().join("out/tiny");
+    let series = fs::read_to_string(out.join("tiny.pvd")).expect("a series");
+    for time in [0.0, 1.0 / 300.0, 2.0 / 300.0, 0.01] {
+        assert!(series.contains(&format!("timestep=\"{time}\"")), "{series}");
+    }
+    let kept = fs::read_to_string(out.join("scene/scene.ron")).expect("a scene");
+    assert!(kept.contains("exact_times: true"), "{kept}");
+}
+
+#[test]
+fn names_do_not_command_the_terminal() {
+    let folder = folder();
+    let evil = "x\u{1b}[2J\u{9b}31m\r\u{202e}{wide_msg}";
+    let wrong = TINY.replace("tiny", evil);
+    fs::write(folder.path().join(format!("{evil}.ron")), wrong).expect("a scene file");
+    let set = format!("{evil}=1");
+    let file = format!("{evil}.ron");
+    for arguments in [
+        &["run", &file, "--steps=1"][..],
+        &["run", &file, "--steps=1", "--json"],
+        &["check", &file],
+        &["check", evil],
+        &["check", "tiny.ron", "--set", &set],
+        &["run", "tiny.ron", "--duration", evil],
+        &["picture", evil],
+        &["study", &file],
+        &[evil],
+    ] {
+        let output = overfall(&folder, arguments);
+        for text in [stdout(&output), stderr(&output)] {
+            let commands = |c: char| c != '\n' && (c.is_control() || c == '\u{202e}');
+            assert!(!text.contains(commands), "{arguments:?}: {text:?}");
+        }
+    }
+    let output = overfall(&folder, &["run", &file, "--steps=1", "--json", "--force"]);
+    let summary: Value = serde_json::from_str(stdout(&output)).expect("JSON");
+    assert_eq!(summary["scene"], evil);
+}
+
+#[test]
+fn slips_on_the_command_line_are_answered() {
+    let folder = folder();
+    for (duration, answer) in [("0,05", "0.05"), ("1s", "SI units"), ("long", "a number")] {
+        let output = overfall(&folder, &["run", "tiny.ron", "--duration", duration]);
+        assert_exit(&output, 2);
+        assert!(stderr(&output).contains(answer), "{}", stderr(&output));
+    }
+    let arguments = [
+        "run",
+        "tiny.ron",
+        "--set=pressure=Pcisph(max_iterations: 3, max_density_error: 1e-6)",
+        "--quiet",
+    ];
+    let output = overfall(&folder, &arguments);
+    assert_exit(&output, 1);
+    for remedy in [
+        "did not converge",
+        "time_step",
+        "max_iterations",
+        "max_density_error",
+        "not_converged=Accept",
+    ] {
+        assert!(stderr(&output).contains(remedy), "{}", stderr(&output));
+    }
 }
 
 #[test]

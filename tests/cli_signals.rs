@@ -235,3 +235,196 @@ fn progress_shows_as_plain_lines_where_there_is_no_terminal() {
     }
     assert!(!text.contains('\u{1b}'), "no control characters: {text}");
 }
+
+#[test]
+fn a_signal_that_was_ignored_stays_ignored() {
+    let folder = folder();
+    // As `nohup` starts a program.
+    let run = Command::new("sh")
+        .args(["-c", "trap '' HUP; exec \"$0\" \"$@\""])
+        .args([env!("CARGO_BIN_EXE_overfall"), "run", "long.ron", "--quiet"])
+        .current_dir(folder.path())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("sh starts");
+    let frames = folder.path().join("out/long/frames");
+    let count = || fs::read_dir(&frames).map_or(0, Iterator::count);
+    let wait_for = |frames: usize| {
+        let started = Instant::now();
+        while count() < frames {
+            assert!(
+                started.elapsed() < PATIENCE,
+                "no more than {} frames",
+                count()
+            );
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    };
+    wait_for(2);
+    signal(&run, "HUP");
+    wait_for(count() + 5);
+    signal(&run, "TERM");
+    assert_eq!(wait(run).0, Some(130));
+}
+
+#[test]
+fn a_folder_that_is_removed_ends_the_run() {
+    for again in [false, true] {
+        let folder = folder();
+        let run = command(&folder)
+            .args(["run", "long.ron", "--quiet", "--frames-per-second=0"])
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("overfall starts");
+        let out = folder.path().join("out/long");
+        let started = Instant::now();
+        while !out.join("frames/frame_00000.vtu").exists() {
+            assert!(started.elapsed() < PATIENCE, "no frames appear");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        fs::rename(&out, folder.path().join("moved")).expect("moved away");
+        if again {
+            // Another file by that name is not the run's.
+            fs::create_dir_all(&out).expect("a folder");
+            fs::write(out.join("history.csv"), "mine").expect("a file");
+        }
+        let (status, errors) = wait(run);
+        assert_eq!(status, Some(1), "{errors}");
+        assert!(errors.contains("history.csv: it was removed"), "{errors}");
+        if again {
+            let kept = fs::read_to_string(out.join("history.csv")).expect("a file");
+            assert_eq!(kept, "mine");
+        }
+    }
+}
+
+#[test]
+fn a_second_run_into_the_folder_is_refused() {
+    let folder = folder();
+    let (run, _) = start(&folder);
+    for arguments in [
+        &["run", "long.ron", "--steps=1", "--force"][..],
+        &["picture", "out/long"],
+    ] {
+        let output = support::overfall(&folder, arguments);
+        let errors = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{errors}");
+        assert!(errors.contains("another overfall"), "{errors}");
+    }
+    signal(&run, "INT");
+    assert_eq!(wait(run).0, Some(130));
+}
+
+#[test]
+fn a_full_disk_leaves_whole_rows_and_a_summary() {
+    let folder = folder();
+    let small = LONG
+        .replace("max: (0.1, 0.1, 0.1)", "max: (0.03, 0.03, 0.03)")
+        .replace("max: (0.1, 0.2, 0.1)", "max: (0.03, 0.2, 0.03)");
+    fs::write(folder.path().join("long.ron"), small).expect("a scene file");
+    // A limit on the size of files stands for a full disk: 27 particles fit, some thousand rows do not.
+    let output = Command::new("sh")
+        .args(["-c", "trap '' XFSZ; ulimit -f 64; exec \"$0\" \"$@\""])
+        .args([env!("CARGO_BIN_EXE_overfall"), "run", "long.ron", "--quiet"])
+        .args(["--frames-per-second=0"])
+        .current_dir(folder.path())
+        .output()
+        .expect("sh starts");
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{errors}");
+    assert!(errors.contains("history.csv"), "{errors}");
+    let out = folder.path().join("out/long");
+    let summary = Summary::read(&out.join("summary.json")).expect("a summary");
+    assert_eq!(summary.status, Status::Failed);
+    let history = fs::read_to_string(out.join("history.csv")).expect("a history");
+    let columns = history.lines().next().expect("a header").split(',').count();
+    assert!(history.lines().count() > 10 && history.ends_with('\n'));
+    assert!(history.lines().all(|row| row.split(',').count() == columns));
+}
+
+#[test]
+fn what_is_no_file_is_refused_at_once() {
+    let folder = folder();
+    let made = Command::new("sh")
+        .args(["-c", "mkfifo pipe.ron && ln -s /dev/zero zero.ron && ln -s /dev/zero zero.obj && mkdir folder.ron"])
+        .current_dir(folder.path())
+        .status()
+        .expect("sh starts");
+    assert!(made.success());
+    let mesh = LONG.replace("boundaries: [", "boundaries: [Mesh(file: \"zero.obj\"), ");
+    fs::write(folder.path().join("mesh.ron"), mesh).expect("a scene file");
+    for (arguments, named) in [
+        (&["run", "pipe.ron"][..], "a pipe"),
+        (&["run", "zero.ron"], "a device"),
+        (&["run", "folder.ron"], "a folder"),
+        (&["study", "pipe.ron"], "a pipe"),
+        (&["study", "zero.ron"], "a device"),
+        (&["run", "mesh.ron"], "zero.obj"),
+        (&["run", "long.ron", "--set", "order=pipe.ron"], "pipe.ron"),
+    ] {
+        let output = support::overfall(&folder, arguments);
+        let errors = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{errors}");
+        assert!(errors.contains(named), "{errors}");
+    }
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn threads_that_cannot_be_had_are_an_error() {
+    let folder = folder();
+    // Stacks of 2 MiB each: the loops' threads fit into the address space, as many again for systems do not, and none of the
+    // second. What the limit cuts off differs from machine to machine; that it is told in words does not.
+    for limit in [700_000, 1_000_000, 1_300_000] {
+        let output = Command::new("sh")
+            .args(["-c", &format!("ulimit -v {limit}; exec \"$0\" \"$@\"")])
+            .args([
+                env!("CARGO_BIN_EXE_overfall"),
+                "run",
+                "long.ron",
+                "--steps=1",
+            ])
+            .args(["--threads=400", "--set=executor=Parallel", "--force"])
+            .current_dir(folder.path())
+            .output()
+            .expect("sh starts");
+        let errors = String::from_utf8_lossy(&output.stderr);
+        assert!(!errors.contains("panicked"), "{errors}");
+        assert!(errors.contains("threads"), "{errors}");
+        assert_eq!(output.status.code(), Some(2), "{errors}");
+    }
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn pictures_keep_to_the_number_of_threads() {
+    let folder = folder();
+    let mut run = command(&folder)
+        .args(["run", "long.ron", "--quiet", "--pictures", "--threads=1"])
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("overfall starts");
+    let started = Instant::now();
+    while !folder
+        .path()
+        .join("out/long/pictures/frame_00001.png")
+        .exists()
+    {
+        assert!(started.elapsed() < PATIENCE, "no pictures appear");
+        assert_eq!(run.try_wait().expect("the run can be waited for"), None);
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let tasks = format!("/proc/{}/task", run.id());
+    let names: Vec<String> = fs::read_dir(tasks)
+        .expect("threads")
+        .map(|task| fs::read_to_string(task.expect("a thread").path().join("comm")))
+        .map(|name| name.expect("a name").trim().to_owned())
+        .collect();
+    signal(&run, "INT");
+    assert_eq!(wait(run).0, Some(130));
+    // The program's, one to step with, one to draw with, the frame writer's and the signals'.
+    assert_eq!(names.len(), 5, "{names:?}");
+}

@@ -331,3 +331,26 @@ fn an_order_that_uses_what_is_left_over_cannot_go_back() {
     let error = overfall::plan(&adaptive(scene)).expect_err("steps back over stale lists");
     assert!(error.to_string().contains("taken back"), "{error}");
 }
+
+#[test]
+fn a_step_ends_at_a_time_that_a_host_asks_for_and_the_next_has_its_length_again() {
+    for time_step in [
+        TimeStep::Fixed(3e-4),
+        TimeStep::Cfl(Default::default()),
+        TimeStep::Adaptive(Default::default()),
+    ] {
+        let scene = Scene { time_step, ..dam() };
+        let mut simulation = simulation(&scene);
+        for until in [1e-3, 1.9e-3, 2e-3] {
+            while simulation.time() < until {
+                let report = simulation.step_until(until).expect("a step");
+                assert!(report.time <= until);
+            }
+            assert_eq!(simulation.time(), until);
+        }
+        // The last was shortened a lot; the one that follows is not.
+        let short = clock(&simulation).dt;
+        let report = simulation.step().expect("a step");
+        assert!(report.dt > 1.5 * short, "{} after {short}", report.dt);
+    }
+}

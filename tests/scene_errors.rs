@@ -41,7 +41,25 @@ fn every_spoilt_scene_is_refused_with_its_place_and_a_remedy() {
         ("spacing: 0.1,", "spacing: 0.1", "4:5", &["expected a comma"]),
         ("duration: 1,\n)", "duration: 1,", "9:17", &["not closed"]),
         ("name:", "dimension: 4, name:", "2:16", &["dimension is 4; it must be 2 or 3"]),
-        ("Pcisph(max_density_error: 0.01)", "Pcisph", "7:15", &["expected `(…)`"]),
+        ("Pcisph(max_density_error: 0.01)", "Sesph", "7:15", &["`Sesph` lacks the field `equation`"]),
+        // Slips.
+        ("Fixed(0.001)", "0.001", "8:16", &["one of Fixed, Cfl, Adaptive", "did you mean `Fixed(0.001)`?"]),
+        ("Fixed(0.001)", "Fixed", "8:16", &["`Fixed` needs its values in a bracket", "a number"]),
+        ("rest_density: 1000", "viscosity: 0.01", "4:24", &["did you mean `Laminar(kinematic_viscosity: 0.01)`?"]),
+        ("rest_density: 1000", "viscosity: (kinematic_viscosity: 0.01)", "4:24", &["did you mean `Laminar(kinematic_viscosity: 0.01)`?"]),
+        ("rest_density: 1000", "viscosity: Laminar(0.01)", "4:32", &["did you mean `kinematic_viscosity: 0.01`?"]),
+        ("(rest_density: 1000)", "1000", "4:12", &["did you mean `(rest_density: 1000)`?"]),
+        ("spacing: 0.1", "spacing: 0,05", "3:14", &["decimal point", "did you mean `0.05`?"]),
+        ("duration: 1", "duration: 1s", "9:15", &["in SI units", "did you mean `1`?"]),
+        ("duration: 1", "duration: 20 ms", "9:15", &["in SI units", "did you mean `0.02`?"]),
+        ("duration: 1", "duration: \"1\"", "9:15", &["no quotes", "did you mean `1`?"]),
+        ("duration: 1", "index: UniformGrid", "9:12", &["structure, cell_size", "did you mean `(structure: UniformGrid)`?"]),
+        ("duration: 1", "index: 0.5", "9:12", &["did you mean `(cell_size: 0.5)`?"]),
+        ("duration: 1", "gravity: [0, -1, 0]", "9:14", &["did you mean `(0, -1, 0)`?"]),
+        ("duration: 1", "gravity: -9.81", "9:14", &["a vector of three numbers"]),
+        ("duration: 1", "output: (formats: Ply)", "9:23", &["did you mean `[Ply]`?"]),
+        ("duration: 1", "executor: \"Parallel\"", "9:15", &["did you mean `Parallel`?"]),
+        ("duration: 1", "executor: 4", "9:15", &["one of Auto, Parallel, SingleThreaded", "`4`"]),
         // Single numbers.
         ("\"spoilt\"", "\"a/b\"", "2:11", &["without slashes"]),
         ("spacing: 0.1", "spacing: -0.1", "3:14", &["`spacing` is -0.1 m; it must be above 0"]),
@@ -196,6 +214,9 @@ fn an_override_is_the_same_as_the_field_in_the_file() {
         (&["pressure.criterion=Mean"], "0.01", "0.01, criterion: Mean"),
         (&["pressure=Sesph(equation: Tait(stiffness: 1e5))"], "Pcisph(max_density_error: 0.01)", "Sesph(equation: Tait(stiffness: 1e5))"),
         (&["pressure=Pcisph()"], "0.01", "0.01"),
+        (&["pressure=Dfsph"], "Pcisph(max_density_error: 0.01)", "Dfsph()"),
+        (&["time_step=Cfl"], "Fixed(0.001)", "Cfl()"),
+        (&["boundary_handling=DirectForcing"], "duration", "boundary_handling: DirectForcing(), duration"),
         (&["time_step=Cfl(factor: 0.3)", "time_step.max=0.01"], "Fixed(0.001)", "Cfl(factor: 0.3, max: 0.01)"),
         (&["time_step.0=0.002"], "0.001", "0.002"),
         (&["bodies.0.velocity=(1,0,0)"], "1, 1)))", "1, 1)), velocity: (1, 0, 0))"),
@@ -238,6 +259,15 @@ fn a_wrong_override_is_refused_in_its_own_words() {
         ("output.camera.field_of_view=30", &["`output.camera` is `None`", "set all of it"]),
         ("spacing=0.1, support: 3", &["not RON"]),
         ("spacing=wide", &["expected a number"]),
+        ("spacing=0,05", &["decimal point", "did you mean `spacing=0.05`?"]),
+        ("duration=1s", &["SI units", "did you mean `duration=1`?"]),
+        ("duration=1 s", &["SI units", "did you mean `duration=1`?"]),
+        ("time_step=0.001", &["did you mean `time_step=Fixed(0.001)`?"]),
+        ("fluid.viscosity=0.01", &["did you mean `fluid.viscosity=Laminar(kinematic_viscosity: 0.01)`?"]),
+        ("index=UniformGrid", &["did you mean `index.structure=UniformGrid`?"]),
+        ("gravity=0,-1,0", &["did you mean `gravity=(0,-1,0)`?"]),
+        ("output.formats=Ply", &["did you mean `output.formats=[Ply]`?"]),
+        ("fluid.viscosity.x=1", &["unknown field `x` in `Laminar`"]),
         ("spacing=-1", &["`spacing` is -1 m; it must be above 0"]),
         ("pressure=Pcisph(max_density_error: 2)", &["above 0 and below 1"]),
         ("pressure=Iisph(relaxation: 0.6)", &["with momentum", "at most 0.54", "0.4 is usual"]),
@@ -259,4 +289,65 @@ fn a_wrong_override_is_refused_in_its_own_words() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// Every variant whose fields have defaults may stand alone, in either spelling of the others' brackets, anywhere in a text.
+#[test]
+fn a_variant_alone_is_the_one_with_its_defaults() {
+    for (alone, whole) in [
+        ("Pcisph", "Pcisph()"),
+        ("Iisph", "Iisph()"),
+        ("Dfsph", "Dfsph()"),
+    ] {
+        for (time_step, written) in [("Cfl", "Cfl()"), ("Adaptive /* ß */", "Adaptive()")] {
+            let scene = |pressure: &str, time_step: &str| {
+                let text = SCENE
+                    .replace("Pcisph(max_density_error: 0.01)", pressure)
+                    .replace("Fixed(0.001)", time_step);
+                Scene::parse(&text, "s.ron", &[]).unwrap_or_else(|e| panic!("{e}"))
+            };
+            assert_eq!(scene(alone, time_step), scene(whole, written));
+        }
+    }
+    let double = SCENE
+        .replace(
+            "Pcisph(max_density_error: 0.01)",
+            "Pcisph((max_density_error: 0.01))",
+        )
+        .replace("Fixed(0.001)", "Cfl");
+    assert!(Scene::parse(&double, "s.ron", &[]).is_ok());
+    // What is wrong behind it is told where it stands.
+    let wrong = SCENE
+        .replace(
+            "Pcisph(max_density_error: 0.01)",
+            "Pcisph, time_step: Cfl, limit: 3",
+        )
+        .replace("    time_step: Fixed(0.001),\n", "");
+    assert!(
+        refusal(&wrong).starts_with("s.ron:7:39: unknown field `limit`"),
+        "{}",
+        refusal(&wrong)
+    );
+}
+
+/// A scene is written in the spelling that scene files use, and read as the same again.
+#[test]
+fn a_scene_is_written_as_it_is_read() {
+    let text = SCENE.replace(
+        "(rest_density: 1000)",
+        "(viscosity: None, surface_tension: None)",
+    );
+    let text = text.replace("\"spoilt\"", "\"r#None, spoilt\"");
+    let scene = Scene::parse(&text, "s.ron", &[]).unwrap_or_else(|e| panic!("{e}"));
+    let written = scene.to_ron().unwrap_or_else(|e| panic!("{e}"));
+    assert!(written.contains("viscosity: None,"), "{written}");
+    assert_eq!(written.matches("r#").count(), 1, "{written}");
+    assert_eq!(Scene::parse(&written, "s.ron", &[]).ok(), Some(scene));
+}
+
+#[test]
+fn a_mark_before_the_text_moves_no_place() {
+    let marked = format!("\u{feff}{}", SCENE.replacen("spacing", "spaceing", 1));
+    assert!(refusal(&marked).starts_with("s.ron:3:5: unknown field"));
+    assert!(Scene::parse(&format!("\u{feff}{SCENE}"), "s.ron", &[]).is_ok());
 }

@@ -225,6 +225,18 @@ fn a_refused_study_has_exit_status_2_and_writes_nothing() {
 
 /// Each case: a part of the study, what stands in its place, the place of the error, parts of the message.
 #[test]
+fn a_study_overwrites_nothing_that_no_study_wrote() {
+    let folder = folder(STUDY);
+    let table = folder.path().join("table.csv");
+    fs::write(&table, "mine").expect("a file");
+    for force in [&[][..], &["--force"]] {
+        let output = overfall(&folder, &[&["study", "s.ron", "--out=."], force].concat());
+        assert_eq!(output.status.code(), Some(2), "{}", text(&output.stderr));
+        assert_eq!(fs::read_to_string(&table).expect("a file"), "mine");
+    }
+}
+
+#[test]
 fn every_spoilt_study_is_refused_with_its_place_and_a_remedy() {
     #[rustfmt::skip]
     let cases: &[(&str, &str, &str, &[&str])] = &[

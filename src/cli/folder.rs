@@ -34,7 +34,7 @@ const FRAMES: &str = "frames";
 const PICTURES: &str = "pictures";
 
 /// Bytes that are kept for the summary in case the disk is full by then; a summary has about 1500.
-const RESERVE_BYTES: usize = 1 << 16;
+const RESERVE_BYTES: usize = 1 << 12;
 
 /// The folder for a run or a study: `out`, or `out/<its name>` without it.
 pub(super) fn root(out: Option<&Path>, name: &str) -> PathBuf {

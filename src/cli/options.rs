@@ -198,17 +198,32 @@ fn refused(error: SceneError) -> Failure {
 }
 
 fn positive(text: &str) -> Result<f32, String> {
-    number(text)
-        .filter(|&value| value > 0.0)
+    let value = number(text)?;
+    (value > 0.0)
+        .then_some(value)
         .ok_or_else(|| "it must be a number above 0".to_owned())
 }
 
 fn not_negative(text: &str) -> Result<f32, String> {
-    number(text)
-        .filter(|&value| value >= 0.0)
+    let value = number(text)?;
+    (value >= 0.0)
+        .then_some(value)
         .ok_or_else(|| "it must be a number, 0 or above".to_owned())
 }
 
-fn number(text: &str) -> Option<f32> {
-    text.parse().ok().filter(|value: &f32| value.is_finite())
+fn number(text: &str) -> Result<f32, String> {
+    if let Some(value) = text.parse().ok().filter(|value: &f32| value.is_finite()) {
+        return Ok(value);
+    }
+    let (point, digits) = (
+        text.replace(',', "."),
+        text.trim_end_matches(|c: char| c.is_alphabetic() || c.is_whitespace()),
+    );
+    Err(if point != text && point.parse::<f32>().is_ok() {
+        format!("a number has a decimal point: {point}")
+    } else if digits != text && digits.parse::<f32>().is_ok() {
+        "a number stands alone, in SI units: seconds".to_owned()
+    } else {
+        "it must be a number, and finite".to_owned()
+    })
 }

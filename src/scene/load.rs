@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use ron::error::{Error, SpannedError};
+use ron::error::{Error, Position, Span, SpannedError};
 use ron::extensions::Extensions;
 use ron::ser::PrettyConfig;
 use serde::de::DeserializeOwned;
@@ -10,7 +10,8 @@ use serde::de::DeserializeOwned;
 use super::check::Problem;
 use super::error::unknown_name;
 use super::overrides::Override;
-use super::spans::{byte_at, line_column, scan};
+use super::slips::{slip, slip_around};
+use super::spans::{Kind, byte_at, is_name, line_column, scan};
 use super::{BoundaryShape, Place, Scene, SceneError};
 use crate::input::{read_text, without_mark};
 
@@ -39,19 +40,85 @@ pub(super) fn plain_names(text: &str) -> String {
     plain
 }
 
-/// Reads one value; with or without the second bracket, as long as the file is consistent.
+/// Reads one value; with or without the second bracket, as long as the file is consistent. A variant whose fields all have
+/// defaults may stand alone: `Dfsph` is `Dfsph()`.
 pub(super) fn deserialize<T: DeserializeOwned>(text: &str) -> Result<T, SpannedError> {
-    options().from_str(text).or_else(|error| {
-        ron::Options::default()
-            .with_default_extension(Extensions::IMPLICIT_SOME)
-            .from_str(text)
-            .map_err(|_| error)
+    complete(text, &options(), "()").or_else(|error| {
+        let two_brackets =
+            ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME);
+        complete(text, &two_brackets, "(())").map_err(|_| error)
     })
+}
+
+/// Reads one value; names that stand alone where ron wants a bracket get one. Errors are of the text without it.
+fn complete<T: DeserializeOwned>(
+    text: &str,
+    options: &ron::Options,
+    bracket: &str,
+) -> Result<T, SpannedError> {
+    let mut error = match options.from_str(text) {
+        Err(error) if error.code == Error::ExpectedStructLike => error,
+        read => return read,
+    };
+    let Some(tree) = scan(text) else {
+        return Err(error);
+    };
+    let mut completed: Vec<&str> = Vec::new();
+    loop {
+        let at = byte_at(text, error.span.end.line, error.span.end.col);
+        let Some(name) = tree
+            .name_before(at, text)
+            .filter(|name| !completed.contains(name))
+        else {
+            return Err(error);
+        };
+        completed.push(name);
+        // All of that name at once: a text has many bodies, and few kinds of names.
+        let mut ends = Vec::new();
+        tree.leaves("", &mut |_, leaf| {
+            if completed.contains(&&text[leaf.span.clone()]) {
+                ends.push(leaf.span.end);
+            }
+        });
+        let mut whole = String::with_capacity(text.len() + bracket.len() * ends.len());
+        let mut done = 0;
+        for &end in &ends {
+            whole.push_str(&text[done..end]);
+            whole.push_str(bracket);
+            done = end;
+        }
+        whole.push_str(&text[done..]);
+        let original = |position: Position| {
+            let byte = byte_at(&whole, position.line, position.col);
+            let before = (0..ends.len())
+                .take_while(|&k| ends[k] + k * bracket.len() < byte)
+                .count();
+            let byte = match before.checked_sub(1) {
+                // Inside of a bracket that is not in the text.
+                Some(k) if byte < ends[k] + before * bracket.len() => ends[k],
+                _ => byte - before * bracket.len(),
+            };
+            let (line, col) = line_column(text, byte);
+            Position { line, col }
+        };
+        let refused = match options.from_str(&whole) {
+            Ok(value) => return Ok(value),
+            Err(refused) => refused,
+        };
+        let span = Span {
+            start: original(refused.span.start),
+            end: original(refused.span.end),
+        };
+        error = SpannedError { span, ..refused };
+        if error.code != Error::ExpectedStructLike {
+            return Err(error);
+        }
+    }
 }
 
 /// Reads what a RON file says; what is wrong with it is told with its line and column.
 pub(crate) fn read<T: DeserializeOwned>(text: &str, file_name: &str) -> Result<T, SceneError> {
-    deserialize(text).map_err(|error| explain_in_file(&error, text, file_name))
+    deserialize(text).map_err(|error| explain_in_file::<T>(&error, text, file_name))
 }
 
 /// Where the value at `path` stands in a RON text, or the innermost value around it that the text does write.
@@ -158,20 +225,49 @@ fn locate(problem: Problem, text: &str, file_name: &str, overrides: &[Override])
 }
 
 /// An error of ron's as one of ours, at the place the user must look at.
-fn explain_in_file(error: &SpannedError, text: &str, file_name: &str) -> SceneError {
+fn explain_in_file<T: DeserializeOwned>(
+    error: &SpannedError,
+    text: &str,
+    file_name: &str,
+) -> SceneError {
     let end = byte_at(text, error.span.end.line, error.span.end.col);
     let start = byte_at(text, error.span.start.line, error.span.start.col);
     let tree = scan(text);
+    let mut message = explain(&error.code);
     let byte = match (&error.code, &tree) {
         (Error::NoSuchStructField { .. } | Error::NoSuchEnumVariant { .. }, _) => start,
         (Error::DuplicateStructField { field, .. }, Some(tree)) => {
             tree.last_key(field, end).map_or(end, |key| key.start)
         }
         (Error::MissingStructField { .. } | Error::ExpectedDifferentLength { .. }, Some(tree)) => {
-            tree.bracket(end).map_or(end, |node| node.span.start)
+            // A name that stands alone lacks the fields that have no default.
+            let alone = tree.name_that_ends(end, text).or_else(|| tree.bracket(end));
+            alone.map_or(end, |node| node.span.start)
         }
-        (_, Some(tree)) => tree.innermost(end).map_or(end, |node| node.span.start),
-        (_, None) => end,
+        (_, Some(tree)) => match tree.innermost(end) {
+            Some(node) => {
+                if let Some(slip) = slip::<T>(text, node.span.clone()) {
+                    message = slip.in_file(&text[node.span.clone()]);
+                } else if node.kind == Kind::Leaf
+                    && node.span.end == end
+                    && is_name(&text[node.span.clone()])
+                {
+                    message = format!(
+                        "`{}` needs its values in a bracket: {message}",
+                        &text[node.span.clone()]
+                    );
+                }
+                node.span.start
+            }
+            None => end,
+        },
+        (_, None) => match slip_around::<T>(text, end) {
+            Some((slip, start)) => {
+                message = slip;
+                start
+            }
+            None => end,
+        },
     };
     let (line, column) = line_column(text, byte);
     SceneError::Syntax {
@@ -180,7 +276,7 @@ fn explain_in_file(error: &SpannedError, text: &str, file_name: &str) -> SceneEr
             line,
             column,
         },
-        message: explain(&error.code),
+        message,
     }
 }
 
@@ -223,6 +319,13 @@ pub(super) fn explain(error: &Error) -> String {
         Error::ExpectedStructLike => "expected `(…)`".to_owned(),
         Error::ExpectedNamedStructLike(name) => {
             format!("expected `(…)` with the fields of `{name}`")
+        }
+        Error::ExpectedIdentifier => "expected a name".to_owned(),
+        Error::SuggestRawIdentifier(found) => format!("expected a name, found `{found}`"),
+        Error::ExpectedStructLikeEnd => "expected a comma or `)`".to_owned(),
+        Error::ExpectedArrayEnd => "expected a comma or `]`".to_owned(),
+        Error::ExpectedDifferentStructName { expected, found } => {
+            format!("expected `(…)` with the fields of `{expected}`, found `{found}`")
         }
         Error::ExpectedComma => "expected a comma".to_owned(),
         Error::ExpectedMapColon => "expected a colon after the field's name".to_owned(),

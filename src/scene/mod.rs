@@ -4,7 +4,8 @@
 //! [`Override`]s and checks the result. Every error names file, line and column, what is wrong and what would be right.
 //! [`shapes`] turns bodies into particles; nothing here knows of the world they are spawned into.
 //!
-//! In a file `Some(…)` around a value, the names of structs, and the second bracket of `Pcisph((…))` may be left out.
+//! In a file `Some(…)` around a value, the names of structs, and the second bracket of `Pcisph((…))` may be left out;
+//! a variant whose fields all have defaults may stand alone, `Pcisph`.
 
 mod check;
 mod error;
@@ -15,6 +16,7 @@ mod overrides;
 mod physics;
 mod pressure;
 pub mod shapes;
+mod slips;
 mod spans;
 
 pub(crate) use error::unknown_name;

@@ -10,6 +10,7 @@ use ron::error::SpannedError;
 
 use super::error::unknown_name;
 use super::load::{deserialize, explain, options, plain_names};
+use super::slips::slip;
 use super::spans::{Lost, scan};
 use super::{Place, Scene, SceneError};
 
@@ -80,7 +81,16 @@ impl Override {
         };
         let here = steps[..done].join(".");
         match lost {
-            None => self.replace(splice).map_err(refuse),
+            None => self
+                .replace(splice)
+                .map_err(|message| {
+                    let mut changed = text.clone();
+                    changed.replace_range(node.span.clone(), &format!("{}\n", self.value));
+                    let span = node.span.start..node.span.start + self.value.len();
+                    slip::<Scene>(&changed, span)
+                        .map_or(message, |slip| slip.in_override(&self.path, &self.value))
+                })
+                .map_err(refuse),
             Some(Lost::NoField { at, known }) => Err(refuse(unknown_name(
                 "field",
                 steps[done],

@@ -133,6 +133,28 @@ impl<'a> Node<'a> {
         inner.or(Some(self))
     }
 
+    /// The name that stands alone as a value and ends at the byte `at`.
+    pub(in crate::scene) fn name_that_ends(&self, at: usize, text: &str) -> Option<&Self> {
+        let mut inner = self
+            .children()
+            .filter_map(|child| child.name_that_ends(at, text));
+        let is_it =
+            self.kind == Kind::Leaf && self.span.end == at && is_name(&text[self.span.clone()]);
+        inner.next().or_else(|| is_it.then_some(self))
+    }
+
+    /// The name that stands alone as a value, and is the last before the byte `at`.
+    pub(in crate::scene) fn name_before<'t>(&self, at: usize, text: &'t str) -> Option<&'t str> {
+        let mut last: Option<Range<usize>> = None;
+        self.leaves("", &mut |_, leaf| {
+            if leaf.span.end <= at && last.as_ref().is_none_or(|last| last.end < leaf.span.end) {
+                last = Some(leaf.span.clone());
+            }
+        });
+        let name = &text[last?];
+        is_name(name).then_some(name)
+    }
+
     /// The innermost value in brackets that is still open at the byte `at`.
     pub(in crate::scene) fn bracket(&self, at: usize) -> Option<&Self> {
         if self.kind == Kind::Leaf || !self.span.contains(&at) {
@@ -165,6 +187,13 @@ impl<'a> Node<'a> {
         };
         fields.iter().map(|field| &field.value).chain(items)
     }
+}
+
+/// Whether the text of a value is a name, and no number, text or word of RON.
+pub(in crate::scene) fn is_name(value: &str) -> bool {
+    value.starts_with(|c: char| c.is_alphabetic() || c == '_')
+        && value.chars().all(|c| c.is_alphanumeric() || c == '_')
+        && !matches!(value, "true" | "false" | "None" | "inf" | "NaN")
 }
 
 /// Line and column, both from 1, of a byte of the text; columns count characters.
