@@ -1,34 +1,21 @@
 //! Which files of an output folder are ours: a manifest lists every one before it is written, and nothing else is ever
 //! replaced, moved or removed.
 //!
-//! ```text
-//! overfall manifest 1
-//! run "dam_break"
-//! scene/scene.ron
-//! frames/frame_00000.vtu
-//! ```
-//!
 //! What an older run or study left makes room by its manifest: it is moved into a folder beside, or removed if that is asked for.
 
 use std::collections::BTreeSet;
-use std::fs::{self, File, TryLockError};
+use std::fs::{File, TryLockError};
 use std::io::{self, ErrorKind, Write as _};
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
-use overfall::input::read_text;
 use overfall::output::OutputError;
 
+use super::manifest::{HEAD, Listing, MANIFEST, create_folder, failed, is_there, partial};
 use super::{Failure, console};
 
-/// The manifest's name in the folder.
-const MANIFEST: &str = "overfall_manifest.txt";
 /// Held by who writes into the folder. It stays: to remove it would let a third writer in beside one who waits for it.
 const LOCK: &str = ".overfall_lock";
-/// The manifest's first line.
-const HEAD: &str = "overfall manifest 1";
-/// What an older run's folder is called, before a number.
-const OLDER: &str = "older_";
 
 /// Who wants to write into a folder.
 pub(super) struct Writer<'a> {
@@ -129,6 +116,16 @@ impl Claims {
         }
     }
 
+    /// Fails if the folder, or its manifest, was removed meanwhile: what goes on to be written there nobody would see.
+    pub(super) fn check(&self) -> Result<(), OutputError> {
+        let path = self.root.join(MANIFEST);
+        if is_there(&path) {
+            return Ok(());
+        }
+        let source = io::Error::new(ErrorKind::NotFound, "it was removed, or its folder was");
+        Err(OutputError::Io { path, source })
+    }
+
     /// The path of a file that will be written, by its name relative to the folder.
     ///
     /// Fails if the file is somebody's own.
@@ -156,107 +153,6 @@ impl Claims {
 }
 
 const NOT_OURS: &str = "it is there, was not written by a run of overfall, and is not overwritten";
-
-/// What a manifest says.
-struct Listing {
-    /// Its second line.
-    writer: String,
-    /// Relative to the folder.
-    files: BTreeSet<String>,
-    /// Length of its whole lines.
-    bytes: u64,
-}
-
-impl Listing {
-    /// Reads the manifest of a folder; none if it has none.
-    fn read(root: &Path) -> Result<Option<Self>, Failure> {
-        let path = root.join(MANIFEST);
-        let text = match read_text(&path) {
-            Err(error) if is_absent(&error) => return Ok(None),
-            text => text.map_err(|error| failed("cannot read", &path, &error))?,
-        };
-        let whole = &text[..text.rfind('\n').map_or(0, |end| end + 1)];
-        let mut lines = whole.lines();
-        let writer = (lines.next() == Some(HEAD)).then(|| lines.next()).flatten();
-        let files: BTreeSet<String> = lines.map(str::to_owned).collect();
-        match writer {
-            Some(writer) if files.iter().all(|name| stays_inside(name)) => Ok(Some(Self {
-                writer: writer.to_owned(),
-                files,
-                bytes: whole.len() as u64,
-            })),
-            _ => Err(Failure::Refused(format!(
-                "{}: this is no manifest of overfall; choose another --out, or move the file away",
-                path.display()
-            ))),
-        }
-    }
-
-    /// The files that are there, those included that a killed program left unfinished.
-    fn present(&self, root: &Path) -> Vec<PathBuf> {
-        let names = self.files.iter().map(PathBuf::from);
-        names
-            .flat_map(|name| [partial(&name), name])
-            .filter(|name| is_there(&root.join(name)))
-            // Last, so that one who is stopped on the way is still known as one of ours.
-            .chain([PathBuf::from(MANIFEST)])
-            .collect()
-    }
-
-    fn remove(&self, root: &Path) -> Result<(), Failure> {
-        for name in self.present(root) {
-            let path = root.join(name);
-            fs::remove_file(&path)
-                .map_err(|error| failed("cannot remove the older", &path, &error))?;
-        }
-        self.remove_empty_folders(root);
-        Ok(())
-    }
-
-    fn move_aside(&self, root: &Path) -> Result<PathBuf, Failure> {
-        let aside = free_folder(root)?;
-        for name in self.present(root) {
-            let (from, to) = (root.join(&name), aside.join(&name));
-            let moved = (to.parent())
-                .map_or(Ok(()), fs::create_dir_all)
-                .and_then(|()| fs::rename(&from, &to));
-            moved.map_err(|error| failed("cannot move the older", &from, &error))?;
-        }
-        self.remove_empty_folders(root);
-        Ok(aside)
-    }
-
-    /// Folders that are not empty stay, whatever is in them.
-    fn remove_empty_folders(&self, root: &Path) {
-        let parents = self
-            .files
-            .iter()
-            .filter_map(|name| Path::new(name).parent());
-        let folders: BTreeSet<&Path> = parents.filter(|path| *path != Path::new("")).collect();
-        for folder in folders {
-            let _ = fs::remove_dir(root.join(folder));
-        }
-    }
-}
-
-/// Makes the first folder `older_1`, `older_2`, … that is not there.
-fn free_folder(root: &Path) -> Result<PathBuf, Failure> {
-    let mut number = 1_u64;
-    loop {
-        let path = root.join(format!("{OLDER}{number}"));
-        match fs::create_dir(&path) {
-            Ok(()) => return Ok(path),
-            Err(error) if error.kind() == ErrorKind::AlreadyExists => number += 1,
-            Err(error) => return Err(failed("cannot create the folder", &path, &error)),
-        }
-    }
-}
-
-/// Whether a name of a manifest leads to a file in the folder, and not out of it.
-fn stays_inside(name: &str) -> bool {
-    !name.is_empty()
-        && (Path::new(name).components()).all(|part| matches!(part, Component::Normal(_)))
-}
 
 fn refuse_if_there(root: &Path, name: &str) -> Result<(), Failure> {
     let path = root.join(name);
@@ -319,62 +215,10 @@ fn lock(root: &Path) -> Result<Option<File>, Failure> {
     }
 }
 
-/// The name under which a file is written until it is complete.
-fn partial(path: &Path) -> PathBuf {
-    let mut name = path.as_os_str().to_owned();
-    name.push(".partial");
-    PathBuf::from(name)
-}
-
-/// Whether there is something by that name, a link to nowhere included.
-fn is_there(path: &Path) -> bool {
-    path.symlink_metadata().is_ok()
-}
-
-/// Makes a folder and those around it.
-pub(super) fn create_folder(path: &Path) -> Result<(), Failure> {
-    fs::create_dir_all(path).map_err(|error| failed("cannot create the folder", path, &error))
-}
-
-/// A failure of the system, in words.
-pub(super) fn failed(what: &str, path: &Path, error: &io::Error) -> Failure {
-    Failure::Failed(format!("{what} {}: {error}", path.display()))
-}
-
-/// Whether there is nothing by that name.
-pub(super) fn is_absent(error: &io::Error) -> bool {
-    matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory)
-}
-
-/// Longest name of a folder that is made of a scene's or a study's name [bytes]; file systems take 255, endings included.
-const LONGEST_NAME: usize = 120;
-
-/// The name of a scene or a study as a file name: what could leave the folder or upset a shell becomes `_`. Names that
-/// would be called the same are told apart by a number, which follows from the name.
-pub(super) fn file_name(name: &str) -> String {
-    let mut plain: String = name
-        .chars()
-        .map(|c| match c {
-            '-' | '_' | '.' => c,
-            c if c.is_alphanumeric() => c,
-            _ => '_',
-        })
-        .collect();
-    plain.truncate(plain.floor_char_boundary(LONGEST_NAME));
-    let plain = plain.trim_start_matches('.');
-    if plain == name && !plain.is_empty() {
-        return plain.to_owned();
-    }
-    // FNV-1a: the same on every machine and in every version.
-    let number = name.bytes().fold(0x811c_9dc5_u32, |hash, byte| {
-        (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193)
-    });
-    let plain = if plain.is_empty() { "scene" } else { plain };
-    format!("{plain}-{number:08x}")
-}
-
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     fn run(name: &str, force: bool) -> Writer<'_> {
@@ -507,35 +351,5 @@ mod tests {
         claims.claim("late.csv").expect("a file of ours");
         let text = read(root.join(MANIFEST));
         assert_eq!(text, format!("{HEAD}\nrun \"a\"\nhistory.csv\nlate.csv\n"));
-    }
-
-    #[test]
-    fn names_stay_inside_and_are_told_apart() {
-        for name in ["dam_break", "Überfall-2.5", "a.b"] {
-            assert_eq!(file_name(name), name);
-        }
-        let long = "x".repeat(1000);
-        let longer = "x".repeat(1001);
-        let names = [
-            "a b",
-            "a_b",
-            "a\u{1b}b",
-            "a/b",
-            "..",
-            "",
-            ".",
-            "../../etc",
-            &long,
-            &longer,
-        ];
-        let files: BTreeSet<_> = names.iter().map(|name| file_name(name)).collect();
-        assert_eq!(files.len(), names.len(), "{files:?}");
-        for file in &files {
-            assert!(stays_inside(file) && file.len() < 200, "{file}");
-            assert!(
-                !file.starts_with('.') && !file.contains(char::is_control),
-                "{file}"
-            );
-        }
     }
 }

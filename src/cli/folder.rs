@@ -19,7 +19,8 @@ use overfall::output::{OutputError, write_atomically};
 use overfall::scene::{FrameFormat, Scene};
 
 use super::Failure;
-use super::claims::{Claims, Writer, create_folder, failed, file_name, is_absent};
+use super::claims::{Claims, Writer};
+use super::manifest::{create_folder, failed, is_absent};
 use super::scene_copy::SceneCopy;
 
 /// Where runs and studies go that are not told where to go.
@@ -207,8 +208,38 @@ fn numbered_files(folder: &Path, extension: &str) -> Result<Vec<(u64, PathBuf)>,
     }
 }
 
+/// Longest name of a folder that is made of a scene's or a study's name [bytes]; file systems take 255, endings included.
+const LONGEST_NAME: usize = 120;
+
+/// The name of a scene or a study as a file name: what could leave the folder or upset a shell becomes `_`. Names that
+/// would be called the same are told apart by a number, which follows from the name.
+fn file_name(name: &str) -> String {
+    let mut plain: String = name
+        .chars()
+        .map(|c| match c {
+            '-' | '_' | '.' => c,
+            c if c.is_alphanumeric() => c,
+            _ => '_',
+        })
+        .collect();
+    plain.truncate(plain.floor_char_boundary(LONGEST_NAME));
+    let plain = plain.trim_start_matches('.');
+    if plain == name && !plain.is_empty() {
+        return plain.to_owned();
+    }
+    // FNV-1a: the same on every machine and in every version.
+    let number = name.bytes().fold(0x811c_9dc5_u32, |hash, byte| {
+        (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193)
+    });
+    let plain = if plain.is_empty() { "scene" } else { plain };
+    format!("{plain}-{number:08x}")
+}
+
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
+    use super::super::manifest::stays_inside;
     use super::*;
 
     #[test]
@@ -227,6 +258,36 @@ mod tests {
             "frame_.vtu",
         ] {
             assert_eq!(number(foreign), None, "{foreign}");
+        }
+    }
+
+    #[test]
+    fn names_stay_inside_and_are_told_apart() {
+        for name in ["dam_break", "Überfall-2.5", "a.b"] {
+            assert_eq!(file_name(name), name);
+        }
+        let long = "x".repeat(1000);
+        let longer = "x".repeat(1001);
+        let names = [
+            "a b",
+            "a_b",
+            "a\u{1b}b",
+            "a/b",
+            "..",
+            "",
+            ".",
+            "../../etc",
+            &long,
+            &longer,
+        ];
+        let files: BTreeSet<_> = names.iter().map(|name| file_name(name)).collect();
+        assert_eq!(files.len(), names.len(), "{files:?}");
+        for file in &files {
+            assert!(stays_inside(file) && file.len() < 200, "{file}");
+            assert!(
+                !file.starts_with('.') && !file.contains(char::is_control),
+                "{file}"
+            );
         }
     }
 }

@@ -8,6 +8,7 @@ mod claims;
 mod console;
 mod folder;
 mod interrupt;
+mod manifest;
 mod options;
 mod picture;
 mod progress;

@@ -6,8 +6,9 @@ use overfall::input::read_bytes;
 use overfall::output::write_atomically;
 use overfall::scene::Scene;
 
-use super::claims::{Claims, create_folder};
+use super::claims::Claims;
 use super::folder::RunFolder;
+use super::manifest::create_folder;
 use super::{Failure, cannot_write};
 
 /// The folder of the copy, and the scene in it.

@@ -23,6 +23,8 @@ const CHART: &str = "chart.svg";
 const BAR_INTERVAL: Duration = Duration::from_millis(100);
 /// Time between two lines where there is no terminal.
 const LINE_INTERVAL: Duration = Duration::from_secs(5);
+/// Time between two looks whether the folder is there.
+const LOOK_INTERVAL: Duration = Duration::from_secs(1);
 /// Resolution of the bar.
 const BAR_LENGTH: u64 = 1000;
 
@@ -48,13 +50,20 @@ pub(super) fn study(options: &options::Study) -> Result<Exit, Failure> {
     interrupt::listen(display.announcer())?;
     let threads = options.threads.count();
     let mut wrote = Ok(());
+    let mut looked = Instant::now();
     let ended = run(&plan, threads, &mut |event| {
         match event {
             Event::Step {
                 stage,
                 of,
                 fraction,
-            } => display.step(stage, of, fraction),
+            } => {
+                display.step(stage, of, fraction);
+                if looked.elapsed() >= LOOK_INTERVAL {
+                    wrote = claims.check();
+                    looked = Instant::now();
+                }
+            }
             // After every turn: whatever ends the program, the finished blocks stay.
             Event::Turn(table) => wrote = table.write_csv(&files.table),
         }

@@ -118,6 +118,7 @@ fn complete<T: DeserializeOwned>(
 
 /// Reads what a RON file says; what is wrong with it is told with its line and column.
 pub(crate) fn read<T: DeserializeOwned>(text: &str, file_name: &str) -> Result<T, SceneError> {
+    let text = without_mark(text);
     deserialize(text).map_err(|error| explain_in_file::<T>(&error, text, file_name))
 }
 

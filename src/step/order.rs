@@ -5,8 +5,7 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 use super::stage::{Datum, Stage};
-use crate::input::without_mark;
-use crate::scene::{Scene, TimeStep};
+use crate::scene::{Place, Scene, SceneError, TimeStep, read};
 
 /// An order file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -129,10 +128,20 @@ impl Order {
 
     /// Reads an order.
     pub fn parse(text: &str) -> Result<Self, OrderError> {
-        ron::from_str(without_mark(text)).map_err(|error| OrderError::Syntax {
-            line: error.span.start.line,
-            column: error.span.start.col,
-            message: error.code.to_string(),
+        read(text, "order").map_err(|error| match error {
+            SceneError::Syntax {
+                place: Place::File { line, column, .. },
+                message,
+            } => OrderError::Syntax {
+                line,
+                column,
+                message,
+            },
+            other => OrderError::Syntax {
+                line: 1,
+                column: 1,
+                message: other.to_string(),
+            },
         })
     }
 

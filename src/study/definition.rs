@@ -119,7 +119,7 @@ pub enum Rows {
 pub enum Span {
     /// So many steps.
     Steps(u64),
-    /// Simulated time [s].
+    /// Simulated time [s], and on to the end of the step that reaches it: what is measured is no shortened step.
     Time(f32),
 }
 

@@ -19,7 +19,7 @@ use crate::{
     index::FluidIndex,
     install,
     neighbours::{FluidNeighbours, Search, tested_pairs},
-    step::{StepError, StepReport},
+    step::{Clock, StepError, StepReport},
 };
 
 /// How a study is coming along.
@@ -172,6 +172,8 @@ impl Turns<'_, '_> {
             return Ok(ControlFlow::Break(()));
         }
         let mut world = self.world(scene, &stage)?;
+        // The state is that of this time, whatever the length of a step.
+        world.resource_mut::<Clock>().until = Some((*time).into());
         let mut last = LastStep::default();
         match advance(&mut world, Span::Time(*time), &mut last, |fraction| {
             (self.tell)(Event::Step {

@@ -1,0 +1,154 @@
+//! The manifest of an output folder: it lists every file that is ours, before it is written.
+//!
+//! ```text
+//! overfall manifest 1
+//! run "dam_break"
+//! scene/scene.ron
+//! frames/frame_00000.vtu
+//! ```
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::io::{self, ErrorKind};
+use std::path::{Component, Path, PathBuf};
+
+use overfall::input::read_text;
+
+use super::Failure;
+
+/// The manifest's name in the folder.
+pub(super) const MANIFEST: &str = "overfall_manifest.txt";
+/// The manifest's first line.
+pub(super) const HEAD: &str = "overfall manifest 1";
+/// What an older run's folder is called, before a number.
+const OLDER: &str = "older_";
+
+/// What a manifest says.
+pub(super) struct Listing {
+    /// Its second line.
+    pub(super) writer: String,
+    /// Relative to the folder.
+    pub(super) files: BTreeSet<String>,
+    /// Length of its whole lines.
+    pub(super) bytes: u64,
+}
+
+impl Listing {
+    /// Reads the manifest of a folder; none if it has none.
+    pub(super) fn read(root: &Path) -> Result<Option<Self>, Failure> {
+        let path = root.join(MANIFEST);
+        let text = match read_text(&path) {
+            Err(error) if is_absent(&error) => return Ok(None),
+            text => text.map_err(|error| failed("cannot read", &path, &error))?,
+        };
+        let whole = &text[..text.rfind('\n').map_or(0, |end| end + 1)];
+        let mut lines = whole.lines();
+        let writer = (lines.next() == Some(HEAD)).then(|| lines.next()).flatten();
+        let files: BTreeSet<String> = lines.map(str::to_owned).collect();
+        match writer {
+            Some(writer) if files.iter().all(|name| stays_inside(name)) => Ok(Some(Self {
+                writer: writer.to_owned(),
+                files,
+                bytes: whole.len() as u64,
+            })),
+            _ => Err(Failure::Refused(format!(
+                "{}: this is no manifest of overfall; choose another --out, or move the file away",
+                path.display()
+            ))),
+        }
+    }
+
+    /// The files that are there, those included that a killed program left unfinished.
+    fn present(&self, root: &Path) -> Vec<PathBuf> {
+        let names = self.files.iter().map(PathBuf::from);
+        names
+            .flat_map(|name| [partial(&name), name])
+            .filter(|name| is_there(&root.join(name)))
+            // Last, so that one who is stopped on the way is still known as one of ours.
+            .chain([PathBuf::from(MANIFEST)])
+            .collect()
+    }
+
+    /// Removes all of it.
+    pub(super) fn remove(&self, root: &Path) -> Result<(), Failure> {
+        for name in self.present(root) {
+            let path = root.join(name);
+            fs::remove_file(&path)
+                .map_err(|error| failed("cannot remove the older", &path, &error))?;
+        }
+        self.remove_empty_folders(root);
+        Ok(())
+    }
+
+    /// Moves all of it into a folder of its own; gives that.
+    pub(super) fn move_aside(&self, root: &Path) -> Result<PathBuf, Failure> {
+        let aside = free_folder(root)?;
+        for name in self.present(root) {
+            let (from, to) = (root.join(&name), aside.join(&name));
+            let moved = (to.parent())
+                .map_or(Ok(()), fs::create_dir_all)
+                .and_then(|()| fs::rename(&from, &to));
+            moved.map_err(|error| failed("cannot move the older", &from, &error))?;
+        }
+        self.remove_empty_folders(root);
+        Ok(aside)
+    }
+
+    /// Folders that are not empty stay, whatever is in them.
+    fn remove_empty_folders(&self, root: &Path) {
+        let parents = self
+            .files
+            .iter()
+            .filter_map(|name| Path::new(name).parent());
+        let folders: BTreeSet<&Path> = parents.filter(|path| *path != Path::new("")).collect();
+        for folder in folders {
+            let _ = fs::remove_dir(root.join(folder));
+        }
+    }
+}
+
+/// Makes the first folder `older_1`, `older_2`, … that is not there.
+fn free_folder(root: &Path) -> Result<PathBuf, Failure> {
+    let mut number = 1_u64;
+    loop {
+        let path = root.join(format!("{OLDER}{number}"));
+        match fs::create_dir(&path) {
+            Ok(()) => return Ok(path),
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => number += 1,
+            Err(error) => return Err(failed("cannot create the folder", &path, &error)),
+        }
+    }
+}
+
+/// Whether a name of a manifest leads to a file in the folder, and not out of it.
+pub(super) fn stays_inside(name: &str) -> bool {
+    !name.is_empty()
+        && (Path::new(name).components()).all(|part| matches!(part, Component::Normal(_)))
+}
+
+/// The name under which a file is written until it is complete.
+pub(super) fn partial(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".partial");
+    PathBuf::from(name)
+}
+
+/// Whether there is something by that name, a link to nowhere included.
+pub(super) fn is_there(path: &Path) -> bool {
+    path.symlink_metadata().is_ok()
+}
+
+/// Makes a folder and those around it.
+pub(super) fn create_folder(path: &Path) -> Result<(), Failure> {
+    fs::create_dir_all(path).map_err(|error| failed("cannot create the folder", path, &error))
+}
+
+/// A failure of the system, in words.
+pub(super) fn failed(what: &str, path: &Path, error: &io::Error) -> Failure {
+    Failure::Failed(format!("{what} {}: {error}", path.display()))
+}
+
+/// Whether there is nothing by that name.
+pub(super) fn is_absent(error: &io::Error) -> bool {
+    matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory)
+}
