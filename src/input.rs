@@ -13,7 +13,8 @@ pub const MAX_BYTES: u64 = 16 << 30;
 /// Reads a text in UTF-8, with or without a byte order mark, which is left out.
 ///
 /// # Errors
-/// When the system refuses, when it is no file (a pipe, a device, a folder), longer than [`MAX_TEXT_BYTES`], or not in UTF-8.
+/// When the system refuses, when it is no file (a pipe, a device, a folder), longer than [`MAX_TEXT_BYTES`], or not in
+/// UTF-8.
 pub fn read_text(path: &Path) -> io::Result<String> {
     let bytes = read_up_to(path, MAX_TEXT_BYTES)?;
     let is_utf_16 = bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]);

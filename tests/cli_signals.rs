@@ -375,8 +375,8 @@ fn what_is_no_file_is_refused_at_once() {
 #[cfg(target_os = "linux")]
 fn threads_that_cannot_be_had_are_an_error() {
     let folder = folder();
-    // Stacks of 2 MiB each: the loops' threads fit into the address space, as many again for systems do not, and none of the
-    // second. What the limit cuts off differs from machine to machine; that it is told in words does not.
+    // Stacks of 2 MiB each: the loops' threads fit into the address space, as many again for systems do not, and none
+    // of the second. What the limit cuts off differs from machine to machine; that it is told in words does not.
     for limit in [700_000, 1_000_000, 1_300_000] {
         let output = Command::new("sh")
             .args(["-c", &format!("ulimit -v {limit}; exec \"$0\" \"$@\"")])

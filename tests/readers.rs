@@ -1,7 +1,7 @@
 //! Whatever is in a file or an override, it is read or refused: no reader panics, and none goes on for ever.
 //!
-//! Texts of `tests/corpus` and of the shipped files are changed at random, the same way in every run; `PROPTEST_CASES` asks for
-//! more of them. What once broke a reader belongs into the corpus.
+//! Texts of `tests/corpus` and of the shipped files are changed at random, the same way in every run; `PROPTEST_CASES`
+//! asks for more of them. What once broke a reader belongs into the corpus.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -291,7 +291,8 @@ fn a_wrong_override_is_refused_in_its_own_words() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// Every variant whose fields have defaults may stand alone, in either spelling of the others' brackets, anywhere in a text.
+/// Every variant whose fields have defaults may stand alone, in either spelling of the others' brackets, anywhere in a
+/// text.
 #[test]
 fn a_variant_alone_is_the_one_with_its_defaults() {
     for (alone, whole) in [

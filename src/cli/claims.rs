@@ -1,7 +1,8 @@
 //! Which files of an output folder are ours: a manifest lists every one before it is written, and nothing else is ever
 //! replaced, moved or removed.
 //!
-//! What an older run or study left makes room by its manifest: it is moved into a folder beside, or removed if that is asked for.
+//! What an older run or study left makes room by its manifest: it is moved into a folder beside, or removed if that is
+//! asked for.
 
 use std::collections::BTreeSet;
 use std::fs::{File, TryLockError};
@@ -9,9 +10,9 @@ use std::io::{self, ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
-use overfall::output::OutputError;
+use overfall::output::{OutputError, partial_name};
 
-use super::manifest::{HEAD, Listing, MANIFEST, create_folder, failed, is_there, partial};
+use super::manifest::{HEAD, Listing, MANIFEST, create_folder, failed, is_there};
 use super::{Failure, console};
 
 /// Held by who writes into the folder. It stays: to remove it would let a third writer in beside one who waits for it.
@@ -52,8 +53,8 @@ struct Manifest {
 }
 
 impl Claims {
-    /// Makes the folder `root` ready: it exists, nobody else writes there, and what an older run left is moved aside; gives
-    /// the folder where that is now, too.
+    /// Makes the folder `root` ready: it exists, nobody else writes there, and what an older run left is moved aside;
+    /// gives the folder where that is now, too.
     ///
     /// `planned` are files, relative to the folder, that will be written there. If one is somebody's own the folder is refused.
     pub(super) fn start(
@@ -138,7 +139,7 @@ impl Claims {
         if manifest.listed.contains(name) {
             return Ok(path);
         }
-        let claimed = if is_there(&path) || is_there(&partial(&path)) {
+        let claimed = if is_there(&path) || is_there(&partial_name(&path)) {
             Err(io::Error::new(ErrorKind::AlreadyExists, NOT_OURS))
         } else {
             manifest.file.write_all(format!("{name}\n").as_bytes())
@@ -156,7 +157,7 @@ const NOT_OURS: &str = "it is there, was not written by a run of overfall, and i
 
 fn refuse_if_there(root: &Path, name: &str) -> Result<(), Failure> {
     let path = root.join(name);
-    for path in [partial(&path), path] {
+    for path in [partial_name(&path), path] {
         if is_there(&path) {
             return Err(Failure::Refused(format!(
                 "{}: {NOT_OURS}; choose another --out",

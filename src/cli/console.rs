@@ -30,8 +30,8 @@ pub(super) fn error(text: &str) {
     note(&format!("error: {text}"));
 }
 
-/// A text with its control characters written out, line breaks excepted: names of scenes and files come from anywhere, and a
-/// terminal obeys what they hold.
+/// A text with its control characters written out, line breaks excepted: names of scenes and files come from anywhere,
+/// and a terminal obeys what they hold.
 pub(super) fn shown(text: &str) -> String {
     let mut shown = String::with_capacity(text.len());
     for c in text.chars() {

@@ -208,7 +208,8 @@ fn numbered_files(folder: &Path, extension: &str) -> Result<Vec<(u64, PathBuf)>,
     }
 }
 
-/// Longest name of a folder that is made of a scene's or a study's name [bytes]; file systems take 255, endings included.
+/// Longest name of a folder that is made of a scene's or a study's name [bytes]; file systems take 255, endings
+/// included.
 const LONGEST_NAME: usize = 120;
 
 /// The name of a scene or a study as a file name: what could leave the folder or upset a shell becomes `_`. Names that

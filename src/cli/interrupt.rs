@@ -12,8 +12,8 @@ static ASKED: AtomicBool = AtomicBool::new(false);
 
 /// Turns SIGINT, SIGTERM and SIGHUP into a question that [`asked`] answers; `say` tells the user what happens now.
 ///
-/// Until this is called a signal kills the process, which is right as long as there is nothing to save. A signal that the
-/// process was started to ignore stays ignored: `nohup` does that, and a shell to what it starts in the background.
+/// Until this is called a signal kills the process, which is right as long as there is nothing to save. A signal that
+/// the process was started to ignore stays ignored: `nohup` does that, and a shell to what it starts in the background.
 pub(super) fn listen(say: impl Fn(&str) + Send + 'static) -> Result<(), Failure> {
     // It is called in a thread of its own, not in the signal's context: it may write and exit.
     let answer = move || {
@@ -44,8 +44,8 @@ fn on_signals(answer: impl Fn() + Send + 'static) -> io::Result<()> {
         .map(|_| ())
 }
 
-/// The signals that the process was started to ignore, a bit each from the lowest for signal 1; none where the system does
-/// not tell (Linux does): to ask it in another way takes unsafe code.
+/// The signals that the process was started to ignore, a bit each from the lowest for signal 1; none where the system
+/// does not tell (Linux does): to ask it in another way takes unsafe code.
 #[cfg(unix)]
 fn ignored() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();

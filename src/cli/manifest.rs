@@ -13,6 +13,7 @@ use std::io::{self, ErrorKind};
 use std::path::{Component, Path, PathBuf};
 
 use overfall::input::read_text;
+use overfall::output::partial_name;
 
 use super::Failure;
 
@@ -62,7 +63,7 @@ impl Listing {
     fn present(&self, root: &Path) -> Vec<PathBuf> {
         let names = self.files.iter().map(PathBuf::from);
         names
-            .flat_map(|name| [partial(&name), name])
+            .flat_map(|name| [partial_name(&name), name])
             .filter(|name| is_there(&root.join(name)))
             // Last, so that one who is stopped on the way is still known as one of ours.
             .chain([PathBuf::from(MANIFEST)])
@@ -124,13 +125,6 @@ fn free_folder(root: &Path) -> Result<PathBuf, Failure> {
 pub(super) fn stays_inside(name: &str) -> bool {
     !name.is_empty()
         && (Path::new(name).components()).all(|part| matches!(part, Component::Normal(_)))
-}
-
-/// The name under which a file is written until it is complete.
-pub(super) fn partial(path: &Path) -> PathBuf {
-    let mut name = path.as_os_str().to_owned();
-    name.push(".partial");
-    PathBuf::from(name)
 }
 
 /// Whether there is something by that name, a link to nowhere included.

@@ -44,7 +44,8 @@ pub(super) struct Run {
     /// Take exactly so many steps, whatever the duration.
     #[arg(long, value_name = "N")]
     pub(super) steps: Option<u64>,
-    /// Where to write; out/<scene name> by default. An older run there is moved into a folder older_1, older_2, … in it.
+    /// Where to write; out/<scene name> by default. An older run there is moved into a folder older_1, older_2, … in
+    /// it.
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(super) out: Option<PathBuf>,
     /// Replace an older run of the scene instead of moving it aside.
@@ -103,7 +104,8 @@ pub(super) struct Study {
     /// The study file (RON), e.g. assets/studies/table_1.ron.
     #[arg(value_name = "STUDY", value_hint = ValueHint::FilePath)]
     pub(super) study: PathBuf,
-    /// Where to write; out/<study name> by default. An older table there is moved into a folder older_1, older_2, … in it.
+    /// Where to write; out/<study name> by default. An older table there is moved into a folder older_1, older_2, … in
+    /// it.
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(super) out: Option<PathBuf>,
     /// Replace an older table of the study instead of moving it aside.

@@ -53,9 +53,9 @@ const ROUNDING: f64 = 1e-2;
 
 /// Says at which step ends a frame is due.
 ///
-/// These are the step ends nearest to the multiples of the frame interval: a picture is not worth a change of the result.
-/// A scene may ask for the multiples themselves (`output.exact_times`), where steps then end. The first frame (time 0) and
-/// the last (the end of the run) are written whatever this says.
+/// These are the step ends nearest to the multiples of the frame interval: a picture is not worth a change of the
+/// result. A scene may ask for the multiples themselves (`output.exact_times`), where steps then end. The first frame
+/// (time 0) and the last (the end of the run) are written whatever this says.
 #[derive(Debug, Clone)]
 pub(super) struct FrameClock {
     per_second: f64,
@@ -132,7 +132,8 @@ mod tests {
         }
     }
 
-    /// Runs steps of `dt` to `end` with nothing shortened but the last; gives their number and the times of the frames between.
+    /// Runs steps of `dt` to `end` with nothing shortened but the last; gives their number and the times of the frames
+    /// between.
     fn run(per_second: f32, dt: f64, end: f64) -> (u64, Vec<f64>) {
         let goal = Goal::Time(end);
         let mut clock = FrameClock::new(&output(per_second, false), goal);

@@ -30,7 +30,8 @@ pub fn write_atomically(
     })
 }
 
-fn partial_name(path: &Path) -> PathBuf {
+/// The name under which [`write_atomically`] writes a file until it is complete.
+pub fn partial_name(path: &Path) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(".partial");
     PathBuf::from(name)

@@ -26,7 +26,7 @@ mod series;
 pub mod summary;
 mod vtu;
 
-pub use atomic::write_atomically;
+pub use atomic::{partial_name, write_atomically};
 pub use error::OutputError;
 pub use fields::{FIELDS, Field};
 pub use frame::Frame;

@@ -40,8 +40,8 @@ pub(super) fn plain_names(text: &str) -> String {
     plain
 }
 
-/// Reads one value; with or without the second bracket, as long as the file is consistent. A variant whose fields all have
-/// defaults may stand alone: `Dfsph` is `Dfsph()`.
+/// Reads one value; with or without the second bracket, as long as the file is consistent. A variant whose fields all
+/// have defaults may stand alone: `Dfsph` is `Dfsph()`.
 pub(super) fn deserialize<T: DeserializeOwned>(text: &str) -> Result<T, SpannedError> {
     complete(text, &options(), "()").or_else(|error| {
         let two_brackets =
@@ -172,8 +172,8 @@ impl Scene {
         Ok(scene)
     }
 
-    /// The scene as the text of a scene file, defaults included, in the spelling that files use: no `Some(…)`, one bracket
-    /// around a variant's fields. Fails if ron does.
+    /// The scene as the text of a scene file, defaults included, in the spelling that files use: no `Some(…)`, one
+    /// bracket around a variant's fields. Fails if ron does.
     pub fn to_ron(&self) -> Result<String, SceneError> {
         let pretty = PrettyConfig::new().new_line("\n");
         let written = options().to_string_pretty(self, pretty);

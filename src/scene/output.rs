@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 pub struct Output {
     /// Frames per simulated second [1/s]; 0 writes none but the first and the last.
     pub frames_per_second: f32,
-    /// Whether steps are shortened so that frames are at multiples of the interval exactly. Without it, they are at the ends of
-    /// the steps nearest to them, and the result does not depend on how many are written.
+    /// Whether steps are shortened so that frames are at multiples of the interval exactly. Without it, they are at the
+    /// ends of the steps nearest to them, and the result does not depend on how many are written.
     pub exact_times: bool,
     /// File formats of the frames.
     pub formats: Vec<FrameFormat>,

@@ -1,8 +1,8 @@
 //! Common slips, answered in the reader's words: what was meant by a value that cannot be read.
 //!
-//! Option 1: a table of fields and of what people write there. Option 2: the text is read again with other values in its place;
-//! what can be read then was meant. We use 2: ron itself says which variants and fields there are, so a field that is added later
-//! is answered, too.
+//! Option 1: a table of fields and of what people write there. Option 2: the text is read again with other values in
+//! its place; what can be read then was meant. We use 2: ron itself says which variants and fields there are, so a
+//! field that is added later is answered, too.
 
 use std::ops::Range;
 
@@ -79,8 +79,8 @@ pub(super) fn slip<T: DeserializeOwned>(text: &str, span: Range<usize>) -> Optio
         .or_else(|| named(&place, value))
 }
 
-/// The slip in the number around a byte of a text that is not even RON, and where it begins: `0,05` and `1 s` are two values
-/// without a name or a comma.
+/// The slip in the number around a byte of a text that is not even RON, and where it begins: `0,05` and `1 s` are two
+/// values without a name or a comma.
 pub(super) fn slip_around<T: DeserializeOwned>(text: &str, byte: usize) -> Option<(String, usize)> {
     let start = 1 + text.get(..byte)?.rfind([':', '(', '[', '\n'])?;
     let is_part = |c: char| c.is_alphanumeric() || ",.+-% µ".contains(c);
