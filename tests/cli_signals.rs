@@ -380,6 +380,8 @@ fn threads_that_cannot_be_had_are_an_error() {
     for limit in [700_000, 1_000_000, 1_300_000] {
         let output = Command::new("sh")
             .args(["-c", &format!("ulimit -v {limit}; exec \"$0\" \"$@\"")])
+            // Heaps a core would take address space, too.
+            .env("MALLOC_ARENA_MAX", "1")
             .args([
                 env!("CARGO_BIN_EXE_overfall"),
                 "run",
