@@ -86,6 +86,9 @@ impl Execution {
     }
 }
 
+/// Memory that threads find when they start [bytes].
+const ROOM: usize = 8 << 20;
+
 /// Starts the threads that bevy runs systems on, unless the process has them.
 ///
 /// Bevy panics where the system refuses a thread, so as many are tried first.
@@ -93,6 +96,12 @@ pub(crate) fn start_task_threads(threads: usize) -> io::Result<()> {
     if ComputeTaskPool::try_get().is_some() {
         return Ok(());
     }
+    // A thread that starts without memory left ends the process, and nobody is told.
+    let mut room: Vec<u8> = Vec::new();
+    room.try_reserve_exact(ROOM).map_err(|_| {
+        let reason = "there is no memory left for what they do";
+        io::Error::new(ErrorKind::OutOfMemory, reason)
+    })?;
     let (release, wait) = mpsc::channel::<()>();
     let wait = Arc::new(Mutex::new(wait));
     let tried: io::Result<Vec<_>> = (0..threads)
@@ -106,6 +115,7 @@ pub(crate) fn start_task_threads(threads: usize) -> io::Result<()> {
     for thread in tried? {
         let _ = thread.join();
     }
+    drop(room);
     // Another program may have taken the threads since.
     catch_unwind(|| {
         let start = || TaskPoolBuilder::new().num_threads(threads).build();

@@ -194,6 +194,13 @@ fn refuse_inputs(root: &Path, older: &Listing, writer: &Writer) -> Result<(), Fa
 /// Takes the right to write into a folder.
 fn lock(root: &Path) -> Result<Option<File>, Failure> {
     let path = root.join(LOCK);
+    // To open a pipe would wait for a reader.
+    if is_there(&path) && !path.is_file() {
+        return Err(Failure::Refused(format!(
+            "{}: {NOT_OURS}; choose another --out",
+            path.display()
+        )));
+    }
     let file = File::options()
         .create(true)
         .truncate(false)
@@ -335,6 +342,10 @@ mod tests {
         assert!(matches!(second, Err(Failure::Refused(text)) if text.contains("another overfall")));
         drop(first);
         assert!(Claims::start(folder.path(), &run("a", false), &[]).is_ok());
+        fs::remove_file(folder.path().join(LOCK)).expect("removed");
+        fs::create_dir(folder.path().join(LOCK)).expect("a folder");
+        let third = Claims::start(folder.path(), &run("a", false), &[]);
+        assert!(matches!(third, Err(Failure::Refused(_))), "no file of ours");
     }
 
     #[test]
