@@ -1,8 +1,10 @@
 //! The step: its phases, its order, and the ways to run it.
 
 mod clock;
+mod executor;
 mod install;
 mod order;
+mod order_check;
 mod phase;
 mod plan;
 mod report;
