@@ -36,7 +36,7 @@ pub const SENTINEL: Vec4 = Vec4::new(1e18, 1e18, 1e18, 0.0);
 
 /// Coordinates [m] and components of velocities [m/s] from which a step refuses a particle: squares overflow at 1e19, and
 /// [`SENTINEL`] must be further away than any particle.
-const TOO_LARGE: f32 = 1e17;
+pub(crate) const TOO_LARGE: f32 = 1e17;
 
 /// Who is in which row: the entities, in the order in which [`gather_columns`] met them last.
 #[derive(Resource, Debug, Clone, Default)]
@@ -127,19 +127,19 @@ type State = (
     &'static mut Pressure,
 );
 
+/// Whether the particles of a table have what every fluid particle has.
+type Present = (
+    Entity,
+    Has<Position>,
+    Has<Velocity>,
+    Has<Density>,
+    Has<Pressure>,
+    Has<ParticleId>,
+);
+
 /// Refuses a step of particles that lack a component (phase `RebuildIndex`): they would take no part in it.
 pub fn check_components(
-    fluid: Query<
-        (
-            Entity,
-            Has<Position>,
-            Has<Velocity>,
-            Has<Density>,
-            Has<Pressure>,
-            Has<ParticleId>,
-        ),
-        With<Fluid>,
-    >,
+    fluid: Query<Present, With<Fluid>>,
     places: Query<&Position>,
     mut failure: ResMut<Failure>,
 ) {
@@ -268,7 +268,14 @@ pub fn gather_columns(
     }
     rows_of.changed = changed.into_inner();
     if let Some((quantity, row)) = unusable.first() {
-        failure.record(FailureCause::Unusable { quantity }, Some(row));
+        let x = [positions.0[row], velocities.0[row]];
+        let is_large = quantity != "pressure" && x.iter().all(|x| x.is_finite());
+        let cause = if is_large {
+            FailureCause::TooLarge { quantity }
+        } else {
+            FailureCause::NotFinite { quantity }
+        };
+        failure.record(cause, Some(row));
     }
 }
 

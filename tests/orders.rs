@@ -229,7 +229,7 @@ fn stale_neighbours_are_kept_between_the_steps_that_find_them() {
     ));
     let mut simulation = simulation(&scene);
     let mut pairs = Vec::new();
-    for _ in 0..20 {
+    for _ in 0..40 {
         run(&mut simulation, 1);
         let lists = &simulation.world().resource::<FluidNeighbours>().0;
         let rows = common::DAM_PARTICLES;

@@ -16,6 +16,7 @@ mod run;
 mod scene_copy;
 mod schedule;
 mod study;
+mod waiting;
 
 use std::process::ExitCode;
 

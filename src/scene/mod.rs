@@ -17,6 +17,7 @@ mod pressure;
 pub mod shapes;
 mod spans;
 
+pub(crate) use check::Size;
 pub(crate) use error::unknown_name;
 pub use error::{Place, SceneError};
 pub use geometry::*;

@@ -56,7 +56,7 @@ impl Failure {
                 | FailureCause::TimeStep { .. }
                 | FailureCause::LacksComponent { .. }
                 | FailureCause::ParticlesChanged { .. }
-                | FailureCause::Unusable { .. },
+                | FailureCause::TooLarge { .. },
             ) => false,
             Some(
                 FailureCause::NotFinite { .. }

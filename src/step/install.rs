@@ -9,31 +9,27 @@ use bevy_ecs::prelude::*;
 
 use super::{
     clock::{Clock, Failure},
+    memory,
     order::{Order, OrderError},
     report::{FailureCause, StepError, StepOutcome, StepReport},
     schedule::{InTurn, Labels, Step, build_schedules},
+    start::{FluidStart, Walls},
     timer::PhaseTimer,
 };
 use crate::{
-    boundary::{
-        self, BoundarySample, BoundarySamples, direct_forcing::DirectForcing, sums::WallSums,
-    },
     column::{
         Accelerations, Densities, Positions, PredictedPositions, PressureAccelerations, Pressures,
         Rows, Velocities,
     },
     execution::Execution,
     force::{ArtificialViscosity, Cohesion, LaminarViscosity},
-    index::{self, DomainTooLarge, FluidIndex, z_curve},
+    index::{self, DomainTooLarge, FluidIndex},
     integrate::{Domain, GuardLimits, Motion},
     material::Material,
     mesh::MeshError,
-    neighbours::{BoundaryNeighbours, FluidNeighbours},
+    neighbours::FluidNeighbours,
     pairs::PairSlopes,
-    particle::{
-        self, Boundary, BoundaryNormal, BoundaryVolume, Density, Position, Velocity,
-        number_particles,
-    },
+    particle::number_particles,
     pressure::{
         PressureSolve, dfsph, iisph, pcisph,
         solve::Convergence,
@@ -41,10 +37,7 @@ use crate::{
         warm_start::{self, WarmStart},
     },
     reorder::ReorderState,
-    scene::{
-        BoundaryHandling, Neighbours, PressureMethod, Scene, SceneError, SurfaceTension, Viscosity,
-        shapes::{self, ParticleSeed},
-    },
+    scene::{Neighbours, PressureMethod, Scene, SceneError, SurfaceTension, Viscosity},
     time_step,
 };
 
@@ -70,6 +63,21 @@ pub enum InstallError {
     /// The system gave no threads.
     #[error("could not start threads: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),
+    /// The machine has too little memory for the scene.
+    #[error(
+        "the scene needs about {needed} of memory, and there are {machine}: {parts}; a spacing of {better} m would do, or a \
+         smaller scene"
+    )]
+    Memory {
+        /// What it needs.
+        needed: String,
+        /// What there is.
+        machine: String,
+        /// What it is needed for.
+        parts: String,
+        /// A spacing that would do [m].
+        better: String,
+    },
     /// The order file cannot be read.
     #[error("order file {}: {error}", .path.display())]
     OrderFile {
@@ -125,8 +133,9 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
     if world.contains_resource::<Clock>() {
         return Err(InstallError::Occupied);
     }
-    scene.check()?;
+    let size = scene.checked_size()?;
     let order = order_of(scene)?;
+    memory::check(scene, &size)?;
     let execution = match world.get_resource::<Execution>() {
         Some(execution) => execution.clone(),
         None => Execution::new(0)?,
@@ -159,84 +168,6 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
     }
     schedules.add(world);
     Ok(())
-}
-
-/// The fluid's particles, along the Z-curve if rows are to be kept in its order.
-struct FluidStart {
-    seeds: Vec<ParticleSeed>,
-    order: Vec<z_curve::Handle>,
-}
-
-impl FluidStart {
-    fn new(scene: &Scene, execution: &Execution) -> Result<Self, InstallError> {
-        let seeds = shapes::fluid_particles(scene);
-        let mut order: Vec<z_curve::Handle> = (0..seeds.len() as u32).map(|row| (0, row)).collect();
-        let points: Vec<_> = seeds.iter().map(|seed| seed.position.extend(0.0)).collect();
-        // What could not be indexed in the first step is refused before it.
-        index::build(scene)
-            .rebuild(&points, execution)
-            .map_err(InstallError::Fluid)?;
-        if scene.reorder_interval > 0 {
-            z_curve::sort_handles(&points, index::build(scene).grid(), execution, &mut order);
-        }
-        Ok(Self { seeds, order })
-    }
-
-    fn spawn(self, world: &mut World, material: &Material) {
-        let Self { seeds, order } = self;
-        let density = Density(material.rest_density);
-        world.spawn_batch(order.into_iter().map(|(_, row)| {
-            let seed = &seeds[row as usize];
-            (
-                particle::Fluid,
-                Position(seed.position),
-                Velocity(seed.velocity),
-                density,
-                particle::Pressure(0.0),
-            )
-        }));
-    }
-}
-
-/// The boundary particles, and what loops read of them.
-struct Walls {
-    sampled: Vec<BoundarySample>,
-    samples: BoundarySamples,
-}
-
-impl Walls {
-    /// `None` for a scene without boundaries.
-    fn new(scene: &Scene, execution: &Execution) -> Result<Option<Self>, InstallError> {
-        if scene.boundaries.is_empty() {
-            return Ok(None);
-        }
-        let sampled = boundary::sample(scene)?;
-        let samples =
-            BoundarySamples::new(scene, &sampled, execution).map_err(InstallError::Boundary)?;
-        Ok(Some(Self { sampled, samples }))
-    }
-
-    fn spawn(self, world: &mut World, scene: &Scene) {
-        let Self { sampled, samples } = self;
-        let volumes: Vec<f32> = samples.points().iter().map(|sample| sample.w).collect();
-        world.spawn_batch(sampled.into_iter().zip(volumes).map(|(sample, volume)| {
-            (
-                Boundary,
-                Position(sample.position),
-                BoundaryNormal(sample.normal),
-                BoundaryVolume(volume),
-            )
-        }));
-        world.insert_resource(samples);
-        world.init_resource::<WallSums>();
-        if let BoundaryHandling::DirectForcing(parameters) = scene.boundary_handling {
-            let direct = DirectForcing::new(parameters, world.resource::<Material>());
-            world.insert_resource(direct);
-        }
-        if scene.neighbours == Neighbours::Stored {
-            world.init_resource::<BoundaryNeighbours>();
-        }
-    }
 }
 
 fn insert_step_resources(world: &mut World, scene: &Scene, material: &Material) {
@@ -300,7 +231,8 @@ fn insert_forces(world: &mut World, scene: &Scene) {
 ///
 /// # Panics
 ///
-/// If a system of the host's panics. The tables then hold the last good state, and the next step can be taken.
+/// If a system of the host's panics. The tables then hold the last good state, and the next step can be taken: the state
+/// before the step or, where systems run beside each other, that after it, since the engine's own go on to the end.
 pub fn take_step(world: &mut World) -> Result<StepReport, StepError> {
     if let Some(reason) = what_is_missing(world) {
         let clock = world.get_resource::<Clock>().copied().unwrap_or_default();

@@ -3,6 +3,7 @@
 mod clock;
 mod executor;
 mod install;
+pub(crate) mod memory;
 mod order;
 mod order_check;
 mod phase;
@@ -10,7 +11,9 @@ mod plan;
 mod report;
 mod schedule;
 mod stage;
+mod start;
 mod timer;
+mod warnings;
 
 pub use clock::{Clock, Failure};
 pub(crate) use install::check_order;
@@ -22,3 +25,4 @@ pub use report::{FailureCause, StepError, StepOutcome, StepReport};
 pub use schedule::Step;
 pub use stage::{Datum, Stage};
 pub use timer::PhaseTimer;
+pub use warnings::warnings;

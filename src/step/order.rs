@@ -110,7 +110,7 @@ pub enum OrderError {
     NeverIntegrates,
     /// Time advances in some steps alone.
     #[error(
-        "`integrate` is inside `Every({count}, …)`: it alone counts the steps, so after the first none would be the {count}th; \
+        "`integrate` is inside `Every({count}, …)`: it alone counts the steps, so after the first no step would be due; \
          move it out of `Every`, or choose another `time_step`"
     )]
     WaitsForItself {

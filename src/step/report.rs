@@ -103,11 +103,9 @@ pub enum FailureCause {
         /// Particles at its end.
         now: usize,
     },
-    /// A value that the step starts from is not finite, or so large that its square is not.
-    #[error(
-        "{quantity} is not finite, or beyond 1e17, at the start of the step; a host or an earlier system wrote it"
-    )]
-    Unusable {
+    /// A value that the step starts from is so large that its square is not finite.
+    #[error("{quantity} is beyond 1e17 at the start of the step; a host wrote it")]
+    TooLarge {
         /// Which quantity.
         quantity: &'static str,
     },
