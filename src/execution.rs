@@ -43,6 +43,11 @@ impl Execution {
         self.pool.current_num_threads()
     }
 
+    /// Whether the thread that asks is one of the pool's.
+    pub(crate) fn is_inside(&self) -> bool {
+        self.pool.current_thread_index().is_some()
+    }
+
     /// Runs `work` in the pool.
     pub fn install<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
         self.pool.install(work)

@@ -71,6 +71,7 @@ pub mod integrate;
 pub mod kernel;
 pub mod material;
 pub mod measure;
+mod memory;
 pub mod mesh;
 pub mod neighbours;
 pub mod output;

@@ -3,7 +3,9 @@
 //! Scratch that every step writes afresh is no component (8 bytes of change ticks a row and column): it lives in
 //! resources, indexed by row.
 
-use bevy_ecs::prelude::*;
+use bevy_ecs::{
+    entity_disabling::Disabled, lifecycle::HookContext, prelude::*, world::DeferredWorld,
+};
 use bytemuck::{Pod, TransparentWrapper, Zeroable};
 use glam::Vec3;
 
@@ -33,9 +35,51 @@ pub struct Pressure(pub f32);
 #[repr(transparent)]
 pub struct MeanPressure(pub f32);
 
+/// Lasting number of a fluid particle, by which frames name it: given in the order of spawning, from 0, and never again in
+/// the same world. An [`Entity`]'s index would be given to another particle as soon as this one is gone.
+///
+/// Inserting it gives a new number, whatever the value. Particles that were spawned before the scene was installed get
+/// theirs then.
+#[derive(Component, Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
+#[component(on_insert = give_a_number)]
+pub struct ParticleId(u32);
+
+impl ParticleId {
+    /// The number.
+    pub fn get(self) -> u32 {
+        self.0
+    }
+}
+
+/// The number that the next particle gets. After 2³² − 1 particles all others have the last one.
+#[derive(Resource, Debug, Clone, Copy, Default)]
+pub(crate) struct NextParticleId(u32);
+
+fn give_a_number(mut world: DeferredWorld, context: HookContext) {
+    let Some(mut next) = world.get_resource_mut::<NextParticleId>() else {
+        return;
+    };
+    let number = next.0;
+    next.0 = number.saturating_add(1);
+    if let Some(mut id) = world.get_mut::<ParticleId>(context.entity) {
+        id.0 = number;
+    }
+}
+
+/// Begins to number particles; those that there are come first, in the order of their entities.
+pub(crate) fn number_particles(world: &mut World) {
+    let mut fluid = world.query_filtered::<Entity, (With<Fluid>, Allow<Disabled>)>();
+    let mut present: Vec<Entity> = fluid.iter(world).collect();
+    present.sort_unstable_by_key(|entity| entity.index_u32());
+    world.init_resource::<NextParticleId>();
+    for entity in present {
+        world.entity_mut(entity).insert(ParticleId::default());
+    }
+}
+
 /// Marks a fluid particle. Spawning `(Fluid, Position(x))` is enough: the rest is required and starts at zero.
 #[derive(Component, Debug, Clone, Copy, Default)]
-#[require(Position, Velocity, Density, Pressure)]
+#[require(Position, Velocity, Density, Pressure, ParticleId)]
 pub struct Fluid;
 
 /// The part of space a boundary particle stands for [m³; m² in 2-D] (Akinci et al. 2012).

@@ -9,7 +9,7 @@ use common::{bits, bits_after, dam, pcisph, run, sesph, simulation};
 use glam::Vec3;
 use overfall::{
     Simulation,
-    column::Pressures,
+    column::{Positions, Pressures},
     install,
     neighbours::FluidNeighbours,
     particle::{Fluid, Position},
@@ -224,7 +224,9 @@ fn stale_neighbours_are_kept_between_the_steps_that_find_them() {
         r#"Every(2, [Run("find_neighbours")])"#,
     );
     let stages = stages.replace(r#", Run("reorder")"#, "");
-    let (scene, _folder) = ordered(&format!("(stages: [{stages}], allow_stale: true)"));
+    let (scene, _folder) = ordered(&format!(
+        "(stages: [{stages}], allow_stale: true, leave_out: [\"reorder\"])"
+    ));
     let mut simulation = simulation(&scene);
     let mut pairs = Vec::new();
     for _ in 0..40 {
@@ -250,21 +252,187 @@ fn stale_neighbours_are_kept_between_the_steps_that_find_them() {
 fn particles_may_come_and_go_while_neighbours_are_stale() {
     let stages = STAGES.replace(
         r#"Run("find_neighbours")"#,
-        r#"Every(3, [Run("find_neighbours")])"#,
+        r#"Every(4, [Run("find_neighbours")])"#,
     );
     let (scene, _folder) = ordered(&format!("(stages: [{stages}], allow_stale: true)"));
-    for spawned in [true, false] {
+    for change in 0..3 {
         let mut simulation = simulation(&scene);
         run(&mut simulation, 1);
         let world = simulation.world_mut();
-        if spawned {
-            world.spawn((Fluid, Position(Vec3::new(0.3, 0.3, 0.1))));
-        } else {
-            let last = common::state(world)[common::DAM_PARTICLES - 1].0;
-            world.despawn(last);
+        let particles = common::state(world);
+        match change {
+            0 => {
+                world.spawn((Fluid, Position(Vec3::new(0.3, 0.3, 0.1))));
+            }
+            1 => {
+                world.despawn(particles[common::DAM_PARTICLES - 1].0);
+            }
+            // The last row takes the place of the first, which other rows' lists name.
+            _ => {
+                world.despawn(particles[0].0);
+            }
+        }
+        run(&mut simulation, 1);
+        // The rows name other particles, so lists are found again although they are not due.
+        let world = simulation.world();
+        let (lists, positions) = (
+            world.resource::<FluidNeighbours>(),
+            world.resource::<Positions>(),
+        );
+        let h = scene.support_radius();
+        for row in 0..positions.rows() {
+            for &other in lists.0.of(row) {
+                let distance = positions.points()[row].distance(positions.points()[other as usize]);
+                assert!(distance < 1.5 * h, "{row} and {other}: {distance}");
+            }
         }
         run(&mut simulation, 4);
     }
+}
+
+/// Stages with a replacement, and the rest of the order file.
+fn check(stages: &str, rest: &str, change: impl Fn(&mut Scene)) -> Result<(), String> {
+    let (mut scene, _folder) = ordered(&format!("(stages: [{stages}]{rest})"));
+    change(&mut scene);
+    plan(&scene).map(|_| ()).map_err(|error| error.to_string())
+}
+
+#[test]
+fn time_may_not_wait_for_itself() {
+    for stages in [
+        format!("Every(2, [{STAGES}])"),
+        format!("Every(1000, [{STAGES}])"),
+        format!("Every(1, [Every(3, [{STAGES}])])"),
+        format!("Repeat(2, [Every(2, [{STAGES}])])"),
+        STAGES.replace(r#"Run("integrate")"#, r#"Every(2, [Run("integrate")])"#),
+        STAGES.replace(
+            r#"Run("pressure"), Run("integrate")"#,
+            r#"Every(2, [Run("pressure"), Run("integrate")])"#,
+        ),
+    ] {
+        for rest in ["", ", allow_stale: true"] {
+            let error = check(&stages, rest, |_| {}).expect_err(&stages);
+            assert!(error.contains("it alone counts the steps"), "{error}");
+        }
+    }
+}
+
+#[test]
+fn counts_that_overflow_or_never_end_are_refused_at_once() {
+    let most = u32::MAX;
+    for (stages, reason) in [
+        (
+            format!("Every({most}, [Every({most}, [Every({most}, [{STAGES}])])])"),
+            "nested `Every`",
+        ),
+        (format!("Repeat(400000000, [{STAGES}])"), "stages"),
+        (
+            STAGES.replace(r#"Run("density")"#, r#"Repeat(10000, [Run("density")])"#),
+            "at most 256",
+        ),
+        (
+            format!("Repeat({most}, [Repeat({most}, [Repeat({most}, [{STAGES}])])])"),
+            "at most 256",
+        ),
+    ] {
+        let error = check(&stages, "", |_| {}).expect_err(&stages);
+        assert!(error.contains(reason), "{error}");
+    }
+    // Nothing, very often.
+    let mut empty = format!("Repeat({most}, [])");
+    for _ in 0..20 {
+        empty = format!("Repeat(2, [{empty}])");
+    }
+    let stages = format!("{empty}, {STAGES}");
+    assert_eq!(check(&stages, "", |_| {}), Ok(()));
+    let (scene, _folder) = ordered(&format!("(stages: [{stages}])"));
+    assert!(bits_after(&scene, 1, 2) == bits_after(&unordered(), 1, 2));
+}
+
+#[test]
+fn what_is_left_over_by_row_does_not_outlive_a_reordering() {
+    for (stage, every, interval, accepted) in [
+        ("find_neighbours", 5, 7, false),
+        ("find_neighbours", 5, 25, true),
+        ("find_neighbours", 5, 0, true),
+        ("find_neighbours", 2, 1, false),
+        ("density", 3, 20, false),
+        ("density", 4, 20, true),
+        ("pressure", 2, 5, false),
+        ("viscosity", 2, 5, true),
+    ] {
+        let stages = STAGES.replace(
+            &format!("Run(\"{stage}\")"),
+            &format!("Every({every}, [Run(\"{stage}\")])"),
+        );
+        let checked = check(&stages, ", allow_stale: true", |scene| {
+            scene.reorder_interval = interval;
+        });
+        match checked {
+            Ok(()) => assert!(accepted, "{stage} every {every}, {interval}"),
+            Err(error) => assert!(
+                !accepted && error.contains("`reorder`"),
+                "{stage} every {every}, {interval}: {error}"
+            ),
+        }
+    }
+    // In one step, too.
+    let within = STAGES.replace(
+        r#"Run("density")"#,
+        r#"Run("reorder"), Run("rebuild_index"), Run("density")"#,
+    );
+    let error = check(&within, ", allow_stale: true", |_| {}).expect_err("lists of other rows");
+    assert!(error.contains("`reorder`"), "{error}");
+}
+
+#[test]
+fn a_stage_that_the_scene_wants_is_missed_unless_it_is_left_out() {
+    for stage in ["viscosity", "surface_tension", "reorder"] {
+        let stages = STAGES.replace(&format!("Run(\"{stage}\")"), "");
+        let stages = stages.replace(",,", ",").replace(", ,", ",");
+        let stages = stages.trim_end_matches([' ', ',', '\n']);
+        let stages = stages.replace(",\n    ,", ",");
+        let error = check(&stages, "", |_| {}).expect_err("physics that is missing");
+        assert!(error.contains(&format!("never runs `{stage}`")), "{error}");
+        let leave_out = format!(", leave_out: [\"{stage}\"]");
+        assert_eq!(check(&stages, &leave_out, |_| {}), Ok(()));
+        let both = check(STAGES, &leave_out, |_| {}).expect_err("both");
+        assert!(both.contains("remove one"), "{both}");
+        // A scene without a use for it misses nothing.
+        let plain = |scene: &mut Scene| {
+            scene.reorder_interval = 0;
+            scene.fluid.viscosity = overfall::scene::Viscosity::None;
+            scene.fluid.surface_tension = overfall::scene::SurfaceTension::None;
+        };
+        assert_eq!(check(&stages, "", plain), Ok(()));
+    }
+    let slip = check(STAGES, ", leave_out: [\"viscosty\"]", |_| {}).expect_err("a slip");
+    assert!(slip.contains("did you mean `viscosity`?"), "{slip}");
+}
+
+#[test]
+fn a_repetition_is_printed_in_its_order() {
+    let lines = |stages: &str| {
+        let (scene, _folder) = ordered(&format!("(stages: [{stages}])"));
+        let phases = plan(&scene).expect("a plan").phases;
+        let lines: Vec<String> = phases.into_iter().flat_map(|(_, lines)| lines).collect();
+        lines.join(", ")
+    };
+    let forces = r#"Run("gravity"),
+    Run("viscosity")"#;
+    let twice = STAGES.replace(forces, &format!("Repeat(2, [{forces}])"));
+    let printed = lines(&twice);
+    assert!(
+        printed.contains("2 times { gravity, viscosity }, surface_tension"),
+        "{printed}"
+    );
+    let over_phases = STAGES.replace(
+        r#"Run("find_neighbours"), Run("density")"#,
+        r#"Repeat(3, [Run("find_neighbours"), Repeat(2, [Run("density")])])"#,
+    );
+    let printed = lines(&over_phases);
+    let expected = "3 times { find_neighbours, 2 times: density }, gravity";
+    assert!(printed.contains(expected), "{printed}");
 }
 
 #[test]

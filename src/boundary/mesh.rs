@@ -175,6 +175,32 @@ fn for_each_point(corners: [DVec3; 3], step: f64, mut visit: impl FnMut(DVec3)) 
     }
 }
 
+/// How many samples a mesh has, roughly and rather too many, and how many candidates they are chosen from.
+pub(crate) fn expected(mesh: &Mesh, spacing: f32) -> (f64, f64) {
+    let spacing = f64::from(spacing);
+    let step = spacing / CANDIDATES;
+    let mut candidates = 0.0;
+    for triangle in 0..mesh.triangles.len() {
+        let [a, b, c] = mesh.corners(triangle);
+        let base = a.distance(b).max(b.distance(c)).max(c.distance(a));
+        let height = (b - a).cross(c - a).length() / base.max(f64::MIN_POSITIVE);
+        // As `for_each_point` goes: rows whose length falls from that of the longest edge to zero.
+        let rows = (height / step).ceil().max(1.0) + 1.0;
+        candidates += rows * (0.5 * base / step + 1.5);
+    }
+    let edges = mesh.feature_edges().into_iter().map(|(a, b, _)| {
+        let [a, b] = [a, b].map(|corner| mesh.vertices[corner as usize]);
+        a.distance(b) / spacing + 1.0
+    });
+    let samples = mesh.area() / (spacing * spacing) + edges.sum::<f64>();
+    let sides = if mesh.side == MeshSide::Both {
+        2.0
+    } else {
+        1.0
+    };
+    (sides * samples, candidates)
+}
+
 /// Guards what the layer does not reach, each side for itself.
 fn fill_thin_parts(mesh: &Mesh, spacing: f32, depth: f64, front: &mut Front) {
     let mut centres = Vec::new();

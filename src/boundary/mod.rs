@@ -5,6 +5,7 @@
 //! add to the sums of the fluid is found once a step ([`sums`]).
 
 pub mod contact;
+mod count;
 pub mod direct_forcing;
 mod front;
 mod mesh;
@@ -15,11 +16,14 @@ mod volume;
 use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};
 
+pub(crate) use count::count;
+pub(crate) use mesh::expected as expected_of_mesh;
+pub(crate) use sampling::for_each_sample;
 pub use sampling::{BoundarySample, layer_depth, sample};
 pub use volume::volumes;
 
 use crate::{
-    column::SENTINEL,
+    column::{SENTINEL, TOO_LARGE},
     execution::Execution,
     index::{self, DomainTooLarge, SpatialIndex},
     particle::{Boundary, BoundaryNormal, BoundaryVolume, Position},
@@ -72,10 +76,89 @@ impl BoundarySamples {
     }
 }
 
-/// Takes the boundary particles of a world over again, after a host has spawned, moved or despawned some. If the
-/// scene's spatial index cannot cover them, the walls stay as they were for the fluid.
-pub fn refresh_boundary(world: &mut World, scene: &Scene) -> Result<(), DomainTooLarge> {
-    let execution = world.resource::<Execution>().clone();
+/// Why walls that a host changed cannot be.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum BoundaryError {
+    /// No scene is installed.
+    #[error("no scene is installed in this world; call `install` first")]
+    NotInstalled,
+    /// A particle lacks a component that every boundary particle has.
+    #[error(
+        "the boundary particle {particle} lacks the component `{component}`; insert it again, or remove `Boundary` from what \
+         is no wall"
+    )]
+    LacksComponent {
+        /// The particle.
+        particle: Entity,
+        /// Name of the component.
+        component: &'static str,
+    },
+    /// A position or a normal is no use.
+    #[error("the boundary particle {particle}: {quantity} is {value}; {wanted}")]
+    Unusable {
+        /// The particle.
+        particle: Entity,
+        /// Which quantity.
+        quantity: &'static str,
+        /// Its value.
+        value: Vec3,
+        /// What would be right.
+        wanted: &'static str,
+    },
+    /// The scene's spatial index cannot cover the walls.
+    #[error(transparent)]
+    DomainTooLarge(#[from] DomainTooLarge),
+}
+
+/// How far the length of a normal may be from 1.
+const UNIT: f32 = 1e-3;
+
+/// Refuses boundary particles that would drop out, or spoil the volumes of all around them.
+fn check(world: &mut World) -> Result<(), BoundaryError> {
+    type Parts<'w> = (
+        Entity,
+        Option<&'w Position>,
+        Option<&'w BoundaryNormal>,
+        Has<BoundaryVolume>,
+    );
+    let mut walls = world.query_filtered::<Parts, With<Boundary>>();
+    for (particle, position, normal, has_volume) in walls.iter(world) {
+        let lacks = |component| BoundaryError::LacksComponent {
+            particle,
+            component,
+        };
+        let position = position.ok_or(lacks("Position"))?.0;
+        let normal = normal.ok_or(lacks("BoundaryNormal"))?.0;
+        if !has_volume {
+            return Err(lacks("BoundaryVolume"));
+        }
+        let unusable = |quantity, value, wanted| BoundaryError::Unusable {
+            particle,
+            quantity,
+            value,
+            wanted,
+        };
+        if !position.abs().cmplt(Vec3::splat(TOO_LARGE)).all() {
+            let wanted = "coordinates must be finite and below 1e17 m";
+            return Err(unusable("the position", position, wanted));
+        }
+        // A length that is not a number is in no range.
+        if !(1.0 - UNIT..=1.0 + UNIT).contains(&normal.length()) {
+            let wanted = "it must be a unit vector from the solid into the fluid";
+            return Err(unusable("the normal", normal, wanted));
+        }
+    }
+    Ok(())
+}
+
+/// Takes the boundary particles of a world over again, after a host has spawned, moved or despawned some. After an error
+/// the walls stay as they were for the fluid.
+pub fn refresh_boundary(world: &mut World, scene: &Scene) -> Result<(), BoundaryError> {
+    let Some(execution) = world.get_resource::<Execution>().cloned() else {
+        return Err(BoundaryError::NotInstalled);
+    };
+    check(world)?;
     let mut query =
         world.query_filtered::<(&Position, &BoundaryNormal, &mut BoundaryVolume), With<Boundary>>();
     let samples: Vec<BoundarySample> = query

@@ -68,11 +68,21 @@ pub struct BoundarySample {
 /// Boundary particles of a scene. Fails if the file of a mesh is gone or has become unusable.
 pub fn sample(scene: &Scene) -> Result<Vec<BoundarySample>, MeshError> {
     let mut samples = Vec::new();
-    for shape in &scene.boundaries {
-        let depth = layer_depth(scene);
-        sample_shape(shape, scene.dimension, scene.spacing, depth, &mut samples)?;
-    }
+    for_each_sample(scene, &mut |sample| samples.push(sample))?;
     Ok(samples)
+}
+
+/// Calls `put` with what [`sample`] would hold. Shapes other than meshes need no memory for it.
+pub(crate) fn for_each_sample(
+    scene: &Scene,
+    put: &mut dyn FnMut(BoundarySample),
+) -> Result<(), MeshError> {
+    if scene.boundaries.is_empty() {
+        return Ok(());
+    }
+    let depth = layer_depth(scene);
+    let mut shapes = scene.boundaries.iter();
+    shapes.try_for_each(|shape| sample_shape(shape, scene.dimension, scene.spacing, depth, put))
 }
 
 fn sample_shape(
@@ -80,7 +90,7 @@ fn sample_shape(
     dimension: Dimension,
     spacing: f32,
     depth: f32,
-    out: &mut Vec<BoundarySample>,
+    put: &mut dyn FnMut(BoundarySample),
 ) -> Result<(), MeshError> {
     let inset = Vec3::splat(depth);
     match *shape {
@@ -90,7 +100,7 @@ fn sample_shape(
             Side::Inside { open },
             dimension,
             spacing,
-            out,
+            put,
         ),
         BoundaryShape::Box { min, max } => {
             // A plate thinner than the spacing keeps one layer, in its middle.
@@ -101,14 +111,14 @@ fn sample_shape(
                 Side::Outside,
                 dimension,
                 spacing,
-                out,
+                put,
             );
         }
         BoundaryShape::Sphere { center, radius } => {
             let radius = (radius - depth).max(0.5 * radius);
             match dimension {
-                Dimension::Two => circle(center, radius, spacing, out),
-                Dimension::Three => sphere(center, radius, spacing, out),
+                Dimension::Two => circle(center, radius, spacing, put),
+                Dimension::Three => sphere(center, radius, spacing, put),
             }
         }
         BoundaryShape::Plane {
@@ -123,11 +133,13 @@ fn sample_shape(
                 half_size,
                 dimension,
                 spacing,
-                out,
+                put,
             );
         }
         BoundaryShape::Mesh(ref boundary) => {
-            sample_mesh(&Mesh::load(boundary)?, spacing, depth, out);
+            let mut samples = Vec::new();
+            sample_mesh(&Mesh::load(boundary)?, spacing, depth, &mut samples);
+            samples.into_iter().for_each(put);
         }
     }
     Ok(())
@@ -147,7 +159,7 @@ fn shell(
     fluid: Side,
     dimension: Dimension,
     spacing: f32,
-    out: &mut Vec<BoundarySample>,
+    put: &mut dyn FnMut(BoundarySample),
 ) {
     let size = max - min;
     let mut last = ((size / spacing) - Vec3::splat(1e-3))
@@ -167,60 +179,63 @@ fn shell(
             if open_top && y == last.y && y > 0 {
                 continue;
             }
-            for x in 0..=last.x {
-                let depth = if dimension == Dimension::Two {
-                    0
-                } else {
-                    inwards(z, last.z)
-                };
+            let depth = if dimension == Dimension::Two {
+                0
+            } else {
+                inwards(z, last.z)
+            };
+            // Of a row within the box only its ends are on the surface.
+            let is_within = depth == 0 && inwards(y, last.y) == 0;
+            let stride = if is_within { last.x.max(1) } else { 1 };
+            for x in (0..=last.x).step_by(stride as usize) {
                 let normal = IVec3::new(inwards(x, last.x), inwards(y, last.y), depth);
                 if normal == IVec3::ZERO {
                     continue;
                 }
-                let mut put = |normal: IVec3| {
+                let mut face = |normal: IVec3| {
                     let outwards = if fluid == Side::Outside { -1.0 } else { 1.0 };
-                    out.push(BoundarySample {
+                    put(BoundarySample {
                         position: min + step * IVec3::new(x, y, z).as_vec3(),
                         normal: outwards * normal.as_vec3().normalize(),
                     });
                 };
-                put(normal);
+                face(normal);
                 // A plate of one layer has two faces in one place.
                 let other = IVec3::select(last.cmpeq(IVec3::ZERO), -normal, normal);
                 if other != normal {
-                    put(other);
+                    face(other);
                 }
             }
         }
     }
 }
 
-fn circle(center: Vec3, radius: f32, spacing: f32, out: &mut Vec<BoundarySample>) {
+fn circle(center: Vec3, radius: f32, spacing: f32, put: &mut dyn FnMut(BoundarySample)) {
     let count = (TAU * radius / spacing).ceil().max(1.0) as u32;
-    out.extend((0..count).map(|k| {
+    (0..count).for_each(|k| {
         let (sin, cos) = (TAU * k as f32 / count as f32).sin_cos();
         let normal = Vec3::new(cos, sin, 0.0);
-        BoundarySample {
+        put(BoundarySample {
             position: (center + radius * normal).with_z(0.0),
             normal,
-        }
-    }));
+        });
+    });
 }
 
 /// A Fibonacci lattice with one particle for every square of the spacing.
-fn sphere(center: Vec3, radius: f32, spacing: f32, out: &mut Vec<BoundarySample>) {
+fn sphere(center: Vec3, radius: f32, spacing: f32, put: &mut dyn FnMut(BoundarySample)) {
     let count = (4.0 * PI * (radius / spacing).powi(2)).ceil().max(1.0) as u32;
     let golden_angle = PI * (3.0 - 5f32.sqrt());
-    out.extend((0..count).map(|k| {
+    (0..count).for_each(|k| {
         let height = 1.0 - (2.0 * k as f32 + 1.0) / count as f32;
         let ring = (1.0 - height * height).max(0.0).sqrt();
         let (sin, cos) = (golden_angle * k as f32).sin_cos();
         let normal = Vec3::new(ring * cos, height, ring * sin);
-        BoundarySample {
+        put(BoundarySample {
             position: center + radius * normal,
             normal,
-        }
-    }));
+        });
+    });
 }
 
 fn plane(
@@ -229,7 +244,7 @@ fn plane(
     half_size: f32,
     dimension: Dimension,
     spacing: f32,
-    out: &mut Vec<BoundarySample>,
+    put: &mut dyn FnMut(BoundarySample),
 ) {
     let (along, across) = wall_axes(normal, dimension);
     let count = (2.0 * half_size / spacing - 1e-3).ceil().max(1.0) as i32;
@@ -246,10 +261,12 @@ fn plane(
         } else {
             place(row)
         };
-        out.extend((0..=count).map(|k| BoundarySample {
-            position: center + place(k) * along + aside * across,
-            normal,
-        }));
+        (0..=count).for_each(|k| {
+            put(BoundarySample {
+                position: center + place(k) * along + aside * across,
+                normal,
+            });
+        });
     }
 }
 
@@ -267,7 +284,8 @@ mod tests {
 
     fn sampled(shape: BoundaryShape, dimension: Dimension) -> Vec<Vec3> {
         let mut out = Vec::new();
-        sample_shape(&shape, dimension, 0.1, 0.05, &mut out).expect("no file");
+        sample_shape(&shape, dimension, 0.1, 0.05, &mut |sample| out.push(sample))
+            .expect("no file");
         assert!(
             out.iter()
                 .all(|sample| (sample.normal.length() - 1.0).abs() < 1e-5)
@@ -297,7 +315,10 @@ mod tests {
     #[test]
     fn normals_point_into_the_fluid() {
         let mut samples = Vec::new();
-        sample_shape(&tank(false), Dimension::Three, 0.1, 0.05, &mut samples).expect("no file");
+        sample_shape(&tank(false), Dimension::Three, 0.1, 0.05, &mut |sample| {
+            samples.push(sample)
+        })
+        .expect("no file");
         let middle = Vec3::new(0.2, 0.15, 0.1);
         assert!(
             samples
@@ -309,7 +330,10 @@ mod tests {
             min: Vec3::ZERO,
             max: Vec3::new(0.4, 0.3, 0.2),
         };
-        sample_shape(&obstacle, Dimension::Three, 0.1, 0.05, &mut samples).expect("no file");
+        sample_shape(&obstacle, Dimension::Three, 0.1, 0.05, &mut |sample| {
+            samples.push(sample)
+        })
+        .expect("no file");
         assert!(
             samples
                 .iter()

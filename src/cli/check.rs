@@ -2,16 +2,19 @@
 
 use std::fmt::Write;
 
+use glam::Vec3;
 use overfall::Plan;
 use overfall::scene::{Cfl, Scene, TimeStep};
 
 use super::report::size;
+use super::waiting::waiting;
 use super::{Exit, Failure, console, options};
 
 /// Prints the plan of a scene.
 pub(super) fn check(options: &options::Check) -> Result<Exit, Failure> {
     let scene = options.scene.load()?;
-    let plan = overfall::plan(&scene).map_err(|error| options.scene.refuse(&error))?;
+    let plan = waiting("counting", false, || overfall::plan(&scene));
+    let plan = plan.map_err(|error| options.scene.refuse(&error))?;
     console::print(&text(&scene, &plan, options.scene.threads()))?;
     Ok(Exit::Done)
 }
@@ -22,10 +25,19 @@ fn text(scene: &Scene, plan: &Plan, threads: usize) -> String {
         (
             "particles",
             format!(
-                "{} fluid, {} boundary",
-                plan.particles, plan.boundary_particles
+                "{} fluid, {}{} boundary",
+                plan.particles,
+                if plan.boundary_is_estimate {
+                    "about "
+                } else {
+                    ""
+                },
+                plan.boundary_particles
             ),
         ),
+        ("fluid", extent(plan.fluid_box)),
+        ("all", extent(plan.whole_box)),
+        ("method", method(scene)),
         ("dimension", u8::from(scene.dimension).to_string()),
         ("spacing", format!("{} m", scene.spacing)),
         ("support radius", format!("{} m", plan.support_radius)),
@@ -37,7 +49,14 @@ fn text(scene: &Scene, plan: &Plan, threads: usize) -> String {
                 plan.expected_neighbours
             ),
         ),
-        ("duration", format!("{} s", scene.duration)),
+        (
+            "duration",
+            format!(
+                "{} s, about {} steps at the limits below",
+                scene.duration,
+                plan.expected_steps.ceil()
+            ),
+        ),
         ("threads", threads.to_string()),
     ];
     for (name, value) in rows {
@@ -47,7 +66,25 @@ fn text(scene: &Scene, plan: &Plan, threads: usize) -> String {
     text.push_str(&phases(plan));
     text.push_str(&time_step(scene, plan));
     text.push_str(&memory(plan));
+    for warning in &plan.warnings {
+        let _ = writeln!(text, "\nwarning: {warning}");
+    }
     text
+}
+
+fn extent((low, high): (Vec3, Vec3)) -> String {
+    format!(
+        "from ({}, {}, {}) to ({}, {}, {}) m",
+        low.x, low.y, low.z, high.x, high.y, high.z
+    )
+}
+
+/// The pressure method with all of its parameters, as a scene file writes them.
+fn method(scene: &Scene) -> String {
+    let options = ron::Options::default()
+        .with_default_extension(ron::extensions::Extensions::UNWRAP_VARIANT_NEWTYPES);
+    let text = options.to_string(&scene.pressure).unwrap_or_default();
+    text.replace(',', ", ").replace(':', ": ")
 }
 
 fn phases(plan: &Plan) -> String {
@@ -90,7 +127,6 @@ fn time_step(scene: &Scene, plan: &Plan) -> String {
 
 fn memory(plan: &Plan) -> String {
     let mut text = String::new();
-    let mut all = 0.0;
     for (what, count, rows) in [
         ("fluid", plan.particles, &plan.bytes_per_particle),
         (
@@ -108,9 +144,8 @@ fn memory(plan: &Plan) -> String {
             total += bytes;
             let _ = writeln!(text, "  {bytes:>8.1}  {name}");
         }
-        all += total * count as f64;
         let _ = writeln!(text, "  {total:>8.1}  in all");
     }
-    let _ = writeln!(text, "\n  {} for the scene's particles", size(all));
+    let _ = writeln!(text, "\n  {} for the scene at most", size(plan.memory));
     text
 }

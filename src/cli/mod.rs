@@ -18,6 +18,7 @@ mod run;
 mod scene_copy;
 mod schedule;
 mod study;
+mod waiting;
 
 use std::process::ExitCode;
 

@@ -9,7 +9,7 @@ use overfall::execution::Execution;
 use overfall::output::{Frame, History, OutputError, RunTotals, Status, Summary};
 use overfall::particle::{Boundary, Fluid};
 use overfall::scene::Scene;
-use overfall::step::Clock;
+use overfall::step::{Clock, warnings};
 use overfall::{Simulation, StepError};
 
 use super::claims::{Claims, Writer};
@@ -18,6 +18,7 @@ use super::progress::Progress;
 use super::recorder::{GaveUp, Recorder};
 use super::scene_copy::SceneCopy;
 use super::schedule::{FrameClock, Goal};
+use super::waiting::waiting;
 use super::{Exit, Failure, cannot_write, console, interrupt, options, picture, report};
 
 /// Runs a scene and writes what comes of it.
@@ -25,8 +26,16 @@ pub(super) fn run(options: &options::Run) -> Result<Exit, Failure> {
     let started = Instant::now();
     let scene = options.effective_scene()?;
     let threads = options.scene.threads();
-    let simulation =
-        Simulation::with_threads(&scene, threads).map_err(|error| options.scene.refuse(&error))?;
+    let warnings = warnings(&scene).map_err(|error| options.scene.refuse(&error.into()))?;
+    if !options.quiet {
+        for warning in warnings {
+            console::note(&format!("warning: {warning}"));
+        }
+    }
+    let simulation = waiting("setting the scene up", options.quiet, || {
+        Simulation::with_threads(&scene, threads)
+    });
+    let simulation = simulation.map_err(|error| options.scene.refuse(&error))?;
     let goal = options
         .steps
         .map_or_else(|| Goal::duration(scene.duration), Goal::Steps);

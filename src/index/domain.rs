@@ -43,6 +43,29 @@ pub(super) fn unpadded([x, y, z]: [u64; 3]) -> u64 {
     x.saturating_mul(y).saturating_mul(z)
 }
 
+/// Cells along x, y and z of the box between two cells. Fails if a table cannot have as many; the row is not known.
+pub(super) fn needed(
+    grid: &Grid,
+    low: IVec3,
+    high: IVec3,
+    table_size: TableSize,
+) -> Result<[u64; 3], DomainTooLarge> {
+    // The cell of a point that is too far away for a number of a cell wraps around.
+    let extent = |axis: usize| {
+        let cells = i64::from(high[axis]) - i64::from(low[axis]) + 1;
+        u64::try_from(cells).unwrap_or(u32::MAX.into())
+    };
+    let cells = [0, 1, 2].map(extent);
+    if table_size(cells) > MAX_CELLS {
+        return Err(DomainTooLarge {
+            cells,
+            cell_size: grid.cell_size,
+            row: 0,
+        });
+    }
+    Ok(cells)
+}
+
 impl Domain {
     /// Makes sure that the box holds all finite `points`, and says whether it changed. A box that fits is kept while
     /// it is not eight times too large, and a new one has a margin: keys stay comparable from step to step.
@@ -59,15 +82,10 @@ impl Domain {
         } else {
             (grid.cell_of(low), grid.cell_of(high))
         };
-        let extent = |axis: usize| (i64::from(high[axis]) - i64::from(low[axis]) + 1) as u64;
-        let needed = [0, 1, 2].map(extent);
-        if table_size(needed) > MAX_CELLS {
-            return Err(DomainTooLarge {
-                cells: needed,
-                cell_size: grid.cell_size,
-                row: outermost(points),
-            });
-        }
+        let needed = needed(grid, low, high, table_size).map_err(|error| DomainTooLarge {
+            row: outermost(points),
+            ..error
+        })?;
         let covers = [low, high]
             .iter()
             .all(|&cell| self.relative(cell).is_some());

@@ -19,7 +19,7 @@ pub mod z_curve;
 mod z_index_sort;
 
 use bevy_ecs::prelude::*;
-use glam::{IVec3, Vec4};
+use glam::{DVec3, IVec3, Vec4};
 
 pub use brute_force::BruteForce;
 pub use compact_hashing::CompactHashing;
@@ -109,6 +109,26 @@ pub fn build(scene: &Scene) -> Box<dyn SpatialIndex> {
         IndexStructure::CompactHashing => Box::new(CompactHashing::new(grid, particles_a_cell)),
         IndexStructure::BruteForce => Box::new(BruteForce::new(grid)),
     }
+}
+
+/// What the tables of a scene's structure take for the cells of a box, used or not [bytes]. Fails if they are too many;
+/// the corners of the box are in metres.
+pub(crate) fn table_bytes(scene: &Scene, low: DVec3, high: DVec3) -> Result<u64, DomainTooLarge> {
+    let table_size: domain::TableSize = match scene.index.structure {
+        IndexStructure::UniformGrid | IndexStructure::IndexSort => domain::unpadded,
+        IndexStructure::ZIndexSort => z_index_sort::padded,
+        IndexStructure::SpatialHashing
+        | IndexStructure::CompactHashing
+        | IndexStructure::BruteForce => return Ok(0),
+    };
+    let grid = Grid::new(
+        scene.dimension,
+        scene.support_radius(),
+        scene.index.cell_size,
+    );
+    let cell = |corner: DVec3| grid.cell_of(corner.as_vec3().extend(0.0));
+    let cells = domain::needed(&grid, cell(low), cell(high), table_size)?;
+    Ok(4 * table_size(cells))
 }
 
 /// Brings the index up to date with the rows (phase `RebuildIndex`).

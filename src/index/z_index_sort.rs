@@ -53,7 +53,7 @@ pub struct ZIndexSort {
 }
 
 /// Cells of a table whose edges are powers of two.
-fn padded(size: [u64; 3]) -> u64 {
+pub(super) fn padded(size: [u64; 3]) -> u64 {
     super::domain::unpadded(size.map(|cells| cells.max(1).next_power_of_two()))
 }
 

@@ -32,12 +32,14 @@ pub enum ListsTooLong {
     },
     /// All together.
     #[error(
-        "there are {pairs} pairs of neighbours, and lists hold {max}; with `neighbours: Recomputed` there is no limit",
-        max = u32::MAX
+        "there are {pairs} pairs of neighbours, and lists hold {most} in the memory of this machine; particles lie on top of \
+         each other, or there are too many: with `neighbours: Recomputed` there is no limit"
     )]
     Together {
         /// Pairs of a row and a neighbour.
         pairs: usize,
+        /// Pairs that lists can hold.
+        most: usize,
     },
 }
 
@@ -138,6 +140,7 @@ impl NeighbourLists {
         self.spans = Spans::default();
         self.expected.clear();
         self.regions.clear();
+        self.strays = Mutex::default();
     }
 
     /// Rows will be in another order at the next search: the `k`-th was `old_rows[k]`. The lists stay as they are.

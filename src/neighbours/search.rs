@@ -2,7 +2,10 @@
 
 use std::{
     cell::RefCell,
-    sync::{Mutex, PoisonError},
+    sync::{
+        Mutex, PoisonError,
+        atomic::{AtomicUsize, Ordering::Relaxed},
+    },
 };
 
 use glam::{IVec3, Vec4};
@@ -11,6 +14,7 @@ use super::lists::{ListsTooLong, NeighbourLists, Region, Spans};
 use crate::{
     execution::Execution,
     index::{Run, SpatialIndex},
+    memory,
     simd::{CANDIDATE_ALIGNMENT, Candidates, FIRST_ROOM, Near, Portable, Probe, Simd, Vectorised},
 };
 
@@ -135,6 +139,15 @@ impl Scratch {
     }
 }
 
+/// Bytes of memory a pair at most: an entry that found no room is held thrice for a moment, and each has a slope.
+const BYTES_A_PAIR: u64 = 16;
+
+/// Pairs that lists can hold: what a span can say, and what the machine has memory for.
+fn most_pairs() -> usize {
+    let fitting = memory::of_machine() / BYTES_A_PAIR;
+    usize::try_from(fitting.min(u32::MAX.into())).unwrap_or(usize::MAX)
+}
+
 /// Writes the lists of all rows. Where they are too long there are none.
 pub fn search(
     search: &Search,
@@ -151,10 +164,13 @@ pub fn search(
         ..
     } = &mut *lists;
     let too_long = Mutex::new(None);
+    let (strayed, most) = (AtomicUsize::new(0), most_pairs());
     let task = Task {
         search,
         spans,
         strays,
+        strayed: &strayed,
+        most,
         too_long: &too_long,
         base: 0,
         first_block: 0,
@@ -167,14 +183,12 @@ pub fn search(
         .into_inner()
         .unwrap_or_else(PoisonError::into_inner);
     let pairs = lists.pairs();
-    let is_full = lists.gather_strays() > u32::MAX as usize;
-    match too_long.or(is_full.then_some(ListsTooLong::Together { pairs })) {
-        None => Ok(()),
-        Some(error) => {
-            lists.clear();
-            Err(error)
-        }
+    let fits = too_long.is_none() && pairs <= most;
+    if fits && lists.gather_strays() <= u32::MAX as usize {
+        return Ok(());
     }
+    lists.clear();
+    Err(too_long.unwrap_or(ListsTooLong::Together { pairs, most }))
 }
 
 /// Distances that the paper's query computes: for every row all candidates around its cell, the row itself among them.
@@ -200,6 +214,9 @@ struct Task<'a> {
     spans: &'a Spans,
     /// See [`NeighbourLists::strays`].
     strays: &'a Mutex<Vec<u32>>,
+    /// Entries of lists that found no room, and the most that are taken: with more there will be no lists.
+    strayed: &'a AtomicUsize,
+    most: usize,
     /// The list of the first row that is too long.
     too_long: &'a Mutex<Option<ListsTooLong>>,
     /// Place of the first entry in the flat array.
@@ -214,6 +231,11 @@ impl Task<'_> {
     /// Takes a list that found no room.
     #[cold]
     fn stray(&self, row: u32, list: &[u32]) {
+        if list.len() > usize::from(u16::MAX)
+            || self.strayed.fetch_add(list.len(), Relaxed) + list.len() > self.most
+        {
+            return;
+        }
         let mut strays = self.strays.lock().unwrap_or_else(PoisonError::into_inner);
         strays.extend([row, list.len() as u32]);
         strays.extend(list);

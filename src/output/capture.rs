@@ -3,7 +3,7 @@
 use bevy_ecs::prelude::*;
 
 use super::Frame;
-use crate::particle::{Density, Fluid, Position, Pressure, Velocity};
+use crate::particle::{Density, Fluid, ParticleId, Position, Pressure, Velocity};
 use crate::step::Clock;
 
 impl Frame {
@@ -16,9 +16,9 @@ impl Frame {
             ..Self::default()
         };
         let mut particles = world
-            .query_filtered::<(Entity, &Position, &Velocity, &Density, &Pressure), With<Fluid>>();
-        for (entity, position, velocity, density, pressure) in particles.iter(world) {
-            frame.ids.push(entity.index_u32());
+            .query_filtered::<(&ParticleId, &Position, &Velocity, &Density, &Pressure), With<Fluid>>();
+        for (id, position, velocity, density, pressure) in particles.iter(world) {
+            frame.ids.push(id.get());
             frame.positions.push(position.0);
             frame.velocities.push(velocity.0);
             frame.densities.push(density.0);

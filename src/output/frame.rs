@@ -17,7 +17,7 @@ pub struct Frame {
     pub step: u64,
     /// Simulated time [s].
     pub time: f64,
-    /// A particle's lasting number.
+    /// A particle's lasting number: see [`ParticleId`](crate::particle::ParticleId).
     pub ids: Vec<u32>,
     /// [m]
     pub positions: Vec<Vec3>,

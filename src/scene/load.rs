@@ -12,7 +12,7 @@ use super::error::unknown_name;
 use super::overrides::Override;
 use super::slips::{slip, slip_around};
 use super::spans::{Kind, byte_at, is_name, line_column, scan};
-use super::{BoundaryShape, Place, Scene, SceneError};
+use super::{BoundaryShape, Place, Scene, SceneError, Size};
 use crate::input::{read_text, without_mark};
 
 /// What every scene file may leave out: `Some(…)` around a value, and the second bracket in `Pcisph((…))`.
@@ -195,6 +195,11 @@ impl Scene {
 
     /// Checks a scene that was built in code, as [`load`](Self::load) checks a file.
     pub fn check(&self) -> Result<(), SceneError> {
+        self.checked_size().map(|_| ())
+    }
+
+    /// As [`check`](Self::check), and says what room the scene needs.
+    pub(crate) fn checked_size(&self) -> Result<Size, SceneError> {
         super::check::check(self).map_err(|problem| SceneError::Invalid {
             place: Place::Field(problem.path.clone()),
             field: problem.path,

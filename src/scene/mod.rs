@@ -19,6 +19,7 @@ pub mod shapes;
 mod slips;
 mod spans;
 
+pub(crate) use check::Size;
 pub(crate) use error::unknown_name;
 pub use error::{Place, SceneError};
 pub use geometry::*;

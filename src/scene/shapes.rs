@@ -33,19 +33,24 @@ pub struct ParticleSeed {
 /// The particles of all bodies of a scene that [`Scene::check`] accepts: body after body, within a body along x
 /// first, then y, then z (along a cylinder's axis last).
 pub fn fluid_particles(scene: &Scene) -> Vec<ParticleSeed> {
-    let spacing = f64::from(scene.spacing);
     let mut seeds = Vec::new();
+    for_each_particle(scene, |seed| seeds.push(seed));
+    seeds
+}
+
+/// Calls `visit` with what [`fluid_particles`] would hold, and needs no memory for it.
+pub(crate) fn for_each_particle(scene: &Scene, mut visit: impl FnMut(ParticleSeed)) {
+    let spacing = f64::from(scene.spacing);
     for body in &scene.bodies {
         let mut displace = Displacement::new(body.jitter, spacing, scene.dimension);
         Lattice::new(&body.shape, spacing, scene.dimension).for_each(|point| {
             let position = point + displace.next();
-            seeds.push(ParticleSeed {
+            visit(ParticleSeed {
                 position: position.as_vec3(),
                 velocity: body.velocity_at(position).as_vec3(),
             });
         });
     }
-    seeds
 }
 
 /// A direction along a flat wall and, in 3-D, the second one: with the normal they are an orthonormal frame.
@@ -168,6 +173,11 @@ impl Lattice {
             lattice.counts = [0; 3];
         }
         lattice
+    }
+
+    /// How many points there are, at most.
+    pub(super) fn most(&self) -> f64 {
+        self.counts.iter().map(|&count| f64::from(count)).product()
     }
 
     pub(super) fn for_each(&self, mut visit: impl FnMut(DVec3)) {

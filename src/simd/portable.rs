@@ -190,8 +190,8 @@ impl Simd for Portable {
     ) {
         let (to, to_rows) = candidates.room(runs);
         let mut count = 0;
-        let entries = runs.iter().flat_map(|run| run.start..run.start + run.len);
-        for k in entries.map(|entry| entry as usize) {
+        let place = |run: &Run| run.start as usize..run.start as usize + run.len as usize;
+        for k in runs.iter().flat_map(place) {
             let point = [0, 1, 2].map(|axis| f32::from_bits(words[k + axis * pitch]));
             let [dx, dy, dz]: [f32; 3] = from_fn(|axis| {
                 let below = near.low[axis] - point[axis];

@@ -121,6 +121,30 @@ impl Vectorised for Take<'_> {
 }
 
 #[test]
+fn runs_beyond_their_block_are_never_read() {
+    let words = [1.0_f32.to_bits(); 64];
+    let run = |start, len| [Run { start, len }, Run { start: 0, len: 0 }];
+    for (pitch, runs) in [
+        (8, run(64, 8)),
+        (8, run(u32::MAX, 8)),
+        (8, run(u32::MAX - 3, 4)),
+        (64, run(0, 1)),
+        (usize::MAX / 3, run(0, 8)),
+        (usize::MAX / 3 + 1, run(0, 8)),
+        (usize::MAX / 2 + 1, run(8, 8)),
+        (usize::MAX, run(3, 8)),
+    ] {
+        for set in InstructionSet::available() {
+            let take = || set.dispatch(Take(Near::ALL, (&words, pitch), &runs));
+            assert!(
+                std::panic::catch_unwind(take).is_err(),
+                "{set:?}: {pitch}, {runs:?}"
+            );
+        }
+    }
+}
+
+#[test]
 fn every_instruction_set_takes_the_same_candidates() {
     const PITCH: usize = 100;
     let mut next = numbers(7);

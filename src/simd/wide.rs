@@ -138,6 +138,13 @@ pub(super) unsafe fn take_near<V: Wide>(
     let to = [to_x, to_y, to_z].map(|column| column.as_mut_ptr().cast::<u32>());
     let to = [to[0], to[1], to[2], to_rows.as_mut_ptr()];
     let mut count = 0;
+    // Behind the start of the last column, without a vector. Nothing is left of it where a pitch is past all words.
+    let last_column = pitch
+        .checked_mul(3)
+        .and_then(|start| words.len().checked_sub(start));
+    let ends_by = last_column
+        .and_then(|words| words.checked_sub(V::LANES))
+        .unwrap_or(0);
     // SAFETY: the caller has the instructions. Loads start within a run, in one of four columns, and read a vector: by the
     // assertion in the loop there still are words a vector after the run in the last column. Stores start at
     // `count`, which is at most the number of entries seen, and every column has room for a vector more than there are
@@ -147,8 +154,9 @@ pub(super) unsafe fn take_near<V: Wide>(
         let high = near.high.map(|x| V::splat(x));
         let (zero, limit) = (V::splat(0.0), V::splat(near.radius_squared));
         for run in runs {
-            let (start, end) = (run.start as usize, (run.start + run.len) as usize);
-            assert!(3 * pitch + end + V::LANES <= words.len());
+            let start = run.start as usize;
+            let end = start + run.len as usize;
+            assert!(end <= ends_by, "a run beyond its block");
             for k in (start..end).step_by(V::LANES) {
                 let entry =
                     [0, 1, 2, 3].map(|column| V::load(words.as_ptr().add(k + column * pitch)));

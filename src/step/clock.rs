@@ -4,10 +4,7 @@ use bevy_ecs::prelude::*;
 use glam::Vec3;
 
 use super::report::{FailureCause, StepError};
-use crate::{
-    column::entity_of_row,
-    particle::{Fluid, Position},
-};
+use crate::{column::Rows, particle::Position};
 
 /// Simulated time and steps.
 #[derive(Resource, Debug, Clone, Copy, Default, PartialEq)]
@@ -73,6 +70,14 @@ impl Failure {
         }
     }
 
+    /// Records a failure of a particle that has no row.
+    pub(crate) fn record_of(&mut self, cause: FailureCause, particle: (Entity, Vec3)) {
+        if self.cause.is_none() {
+            self.cause = Some(cause);
+            self.particle = Some(particle);
+        }
+    }
+
     /// Whether something went wrong that goes right, perhaps, in a shorter step.
     pub(crate) fn depends_on_the_time_step(&self) -> bool {
         match &self.cause {
@@ -80,7 +85,12 @@ impl Failure {
             | Some(
                 FailureCause::LeftDomain
                 | FailureCause::DomainTooLarge(_)
-                | FailureCause::ListsTooLong(_),
+                | FailureCause::ListsTooLong(_)
+                | FailureCause::NotInstalled { .. }
+                | FailureCause::TimeStep { .. }
+                | FailureCause::LacksComponent { .. }
+                | FailureCause::ParticlesChanged { .. }
+                | FailureCause::TooLarge { .. },
             ) => false,
             Some(
                 FailureCause::NotFinite { .. }
@@ -118,18 +128,29 @@ pub(super) fn healthy(failure: Res<Failure>) -> bool {
 
 /// Starts a step.
 pub(super) fn begin(mut clock: ResMut<Clock>, mut failure: ResMut<Failure>) {
-    clock.dt = clock.shortened(clock.next_dt);
-    clock.shortened_to = (clock.dt != clock.next_dt).then(|| clock.dt / clock.next_dt);
     *failure = Failure::default();
+    let dt = clock.next_dt;
+    // What is no time step does not become one by being shortened.
+    if !(dt > 0.0 && dt.is_finite()) {
+        clock.dt = dt;
+        clock.shortened_to = None;
+        failure.record(FailureCause::TimeStep { dt }, None);
+        return;
+    }
+    clock.dt = clock.shortened(dt);
+    clock.shortened_to = (clock.dt != dt).then(|| clock.dt / dt);
 }
 
-/// Finds the particle of a failure while the tables still hold its row.
+/// Finds the particle of a failure while the tables still hold it.
 pub(super) fn name_the_particle(
     mut failure: ResMut<Failure>,
-    fluid: Query<(Entity, &Position), With<Fluid>>,
+    rows: Res<Rows>,
+    places: Query<&Position>,
 ) {
-    if let Some(row) = failure.row.take() {
-        failure.particle = entity_of_row(&fluid, row);
+    let row = failure.row.take();
+    if let Some(&entity) = row.and_then(|row| rows.entities.get(row)) {
+        let at = places.get(entity).map_or(Vec3::NAN, |x| x.0);
+        failure.particle = Some((entity, at));
     }
 }
 

@@ -1,32 +1,36 @@
 //! Setting a scene up in a world.
 
-use std::path::PathBuf;
+use std::{
+    panic::{AssertUnwindSafe, catch_unwind, resume_unwind},
+    path::PathBuf,
+};
 
 use bevy_ecs::prelude::*;
 
 use super::{
     clock::{Clock, Failure},
+    memory,
     order::{Order, OrderError},
-    report::{StepError, StepOutcome, StepReport},
-    schedule::{InTurn, Step, add_schedules},
+    report::{FailureCause, StepError, StepOutcome, StepReport},
+    schedule::{InTurn, Labels, Step, build_schedules},
+    start::{FluidStart, Walls},
     timer::PhaseTimer,
 };
 use crate::{
-    boundary::{self, BoundarySamples, direct_forcing::DirectForcing, sums::WallSums},
     column::{
         Accelerations, Densities, Positions, PredictedPositions, PressureAccelerations, Pressures,
-        Velocities,
+        Rows, Velocities,
     },
     execution::Execution,
     force::{ArtificialViscosity, Cohesion, LaminarViscosity},
-    index::{self, DomainTooLarge, FluidIndex, z_curve},
+    index::{self, DomainTooLarge, FluidIndex},
     input::read_text,
     integrate::{Domain, GuardLimits, Motion},
     material::Material,
     mesh::MeshError,
-    neighbours::{BoundaryNeighbours, FluidNeighbours},
+    neighbours::FluidNeighbours,
     pairs::PairSlopes,
-    particle::{self, Boundary, BoundaryNormal, BoundaryVolume, Density, Position, Velocity},
+    particle::number_particles,
     pressure::{
         PressureSolve, dfsph, iisph, pcisph,
         solve::Convergence,
@@ -34,10 +38,7 @@ use crate::{
         warm_start::{self, WarmStart},
     },
     reorder::ReorderState,
-    scene::{
-        BoundaryHandling, Neighbours, PressureMethod, Scene, SceneError, SurfaceTension, Viscosity,
-        shapes,
-    },
+    scene::{Neighbours, PressureMethod, Scene, SceneError, SurfaceTension, Viscosity},
     time_step,
 };
 
@@ -66,6 +67,21 @@ pub enum InstallError {
     /// The system gave no threads for systems that run side by side.
     #[error("could not start threads for systems: {0}")]
     TaskThreads(std::io::Error),
+    /// The machine has too little memory for the scene.
+    #[error(
+        "the scene needs about {needed} of memory, and there are {machine}: {parts}; a spacing of {better} m would do, or a \
+         smaller scene"
+    )]
+    Memory {
+        /// What it needs.
+        needed: String,
+        /// What there is.
+        machine: String,
+        /// What it is needed for.
+        parts: String,
+        /// A spacing that would do [m].
+        better: String,
+    },
     /// The order file cannot be read.
     #[error("order file {}: {error}", .path.display())]
     OrderFile {
@@ -115,20 +131,32 @@ pub(crate) fn check_order(scene: &Scene) -> Result<(), InstallError> {
 /// in the world is used; otherwise one with a thread for every core is made. Between steps the host may tag, move,
 /// spawn (`(Fluid, Position(…))` is enough) and despawn fluid particles; after a change of boundary particles it calls
 /// [`refresh_boundary`](crate::boundary::refresh_boundary).
+///
+/// After an error the world holds nothing of the scene, and another may be installed.
 pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
     if world.contains_resource::<Clock>() {
         return Err(InstallError::Occupied);
     }
-    scene.check()?;
+    let size = scene.checked_size()?;
     let order = order_of(scene)?;
-    if !world.contains_resource::<Execution>() {
-        world.insert_resource(Execution::new(0)?);
-    }
-    warm_start::require_means(world, scene);
+    memory::check(scene, &size)?;
+    let execution = match world.get_resource::<Execution>() {
+        Some(execution) => execution.clone(),
+        None => Execution::new(0)?,
+    };
+    // All that may fail comes before the first change of the world.
     let material = Material::new(scene);
-    let particles = spawn_fluid(world, scene, &material)?;
+    let fluid = FluidStart::new(scene, &execution)?;
+    let walls = Walls::new(scene, &execution)?;
+    let schedules = build_schedules(world, scene, &order, fluid.seeds.len(), execution.threads())?;
+    world.insert_resource(execution);
+    warm_start::require_means(world, scene);
+    number_particles(world);
+    fluid.spawn(world, &material);
     insert_step_resources(world, scene, &material);
-    insert_boundary(world, scene)?;
+    if let Some(walls) = walls {
+        walls.spawn(world, scene);
+    }
     insert_forces(world, scene);
     match scene.pressure {
         PressureMethod::Sesph(sesph) => world.insert_resource(EquationOfState(sesph.equation)),
@@ -142,38 +170,8 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
     if let Some(start) = WarmStart::of(&scene.pressure) {
         warm_start::install(world, start);
     }
-    add_schedules(world, scene, &order, particles)
-}
-
-/// Spawns the fluid, along the Z-curve if rows are to be kept in its order, and says how many there are.
-fn spawn_fluid(
-    world: &mut World,
-    scene: &Scene,
-    material: &Material,
-) -> Result<usize, InstallError> {
-    let seeds = shapes::fluid_particles(scene);
-    let mut order: Vec<z_curve::Handle> = (0..seeds.len() as u32).map(|row| (0, row)).collect();
-    let points: Vec<_> = seeds.iter().map(|seed| seed.position.extend(0.0)).collect();
-    let execution = world.resource::<Execution>().clone();
-    // What could not be indexed in the first step is refused before it.
-    index::build(scene)
-        .rebuild(&points, &execution)
-        .map_err(InstallError::Fluid)?;
-    if scene.reorder_interval > 0 {
-        z_curve::sort_handles(&points, index::build(scene).grid(), &execution, &mut order);
-    }
-    let density = Density(material.rest_density);
-    world.spawn_batch(order.into_iter().map(|(_, row)| {
-        let seed = &seeds[row as usize];
-        (
-            particle::Fluid,
-            Position(seed.position),
-            Velocity(seed.velocity),
-            density,
-            particle::Pressure(0.0),
-        )
-    }));
-    Ok(seeds.len())
+    schedules.add(world);
+    Ok(())
 }
 
 fn insert_step_resources(world: &mut World, scene: &Scene, material: &Material) {
@@ -204,6 +202,7 @@ fn insert_step_resources(world: &mut World, scene: &Scene, material: &Material) 
     world.init_resource::<StepOutcome>();
     world.init_resource::<Motion>();
     world.init_resource::<PressureSolve>();
+    world.init_resource::<Rows>();
     world.init_resource::<Positions>();
     world.init_resource::<PredictedPositions>();
     world.init_resource::<Velocities>();
@@ -211,35 +210,6 @@ fn insert_step_resources(world: &mut World, scene: &Scene, material: &Material) 
     world.init_resource::<Pressures>();
     world.init_resource::<Accelerations>();
     world.init_resource::<PressureAccelerations>();
-}
-
-fn insert_boundary(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
-    if scene.boundaries.is_empty() {
-        return Ok(());
-    }
-    let sampled = boundary::sample(scene)?;
-    let execution = world.resource::<Execution>().clone();
-    let samples =
-        BoundarySamples::new(scene, &sampled, &execution).map_err(InstallError::Boundary)?;
-    let volumes: Vec<f32> = samples.points().iter().map(|sample| sample.w).collect();
-    world.spawn_batch(sampled.into_iter().zip(volumes).map(|(sample, volume)| {
-        (
-            Boundary,
-            Position(sample.position),
-            BoundaryNormal(sample.normal),
-            BoundaryVolume(volume),
-        )
-    }));
-    world.insert_resource(samples);
-    world.init_resource::<WallSums>();
-    if let BoundaryHandling::DirectForcing(parameters) = scene.boundary_handling {
-        let direct = DirectForcing::new(parameters, world.resource::<Material>());
-        world.insert_resource(direct);
-    }
-    if scene.neighbours == Neighbours::Stored {
-        world.init_resource::<BoundaryNeighbours>();
-    }
-    Ok(())
 }
 
 fn insert_forces(world: &mut World, scene: &Scene) {
@@ -257,18 +227,58 @@ fn insert_forces(world: &mut World, scene: &Scene) {
     }
 }
 
-/// Takes one step of the scene that is installed in `world`. After an error the world holds the last good state.
+/// Takes one step of the scene that is installed in `world`. After an error the world holds the last good state. Fails,
+/// too, if no scene is installed, or if a panic that the host caught took a part of it away.
 ///
 /// Where its systems run one after the other ([`Executor`](crate::scene::Executor)) all of the step runs in the pool of the
 /// loops, which then wake no thread each; in a world with data that is bound to a thread it runs on the thread that calls.
+///
+/// # Panics
+///
+/// If a system of the host's panics. The tables then hold the last good state, and the next step can be taken: the state
+/// before the step or, where systems run beside each other, that after it, since the engine's own go on to the end.
 pub fn take_step(world: &mut World) -> Result<StepReport, StepError> {
+    if let Some(reason) = what_is_missing(world) {
+        let clock = world.get_resource::<Clock>().copied().unwrap_or_default();
+        return Err(StepError {
+            step: clock.step + 1,
+            time: clock.time,
+            particle: None,
+            cause: FailureCause::NotInstalled { reason },
+        });
+    }
     if world.contains_resource::<InTurn>() && world.storages().non_sends.is_empty() {
         let execution = world.resource::<Execution>().clone();
-        execution.install(|| world.run_schedule(Step));
+        execution.install(|| run_step(world));
     } else {
-        world.run_schedule(Step);
+        run_step(world);
     }
     world.resource::<StepOutcome>().0.clone()
+}
+
+/// Runs the schedule of the step. If a system panics, the schedule is put back before the panic goes on.
+fn run_step(world: &mut World) {
+    let ran = world.try_schedule_scope(Step, |world, step| {
+        catch_unwind(AssertUnwindSafe(|| step.run(world)))
+    });
+    if let Ok(Err(panic)) = ran {
+        resume_unwind(panic);
+    }
+}
+
+/// Why no step can be taken in this world, if none can.
+fn what_is_missing(world: &World) -> Option<&'static str> {
+    let Some(labels) = world.get_resource::<Labels>() else {
+        return Some("no scene is installed in this world; call `install` first");
+    };
+    let schedules = world.get_resource::<Schedules>();
+    let present = |label| schedules.is_some_and(|schedules| schedules.contains(label));
+    let all = labels.0.iter().all(|&label| present(label));
+    let lost = !all || !world.contains_resource::<Execution>();
+    lost.then_some(
+        "a panic or the host took a part of the scene out of the world; install it in a new one, and run steps by \
+         `take_step`, which keeps them through a panic",
+    )
 }
 
 /// A scene running in a world of its own.
@@ -297,10 +307,18 @@ impl Simulation {
 
     /// Takes one step that does not pass `until` [s]: the last before it is shortened, and ends there exactly.
     pub fn step_until(&mut self, until: f64) -> Result<StepReport, StepError> {
-        self.world.resource_mut::<Clock>().until = Some(until);
-        let report = self.step();
-        self.world.resource_mut::<Clock>().until = None;
-        report
+        self.set_until(Some(until));
+        // After a panic of a host's system the next step has its own length again.
+        let taken = catch_unwind(AssertUnwindSafe(|| self.step()));
+        self.set_until(None);
+        taken.unwrap_or_else(|panic| resume_unwind(panic))
+    }
+
+    fn set_until(&mut self, until: Option<f64>) {
+        // A host may have taken the clock away: then the step says so.
+        if let Some(mut clock) = self.world.get_resource_mut::<Clock>() {
+            clock.until = until;
+        }
     }
 
     /// Simulated time [s].

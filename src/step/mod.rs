@@ -1,14 +1,19 @@
 //! The step: its phases, its order, and the ways to run it.
 
 mod clock;
+mod executor;
 mod install;
+pub(crate) mod memory;
 mod order;
+mod order_check;
 mod phase;
 mod plan;
 mod report;
 mod schedule;
 mod stage;
+mod start;
 mod timer;
+mod warnings;
 
 pub use clock::{Clock, Failure};
 pub(crate) use install::check_order;
@@ -20,3 +25,4 @@ pub use report::{FailureCause, StepError, StepOutcome, StepReport};
 pub use schedule::Step;
 pub use stage::{Datum, Stage};
 pub use timer::PhaseTimer;
+pub use warnings::warnings;

@@ -5,7 +5,7 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 use super::stage::{Datum, Stage};
-use crate::scene::{Place, Scene, SceneError, TimeStep, read};
+use crate::scene::{Place, Scene, SceneError, read};
 
 /// An order file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -16,6 +16,9 @@ pub struct Order {
     /// Whether a stage may use what was current in an earlier step: an experiment, not an error.
     #[serde(default)]
     pub allow_stale: bool,
+    /// Stages that the scene has a use for and that shall not run: what they add is missing, then.
+    #[serde(default)]
+    pub leave_out: Vec<String>,
 }
 
 /// A line of an order file.
@@ -23,11 +26,15 @@ pub struct Order {
 pub enum OrderItem {
     /// A stage by its name.
     Run(String),
-    /// Stages that run in the first and then in every so-manieth step.
+    /// Stages that run in the first and then in every so-manieth step; and in one that finds other particles in the rows,
+    /// since a host spawned, despawned or tagged some.
     Every(u32, Vec<OrderItem>),
     /// Stages that run so many times in a row.
     Repeat(u32, Vec<OrderItem>),
 }
+
+/// Stages of a step at most: the time to build a schedule grows with the square of their number.
+pub(super) const MOST_STAGES: u64 = 256;
 
 /// Why an order is refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -82,9 +89,64 @@ pub enum OrderError {
         /// What is left over.
         datum: Datum,
     },
+    /// A stage uses what an earlier step left behind by row, and rows have moved since.
+    #[error(
+        "stage `{stage}` uses {datum} left over from an earlier step, and `reorder`, every {period} steps, gives the rows to \
+         other particles in between; run `{maker}` in every step or in every n-th, where n divides {period}, or set the \
+         scene's `reorder_interval` to 0"
+    )]
+    RowsMove {
+        /// The stage.
+        stage: &'static str,
+        /// What is left over.
+        datum: Datum,
+        /// The stage that makes it.
+        maker: &'static str,
+        /// Steps between two reorderings.
+        period: u64,
+    },
     /// No stage moves the particles.
     #[error("the order never runs `integrate`: time would stand still")]
     NeverIntegrates,
+    /// Time advances in some steps alone.
+    #[error(
+        "`integrate` is inside `Every({count}, …)`: it alone counts the steps, so after the first no step would be due; \
+         move it out of `Every`, or choose another `time_step`"
+    )]
+    WaitsForItself {
+        /// Every so-manieth step.
+        count: u64,
+    },
+    /// Nested `Every` multiply to more than a step's number.
+    #[error(
+        "the stages within nested `Every` would run in every {count}th step; at most {} is a count",
+        u32::MAX
+    )]
+    TooRare {
+        /// The product, or the largest number that can be told.
+        count: u64,
+    },
+    /// More stages than a schedule is meant for.
+    #[error("a step would run {count} stages; at most {MOST_STAGES} are possible, so repeat less")]
+    TooManyStages {
+        /// How many.
+        count: u64,
+    },
+    /// A stage that the scene has a use for is not in the order.
+    #[error(
+        "the order never runs `{stage}`, which the scene has a use for; add `Run(\"{stage}\")`, or say `leave_out: \
+         [\"{stage}\"]` if it shall be missing"
+    )]
+    LeavesOut {
+        /// The stage.
+        stage: &'static str,
+    },
+    /// A stage is run and left out.
+    #[error("the order runs `{stage}` and names it in `leave_out`; remove one")]
+    RunsAndLeavesOut {
+        /// The stage.
+        stage: &'static str,
+    },
 }
 
 fn suggestion(name: &str) -> String {
@@ -123,6 +185,7 @@ impl Order {
         Self::parse(include_str!("../../assets/orders/default.ron")).unwrap_or(Self {
             stages: Vec::new(),
             allow_stale: false,
+            leave_out: Vec::new(),
         })
     }
 
@@ -145,94 +208,27 @@ impl Order {
         })
     }
 
-    /// Checks that every stage the scene wants finds what it needs.
+    /// Checks that every stage the scene wants is there and finds what it needs.
     pub fn check(&self, scene: &Scene) -> Result<(), OrderError> {
-        let mut checker = Checker {
-            scene,
-            allow_stale: self.allow_stale,
-            current: Vec::new(),
-            made: Vec::new(),
-            integrates: false,
-        };
-        checker.items(&self.stages)?;
-        if checker.integrates {
-            Ok(())
-        } else {
-            Err(OrderError::NeverIntegrates)
+        super::order_check::check(self, scene)
+    }
+}
+
+impl OrderItem {
+    /// Stages that it runs in a step at most.
+    pub(super) fn stages(&self) -> u64 {
+        match self {
+            Self::Run(_) => 1,
+            Self::Every(_, items) => stages(items),
+            Self::Repeat(count, items) => u64::from(*count).saturating_mul(stages(items)),
         }
     }
 }
 
-/// What a step has made so far.
-struct Checker<'a> {
-    scene: &'a Scene,
-    allow_stale: bool,
-    current: Vec<Datum>,
-    made: Vec<Datum>,
-    integrates: bool,
-}
-
-impl Checker<'_> {
-    fn items(&mut self, items: &[OrderItem]) -> Result<(), OrderError> {
-        for item in items {
-            match item {
-                OrderItem::Run(name) => self.stage(Stage::find(name)?)?,
-                OrderItem::Every(0, _) => return Err(OrderError::ZeroCount { item: "Every" }),
-                OrderItem::Repeat(0, _) => return Err(OrderError::ZeroCount { item: "Repeat" }),
-                OrderItem::Repeat(count, items) => {
-                    (0..*count).try_for_each(|_| self.items(items))?
-                }
-                OrderItem::Every(count, items) => {
-                    let before = self.current.clone();
-                    self.items(items)?;
-                    if *count > 1 {
-                        // In the steps between, what these stages make is left over.
-                        self.current.retain(|datum| before.contains(datum));
-                    }
-                }
-            }
-        }
-        Ok(())
-    }
-
-    fn stage(&mut self, stage: &'static Stage) -> Result<(), OrderError> {
-        if !(stage.wanted)(self.scene) {
-            return Ok(());
-        }
-        for &datum in stage.needs {
-            let exists = self.made.contains(&datum);
-            // What no stage makes in this scene (lists, where neighbours are recomputed) nobody lacks.
-            let Some(maker) = Stage::ALL
-                .iter()
-                .find(|s| s.makes.contains(&datum) && (s.wanted)(self.scene))
-            else {
-                continue;
-            };
-            let usable = self.current.contains(&datum) || exists && self.allow_stale;
-            if !usable {
-                let (stage, maker) = (stage.name, maker.name);
-                return Err(OrderError::Lacks {
-                    stage,
-                    datum,
-                    maker,
-                    stale: exists,
-                });
-            }
-            if !self.current.contains(&datum)
-                && matches!(self.scene.time_step, TimeStep::Adaptive(_))
-            {
-                let stage = stage.name;
-                return Err(OrderError::CannotGoBack { stage, datum });
-            }
-        }
-        if stage.spoils_all {
-            self.integrates |= stage.name == "integrate";
-            self.current.clear();
-        }
-        self.current.extend(stage.makes);
-        self.made.extend(stage.makes);
-        Ok(())
-    }
+/// Stages that `items` run in a step at most.
+pub(super) fn stages(items: &[OrderItem]) -> u64 {
+    let counts = items.iter().map(OrderItem::stages);
+    counts.fold(0, u64::saturating_add)
 }
 
 #[cfg(test)]
@@ -295,8 +291,8 @@ mod tests {
 
     #[test]
     fn stale_data_is_an_experiment_that_must_be_asked_for() {
-        let order = r#"(stages: [Run("rebuild_index"), Every(2, [Run("find_neighbours")]), Run("density"), Run("gravity"),
-            Run("viscosity"), Run("pressure"), Run("integrate")]"#;
+        let order = r#"(leave_out: ["reorder"], stages: [Run("rebuild_index"), Every(2, [Run("find_neighbours")]), Run("density"),
+            Run("gravity"), Run("viscosity"), Run("pressure"), Run("integrate")]"#;
         let error = check(&format!("{order})")).expect_err("stale lists");
         assert!(
             error.contains("left over") && error.contains("allow_stale"),

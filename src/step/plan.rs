@@ -1,21 +1,23 @@
-//! What a scene would run, without running it.
+//! What a scene would run, without running it, and without memory for its particles.
 
-use glam::Vec4;
+use glam::{DVec3, Vec3};
 
 use super::{
     install::{InstallError, order_of},
+    memory,
     phase::Phase,
     schedule::planned,
+    warnings,
 };
 use crate::{
-    boundary,
-    execution::Execution,
-    index,
+    boundary, index,
     material::Material,
-    pressure::warm_start,
-    scene::{IndexStructure, Neighbours, PressureMethod, Scene, TimeStep, shapes},
-    time_step::{self, adaptive, roll_back::KEPT_BYTES},
+    scene::{Scene, TimeStep, shapes},
+    time_step::{self, adaptive},
 };
+
+/// Candidates up to which a mesh is sampled to know how many particles it has: 30 MB.
+const FEW_CANDIDATES: f64 = 5e5;
 
 /// The plan of a scene.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,6 +26,12 @@ pub struct Plan {
     pub particles: usize,
     /// Boundary particles.
     pub boundary_particles: usize,
+    /// Whether that is an estimate: meshes with many particles are not sampled for a plan.
+    pub boundary_is_estimate: bool,
+    /// The box around the fluid at the start [m].
+    pub fluid_box: (Vec3, Vec3),
+    /// The box around fluid and boundaries [m].
+    pub whole_box: (Vec3, Vec3),
     /// Support radius h [m].
     pub support_radius: f32,
     /// Mass of a particle [kg; kg/m in 2-D].
@@ -38,152 +46,71 @@ pub struct Plan {
     pub time_step_limits: Vec<(String, f32)>,
     /// Neighbours of a particle within the fluid.
     pub expected_neighbours: f32,
+    /// Steps until the scene's end, if all are as long as the limits at the fastest fall allow.
+    pub expected_steps: f64,
+    /// Memory that the run takes at most, tables of a dense index included [bytes].
+    pub memory: f64,
+    /// What is allowed, but looks like a slip.
+    pub warnings: Vec<String>,
 }
 
-/// Plans a scene.
+/// Plans a scene. Refuses what [`install`](super::install) would refuse.
 pub fn plan(scene: &Scene) -> Result<Plan, InstallError> {
+    let size = scene.checked_size()?;
     let order = order_of(scene)?;
+    let need = memory::check(scene, &size)?;
     let material = Material::new(scene);
-    let seeds = shapes::fluid_particles(scene);
-    let samples = boundary::sample(scene)?;
-    // What a run would refuse, a plan refuses.
-    let execution = Execution::new(1)?;
-    let index = |positions: Vec<Vec4>| index::build(scene).rebuild(&positions, &execution);
-    index(seeds.iter().map(|seed| seed.position.extend(0.0)).collect())
-        .map_err(InstallError::Fluid)?;
-    index(
-        samples
-            .iter()
-            .map(|sample| sample.position.extend(0.0))
-            .collect(),
-    )
-    .map_err(InstallError::Boundary)?;
-    let expected_neighbours = material
-        .kernel
-        .lattice(scene.dimension, scene.spacing)
-        .count() as f32
-        - 1.0;
+    let (mut particles, mut low, mut high) = (0, Vec3::INFINITY, Vec3::NEG_INFINITY);
+    shapes::for_each_particle(scene, |seed| {
+        particles += 1;
+        (low, high) = (low.min(seed.position), high.max(seed.position));
+    });
+    index::table_bytes(scene, low.as_dvec3(), high.as_dvec3()).map_err(InstallError::Fluid)?;
+    let is_exact = size.boundary == 0.0 || size.candidates <= FEW_CANDIDATES;
+    let mut boundary_particles = size.boundary as usize;
+    if is_exact {
+        boundary_particles = 0;
+        boundary::for_each_sample(scene, &mut |_| boundary_particles += 1)?;
+    }
+    let expected_neighbours = memory::expected_neighbours(scene, &material);
+    let limits = time_step_limits(scene, low, high);
+    let single = |(low, high): (DVec3, DVec3)| (low.as_vec3(), high.as_vec3());
     Ok(Plan {
-        particles: seeds.len(),
-        boundary_particles: samples.len(),
+        particles,
+        boundary_particles,
+        boundary_is_estimate: !is_exact,
+        fluid_box: (low, high),
+        whole_box: single(size.whole_box),
         support_radius: scene.support_radius(),
         particle_mass: material.particle_mass,
         phases: planned(&order, scene),
-        bytes_per_particle: bytes_per_particle(scene, expected_neighbours),
-        bytes_per_boundary_particle: bytes_per_boundary_particle(scene),
-        time_step_limits: time_step_limits(
-            scene,
-            seeds.iter().map(|seed| seed.position.to_array()),
-        ),
+        bytes_per_particle: memory::bytes_per_particle(scene, expected_neighbours),
+        bytes_per_boundary_particle: memory::bytes_per_boundary_particle(scene),
+        expected_steps: f64::from(scene.duration) / f64::from(expected_step(scene, &limits)),
+        time_step_limits: limits,
         expected_neighbours,
+        memory: need.most,
+        warnings: warnings::of_size(scene, &size),
     })
 }
 
-fn bytes_per_particle(scene: &Scene, neighbours: f32) -> Vec<(String, f64)> {
-    let mut bytes = vec![
-        // Four columns of 32 bytes, 8 bytes of change ticks each, and the entity's own entries.
-        (
-            "tables: position, velocity, density, pressure".to_owned(),
-            32.0 + 4.0 * 8.0 + 24.0,
-        ),
-        (
-            "packed columns and accelerations".to_owned(),
-            2.0 * 16.0 + 2.0 * 4.0 + 2.0 * 12.0,
-        ),
-        ("spatial index".to_owned(), index_bytes(scene)),
-    ];
-    if scene.neighbours == Neighbours::Stored {
-        let lists = if scene.boundaries.is_empty() {
-            1.0
-        } else {
-            2.0
-        };
-        bytes.push((
-            "neighbour lists".to_owned(),
-            f64::from(neighbours) * 4.0 * 1.01 + 6.0 * lists,
-        ));
-        // Filled up to whole vectors, half of one on average.
-        bytes.push((
-            "slopes of the kernel".to_owned(),
-            (f64::from(neighbours) + 4.0) * 4.0 * 9.0 / 8.0,
-        ));
+/// The time step at the fastest fall [s].
+fn expected_step(scene: &Scene, limits: &[(String, f32)]) -> f32 {
+    let least = limits
+        .iter()
+        .map(|limit| limit.1)
+        .fold(f32::INFINITY, f32::min);
+    match scene.time_step {
+        TimeStep::Fixed(dt) => dt,
+        TimeStep::Cfl(cfl) => least.clamp(cfl.min, cfl.max),
+        TimeStep::Adaptive(scheme) => least.clamp(scheme.min, scheme.max),
     }
-    if !scene.boundaries.is_empty() {
-        bytes.push(("sums over the walls".to_owned(), 16.0));
-    }
-    if let TimeStep::Adaptive(_) = scene.time_step {
-        bytes.push(("state to go back to".to_owned(), KEPT_BYTES as f64));
-    }
-    if warm_start::starts_from_means(scene) {
-        // A column with its change ticks, packed once; and once more to go back to.
-        let kept = if let TimeStep::Adaptive(_) = scene.time_step {
-            4.0
-        } else {
-            0.0
-        };
-        bytes.push(("mean pressures".to_owned(), 4.0 + 8.0 + 4.0 + kept));
-    }
-    match scene.pressure {
-        PressureMethod::Sesph(_) => {}
-        PressureMethod::Pcisph(_) => {
-            bytes.push((
-                "predicted positions and densities, responses".to_owned(),
-                24.0,
-            ));
-        }
-        PressureMethod::Iisph(_) => {
-            bytes.push((
-                "predicted velocities, rates, responses, terms".to_owned(),
-                32.0,
-            ));
-        }
-        PressureMethod::Dfsph(_) => bytes.push((
-            "predicted velocities, rates, responses, terms, impulses, numbers of neighbours"
-                .to_owned(),
-            44.0,
-        )),
-    }
-    bytes
-}
-
-/// What the scene's spatial index takes, measured with eight particles a cell [bytes a particle]; the dense structures
-/// take 4 bytes more for every empty cell of the box, spatial hashing two hash cells of 1.5 times a full cell.
-fn index_bytes(scene: &Scene) -> f64 {
-    match scene.index.structure {
-        IndexStructure::UniformGrid => 25.0,
-        IndexStructure::IndexSort => 37.0,
-        IndexStructure::ZIndexSort => 33.0,
-        IndexStructure::SpatialHashing => 216.0,
-        IndexStructure::CompactHashing => 77.0,
-        IndexStructure::BruteForce => 16.0,
-    }
-}
-
-fn bytes_per_boundary_particle(scene: &Scene) -> Vec<(String, f64)> {
-    vec![
-        // Three columns of 28 bytes, 8 bytes of change ticks each, and the entity's own entries.
-        (
-            "tables: position, normal, volume".to_owned(),
-            28.0 + 3.0 * 8.0 + 24.0,
-        ),
-        ("packed positions and normals".to_owned(), 16.0 + 12.0),
-        ("spatial index".to_owned(), index_bytes(scene)),
-    ]
 }
 
 /// Limits at the fastest that this scene's water can get by falling through its whole height.
-fn time_step_limits(
-    scene: &Scene,
-    positions: impl Iterator<Item = [f32; 3]>,
-) -> Vec<(String, f32)> {
-    let along = scene.gravity.normalize_or_zero();
-    let heights = positions.map(|x| -along.dot(x.into()));
-    let (low, high) = heights.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), x| {
-        (low.min(x), high.max(x))
-    });
+fn time_step_limits(scene: &Scene, low: Vec3, high: Vec3) -> Vec<(String, f32)> {
     let gravity = scene.gravity.length();
-    let start = scene.max_initial_speed();
-    let fall = (2.0 * gravity * (high - low).max(0.0) + start * start).sqrt();
+    let fall = warnings::fall(scene, low, high);
     let h = scene.support_radius();
     let [speed, force] = match scene.time_step {
         TimeStep::Cfl(cfl) => time_step::motion_limits(cfl.factor, h, fall, gravity),

@@ -70,6 +70,45 @@ pub struct StepError {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum FailureCause {
+    /// The world holds no scene that steps can be taken of.
+    #[error("{reason}")]
+    NotInstalled {
+        /// What is missing, and what brings it back.
+        reason: &'static str,
+    },
+    /// The time step that a host chose is none.
+    #[error("the time step is {dt:e} s; `Clock::next_dt` must be finite and above 0")]
+    TimeStep {
+        /// The time step [s].
+        dt: f32,
+    },
+    /// Particles lack a component that every fluid particle has.
+    #[error(
+        "a fluid particle lacks the component `{component}`{}; insert it again, or remove `Fluid` from what is no particle",
+        others(*.particles)
+    )]
+    LacksComponent {
+        /// Name of the component.
+        component: &'static str,
+        /// Particles in the same table, which all lack it.
+        particles: usize,
+    },
+    /// Particles came, went or moved to another table while the step was computed.
+    #[error(
+        "a system spawned, despawned or tagged fluid particles in the middle of the step, which had {before} and would write          to {now}; order it before `Phase::RebuildIndex` or after `Phase::Integrate`, or do it between steps"
+    )]
+    ParticlesChanged {
+        /// Particles at the start of the step.
+        before: usize,
+        /// Particles at its end.
+        now: usize,
+    },
+    /// A value that the step starts from is so large that its square is not finite.
+    #[error("{quantity} is beyond 1e17 at the start of the step; a host wrote it")]
+    TooLarge {
+        /// Which quantity.
+        quantity: &'static str,
+    },
     /// A position, velocity or density is not a number or infinite.
     #[error("{quantity} is not finite")]
     NotFinite {
@@ -122,6 +161,14 @@ pub enum FailureCause {
     /// The step met a shock, and the time step could not be made smaller (`time_step: Adaptive` only).
     #[error("shock: {0}")]
     Shock(Shock),
+}
+
+/// As many particles of one table lack the same.
+fn others(particles: usize) -> String {
+    match particles {
+        0 | 1 => String::new(),
+        more => format!(", and so do {} others", more - 1),
+    }
 }
 
 fn place(particle: &Option<(Entity, Vec3)>) -> String {

@@ -3,7 +3,7 @@
 use bevy_ecs::{
     prelude::*,
     schedule::{
-        Chain, LogLevel, MultiThreadedExecutor, ScheduleBuildSettings, ScheduleConfigs,
+        Chain, InternedScheduleLabel, LogLevel, ScheduleBuildSettings, ScheduleConfigs,
         ScheduleLabel, SingleThreadedExecutor,
     },
     system::ScheduleSystem,
@@ -11,15 +11,17 @@ use bevy_ecs::{
 
 use super::{
     clock::{self, Clock, healthy},
+    executor::StepExecutor,
     install::InstallError,
-    order::{Order, OrderItem},
+    order::{Order, OrderItem, stages},
     phase::Phase,
     report::finish,
     stage::{Datum, Stage},
     timer::{start_timer, stop_watch},
 };
 use crate::{
-    execution::{Execution, start_task_threads},
+    column::Rows,
+    execution::start_task_threads,
     pressure::{
         dfsph::{self, DivergenceIteration},
         first_force, iisph, pcisph, pressure_force,
@@ -44,13 +46,41 @@ pub(super) struct InTurn;
 /// times as long so as in the pool with 1 000 particles, 1.25 times with 8 000, 1.025 times with 130 000.
 const PARALLEL_FROM: usize = 30_000;
 
-/// Adds the schedules of `order` for `scene` to the world.
-pub(super) fn add_schedules(
+/// The schedules of a scene, built and not yet in the world.
+pub(super) struct Built {
+    schedules: Vec<Schedule>,
+    in_turn: bool,
+    sums_first_force: bool,
+}
+
+/// The labels of the schedules that a step needs. A panic within one of them can lose it.
+#[derive(Resource, Debug)]
+pub(super) struct Labels(pub(super) Vec<InternedScheduleLabel>);
+
+impl Built {
+    /// Adds the schedules, and what they need, to the world.
+    pub(super) fn add(self, world: &mut World) {
+        if self.in_turn {
+            world.insert_resource(InTurn);
+        }
+        if self.sums_first_force {
+            first_force::install(world);
+        }
+        world.insert_resource(Labels(self.schedules.iter().map(Schedule::label).collect()));
+        self.schedules
+            .into_iter()
+            .for_each(|schedule| world.add_schedule(schedule));
+    }
+}
+
+/// Builds the schedules of `order` for `scene`. The world learns of their components and holds nothing new.
+pub(super) fn build_schedules(
     world: &mut World,
     scene: &Scene,
     order: &Order,
     particles: usize,
-) -> Result<(), InstallError> {
+    threads: usize,
+) -> Result<Built, InstallError> {
     let mut step = Schedule::new(Step);
     let parallel = match scene.executor {
         Executor::Auto => particles >= PARALLEL_FROM,
@@ -58,16 +88,9 @@ pub(super) fn add_schedules(
         Executor::SingleThreaded => false,
     };
     if parallel {
-        let threads = world.resource::<Execution>().threads();
         start_task_threads(threads).map_err(InstallError::TaskThreads)?;
-        step.set_executor(MultiThreadedExecutor::new());
-    } else {
-        step.set_executor(SingleThreadedExecutor::new());
-        world.insert_resource(InTurn);
     }
-    if first_force::is_possible(scene) && follows_viscosity(&order.stages, scene) {
-        first_force::install(world);
-    }
+    step.set_executor(StepExecutor::new(parallel));
     let mut configs = vec![(clock::begin, start_timer).chain()];
     add_stages(&order.stages, scene, None, &mut configs);
     configs.push(clock::name_the_particle.in_set(Phase::Observe));
@@ -91,31 +114,48 @@ pub(super) fn add_schedules(
     step.add_systems(chain(configs));
     step.initialize(world)
         .map_err(|error| InstallError::Schedule(error.to_string(step.graph(), world)))?;
-    world.add_schedule(step);
-
+    let mut schedules = vec![step];
+    let mut add = |schedule: Result<Schedule, InstallError>| -> Result<(), InstallError> {
+        schedules.push(schedule?);
+        Ok(())
+    };
     match scene.pressure {
         PressureMethod::Sesph(_) => {}
         PressureMethod::Pcisph(parameters) => {
-            add_iteration(world, PressureIteration, pcisph::iteration(scene))?;
+            add(iteration(
+                world,
+                PressureIteration,
+                pcisph::iteration(scene),
+            ))?;
             if parameters.last_correction {
-                add_iteration(world, LastCorrection, pressure_force.into_configs())?;
+                add(iteration(
+                    world,
+                    LastCorrection,
+                    pressure_force.into_configs(),
+                ))?;
             }
         }
-        PressureMethod::Iisph(_) => add_iteration(world, PressureIteration, iisph::iteration())?,
+        PressureMethod::Iisph(_) => add(iteration(world, PressureIteration, iisph::iteration()))?,
         PressureMethod::Dfsph(_) => {
-            add_iteration(world, DivergenceIteration, dfsph::divergence_iteration())?;
-            add_iteration(world, PressureIteration, dfsph::iteration())?;
+            let divergence = dfsph::divergence_iteration();
+            add(iteration(world, DivergenceIteration, divergence))?;
+            add(iteration(world, PressureIteration, dfsph::iteration()))?;
         }
     }
-    Ok(())
+    Ok(Built {
+        schedules,
+        in_turn: !parallel,
+        sums_first_force: first_force::is_possible(scene)
+            && follows_viscosity(&order.stages, scene),
+    })
 }
 
-/// Adds the schedule of one iteration of a pressure method.
-fn add_iteration(
+/// The schedule of one iteration of a pressure method.
+fn iteration(
     world: &mut World,
     label: impl ScheduleLabel,
     systems: ScheduleConfigs<ScheduleSystem>,
-) -> Result<(), InstallError> {
+) -> Result<Schedule, InstallError> {
     let mut iteration = Schedule::new(label);
     iteration
         .set_executor(SingleThreadedExecutor::new())
@@ -124,8 +164,7 @@ fn add_iteration(
     iteration
         .initialize(world)
         .map_err(|error| InstallError::Schedule(error.to_string(iteration.graph(), world)))?;
-    world.add_schedule(iteration);
-    Ok(())
+    Ok(iteration)
 }
 
 /// Two systems that want the same data without an order between them are an error.
@@ -164,8 +203,9 @@ fn add_stages(
                 }
                 let mut systems = (stage.systems)(scene).in_set(stage.phase).run_if(healthy);
                 if let Some(count) = every {
-                    systems =
-                        systems.run_if(move |clock: Res<Clock>| clock.step.is_multiple_of(count));
+                    systems = systems.run_if(move |clock: Res<Clock>, rows: Res<Rows>| {
+                        clock.step.is_multiple_of(count) || rows.changed
+                    });
                 }
                 configs.push(systems);
                 configs.push(stop_watch(stage.phase).in_set(stage.phase));
@@ -175,10 +215,11 @@ fn add_stages(
                 add_stages(
                     items,
                     scene,
-                    Some(every.map_or(count, |outer| outer * count)),
+                    Some(every.map_or(count, |outer| outer.saturating_mul(count))),
                     configs,
                 );
             }
+            OrderItem::Repeat(_, items) if stages(items) == 0 => {}
             OrderItem::Repeat(count, items) => {
                 (0..*count).for_each(|_| add_stages(items, scene, every, configs))
             }
@@ -227,6 +268,7 @@ fn visited(items: &[OrderItem], scene: &Scene, phases: &mut Vec<Phase>) {
                 );
             }
             OrderItem::Every(_, items) => visited(items, scene, phases),
+            OrderItem::Repeat(_, items) if stages(items) == 0 => {}
             OrderItem::Repeat(count, items) => {
                 (0..(*count).min(2)).for_each(|_| visited(items, scene, phases));
             }
@@ -234,34 +276,47 @@ fn visited(items: &[OrderItem], scene: &Scene, phases: &mut Vec<Phase>) {
     }
 }
 
-/// The stages of `order` that `scene` wants, by phase.
+/// The stages of `order` that `scene` wants, by phase, in the order in which they run. A group of one stage is written
+/// `every 2 steps: a`, a longer one `every 2 steps { a` to `b }`, over as many phases as it goes through.
 pub(super) fn planned(order: &Order, scene: &Scene) -> Vec<(Phase, Vec<String>)> {
-    fn walk(items: &[OrderItem], scene: &Scene, prefix: &str, out: &mut Vec<(Phase, Vec<String>)>) {
-        for item in items {
-            match item {
-                OrderItem::Run(name) => {
-                    let Some(stage) = Stage::ALL.iter().find(|stage| stage.name == name) else {
-                        continue;
-                    };
-                    if !(stage.wanted)(scene) {
-                        continue;
-                    }
-                    let line = format!("{prefix}{name}");
-                    match out.last_mut() {
-                        Some((phase, names)) if *phase == stage.phase => names.push(line),
-                        _ => out.push((stage.phase, vec![line])),
-                    }
-                }
-                OrderItem::Every(count, items) => {
-                    walk(items, scene, &format!("{prefix}every {count} steps: "), out);
-                }
-                OrderItem::Repeat(count, items) => {
-                    walk(items, scene, &format!("{prefix}{count} times: "), out)
-                }
-            }
+    let mut lines = Vec::new();
+    for item in &order.stages {
+        lines.append(&mut lines_of(item, scene));
+    }
+    let mut out: Vec<(Phase, Vec<String>)> = Vec::new();
+    for (phase, line) in lines {
+        match out.last_mut() {
+            Some((last, lines)) if *last == phase => lines.push(line),
+            _ => out.push((phase, vec![line])),
         }
     }
-    let mut out = Vec::new();
-    walk(&order.stages, scene, "", &mut out);
     out
+}
+
+fn lines_of(item: &OrderItem, scene: &Scene) -> Vec<(Phase, String)> {
+    let (group, items) = match item {
+        OrderItem::Run(name) => {
+            let stage = Stage::ALL.iter().find(|stage| stage.name == name);
+            let wanted = stage.filter(|stage| (stage.wanted)(scene));
+            return wanted
+                .map(|stage| (stage.phase, name.clone()))
+                .into_iter()
+                .collect();
+        }
+        OrderItem::Every(count, items) => (format!("every {count} steps"), items),
+        OrderItem::Repeat(count, items) => (format!("{count} times"), items),
+    };
+    let mut lines: Vec<_> = items
+        .iter()
+        .flat_map(|item| lines_of(item, scene))
+        .collect();
+    match lines.as_mut_slice() {
+        [] => {}
+        [(_, only)] => *only = format!("{group}: {only}"),
+        [(_, first), .., (_, last)] => {
+            *first = format!("{group} {{ {first}");
+            last.push_str(" }");
+        }
+    }
+    lines
 }

@@ -60,7 +60,7 @@ impl Stage {
             spoils_all: false,
             wanted: |_| true,
             systems: |scene| {
-                let gather = column::gather_columns.into_configs();
+                let gather = (column::check_components, column::gather_columns).chain();
                 let gather = if warm_start::starts_from_means(scene) {
                     (gather, warm_start::gather_mean_pressures).chain()
                 } else {
@@ -207,7 +207,7 @@ impl Stage {
             spoils_all: true,
             wanted: |_| true,
             systems: |scene| {
-                let guard = integrate::guard.into_configs();
+                let guard = (column::check_rows, integrate::guard).chain();
                 let scatter = column::scatter_columns.into_configs();
                 let scatter = if warm_start::starts_from_means(scene) {
                     (scatter, warm_start::scatter_mean_pressures).chain()

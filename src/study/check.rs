@@ -5,8 +5,12 @@ use std::path::Path;
 
 use super::{Chart, Measure, Reference, Rows, Span, Start, Study, StudyError};
 use crate::input::read_text;
+use crate::memory;
 use crate::scene::{Override, Place, Scene, SceneError, place_of, read, unknown_name};
-use crate::step::{InstallError, check_order};
+use crate::step::{InstallError, check_order, memory::need};
+
+/// More turns than anybody waits for; each is kept until the end.
+const MOST_BLOCKS: u32 = 10_000;
 
 /// A study with everything it names read and checked.
 #[derive(Debug, Clone)]
@@ -95,7 +99,39 @@ impl Checker<'_> {
         let reference = self.reference()?;
         let cases = self.cases()?;
         self.check_references(&cases, &reference)?;
+        self.check_memory(&cases)?;
         Ok((cases, reference))
+    }
+
+    /// The worlds of all variants of a case are there at a time, so that they can take turns.
+    fn check_memory(&self, cases: &[PlannedCase]) -> Result<(), StudyError> {
+        let machine = memory::of_machine() as f64;
+        for (k, case) in cases.iter().enumerate() {
+            let mut needed = 0.0;
+            for variant in &case.variants {
+                let size = variant.scene.checked_size()?;
+                match need(&variant.scene, &size) {
+                    Ok(need) => needed += need.most,
+                    Err(error) => return self.refuse("variants", error.to_string()),
+                }
+            }
+            if needed > machine {
+                let path = if case.name.is_empty() {
+                    "variants".to_owned()
+                } else {
+                    format!("cases.{k}")
+                };
+                let message = format!(
+                    "its {} variants are in memory at a time and need about {}, and there are {}; use fewer, or \
+                     `set: [\"spacing=…\"]` with a larger spacing",
+                    case.variants.len(),
+                    memory::in_words(needed),
+                    memory::in_words(machine)
+                );
+                return self.refuse(&path, message);
+            }
+        }
+        Ok(())
     }
 
     fn refuse<T>(&self, path: &str, message: impl Into<String>) -> Result<T, StudyError> {
@@ -107,8 +143,12 @@ impl Checker<'_> {
 
     fn check_numbers(&self) -> Result<(), StudyError> {
         let study = self.study;
-        if study.blocks == 0 {
-            return self.refuse("blocks", "`blocks` is 0; it must be at least 1");
+        if !(1..=MOST_BLOCKS).contains(&study.blocks) {
+            let message = format!(
+                "`blocks` is {}; it must be at least 1 and at most {MOST_BLOCKS} (5 is usual)",
+                study.blocks
+            );
+            return self.refuse("blocks", message);
         }
         self.check_span("block", study.block, false)?;
         self.check_span("warm_up", study.warm_up, true)?;

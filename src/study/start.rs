@@ -10,7 +10,7 @@ use glam::Vec3;
 
 use super::Rows;
 use crate::{
-    particle::{Fluid, Position, Velocity},
+    particle::{Fluid, ParticleId, Position, Velocity},
     reorder::{ReorderState, reorder},
     scene::shapes::split_mix,
 };
@@ -22,13 +22,12 @@ pub(super) struct State(Vec<(Vec3, Vec3)>);
 impl State {
     /// The state of a world's fluid.
     pub(super) fn of(world: &mut World) -> Self {
-        let mut fluid = world.query_filtered::<(Entity, &Position, &Velocity), With<Fluid>>();
+        let mut fluid = world.query_filtered::<(&ParticleId, &Position, &Velocity), With<Fluid>>();
         let mut particles: Vec<_> = fluid
             .iter(world)
-            .map(|(entity, x, v)| (entity, (x.0, v.0)))
+            .map(|(id, x, v)| (*id, (x.0, v.0)))
             .collect();
-        // Bevy orders entities the other way round.
-        particles.sort_unstable_by_key(|particle| particle.0.index_u32());
+        particles.sort_unstable_by_key(|particle| particle.0);
         Self(particles.into_iter().map(|particle| particle.1).collect())
     }
 

@@ -74,6 +74,18 @@ pub fn constant_limits(scene: &Scene) -> Vec<Limit> {
     limits
 }
 
+/// Limits that a run is under from its first step on: those that never change, gravity, and the speed at the start, with
+/// which nothing may move more than h/2.
+pub(crate) fn certain_limits(scene: &Scene) -> Vec<Limit> {
+    let h = scene.support_radius();
+    let mut limits = constant_limits(scene);
+    let [speed, force] = motion_limits(0.5, h, scene.max_initial_speed(), scene.gravity.length());
+    limits.push(("gravity", force.1));
+    limits.push(("the speed at the start", speed.1));
+    limits.retain(|limit| limit.1.is_finite());
+    limits
+}
+
 fn constant_limit(scene: &Scene) -> f32 {
     let limits = constant_limits(scene);
     limits

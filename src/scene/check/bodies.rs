@@ -108,9 +108,26 @@ pub(super) fn places(scene: &Scene, meshes: &[Option<Mesh>]) -> Checked {
         clear_of_obstacles(scene, meshes, &body)?;
         bodies.push(body);
     }
-    for (index, second) in bodies.iter().enumerate() {
-        for (other, first) in bodies[..index].iter().enumerate() {
-            apart(first, other, second, spacing)?;
+    all_apart(&bodies, spacing)
+}
+
+/// No two bodies overlap. Along the axis on which the bodies are spread most, each is held against those only that begin
+/// before it ends.
+fn all_apart(bodies: &[Particles], spacing: f64) -> Checked {
+    let middles = bodies.iter().map(|body| 0.5 * (body.min + body.max));
+    let mean = middles.clone().sum::<DVec3>() / bodies.len().max(1) as f64;
+    let from_mean = middles.map(|middle| middle - mean);
+    let spread: DVec3 = from_mean.map(|from| from * from).sum();
+    let most = |best: usize, k: usize| if spread[k] > spread[best] { k } else { best };
+    let axis = (0..3).fold(0, most);
+    let mut order: Vec<usize> = (0..bodies.len()).collect();
+    order.sort_by(|&a, &b| bodies[a].min[axis].total_cmp(&bodies[b].min[axis]));
+    for (place, &body) in order.iter().enumerate() {
+        let end = bodies[body].max[axis] + 0.5 * spacing;
+        let later = order[place + 1..].iter();
+        for &other in later.take_while(|&&other| bodies[other].min[axis] <= end) {
+            let (first, second) = (body.min(other), body.max(other));
+            apart(&bodies[first], first, &bodies[second], spacing)?;
         }
     }
     Ok(())

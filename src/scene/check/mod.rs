@@ -1,11 +1,15 @@
 //! What a scene must fulfil before it runs. The first problem is reported: a later one is often its consequence.
 
 mod bodies;
+mod carried;
 mod numbers;
 mod size;
 mod solids;
+mod stability;
 
 use glam::Vec3;
+
+pub(crate) use size::Size;
 
 use super::{Dimension, Scene};
 
@@ -28,15 +32,20 @@ impl Problem {
 
 type Checked = Result<(), Problem>;
 
-/// From the single numbers to what they make together; each check relies on those before it.
-pub(super) fn check(scene: &Scene) -> Checked {
+/// From the single numbers to what they make together; each check relies on those before it. Says what room the scene
+/// needs.
+pub(super) fn check(scene: &Scene) -> Result<Size, Problem> {
     numbers::finite(scene)?;
     numbers::numbers(scene)?;
+    carried::mass(scene)?;
+    stability::least_time_step(scene)?;
     bodies::shapes(scene)?;
     solids::shapes(scene)?;
     let meshes = solids::meshes(scene)?;
-    size::count(scene, &meshes)?;
-    bodies::places(scene, &meshes)
+    let size = size::count(scene, &meshes)?;
+    carried::coordinates(scene, &meshes)?;
+    bodies::places(scene, &meshes)?;
+    Ok(size)
 }
 
 fn ensure(right: bool, path: impl Into<String>, message: impl FnOnce() -> String) -> Checked {

@@ -11,6 +11,9 @@ use crate::scene::{
     SurfaceTension, TimeStep, Viscosity,
 };
 
+/// Least cell edge in support radii: 41 cells across the support.
+const SMALLEST_CELL: f32 = 0.05;
+
 /// Every number of the scene is finite: asked of the written scene, so a field added later is asked, too.
 pub(super) fn finite(scene: &Scene) -> Checked {
     let text = options()
@@ -86,9 +89,14 @@ pub(super) fn numbers(scene: &Scene) -> Checked {
     }
     let cell_size = scene.index.cell_size;
     ensure(
-        cell_size > 0.0 && cell_size <= 1.0,
+        (SMALLEST_CELL..=1.0).contains(&cell_size),
         "index.cell_size",
-        || format!("the cell size is {cell_size} support radii; it must be above 0 and at most 1"),
+        || {
+            format!(
+                "the cell size is {cell_size} support radii; it must be at least {SMALLEST_CELL} (below, a search goes through \
+                 tens of thousands of cells around each) and at most 1, which is usual"
+            )
+        },
     )?;
     positive("limits.compression", scene.limits.compression, "")?;
     positive("duration", scene.duration, "s")?;

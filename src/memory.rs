@@ -1,0 +1,42 @@
+//! How much memory there is: what a run would need is held against it before anything is allocated.
+
+use std::sync::OnceLock;
+
+use sysinfo::{MemoryRefreshKind, System};
+
+/// Memory that the process may have [bytes]: the machine's, or less where a control group or the process' own limit
+/// (`ulimit -v`) says so. Where the system does not tell there is no limit.
+pub(crate) fn of_machine() -> u64 {
+    static BYTES: OnceLock<u64> = OnceLock::new();
+    *BYTES.get_or_init(|| {
+        let Ok(mut system) = System::new() else {
+            return of_process();
+        };
+        system.refresh_memory_specifics(MemoryRefreshKind::nothing().with_ram());
+        let known = |bytes: u64| if bytes == 0 { u64::MAX } else { bytes };
+        let group = system.cgroup_limits().map_or(0, |group| group.total_memory);
+        known(system.total_memory())
+            .min(known(group))
+            .min(of_process())
+    })
+}
+
+#[cfg(unix)]
+fn of_process() -> u64 {
+    use rustix::process::{Resource, getrlimit};
+    getrlimit(Resource::As).current.unwrap_or(u64::MAX)
+}
+
+#[cfg(not(unix))]
+fn of_process() -> u64 {
+    u64::MAX
+}
+
+/// A number of bytes in words.
+pub(crate) fn in_words(bytes: f64) -> String {
+    match bytes {
+        b if b >= 1e9 => format!("{:.1} GB", b / 1e9),
+        b if b >= 1e6 => format!("{:.0} MB", b / 1e6),
+        b => format!("{:.0} kB", (b / 1e3).ceil()),
+    }
+}

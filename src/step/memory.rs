@@ -1,0 +1,212 @@
+//! What a scene needs in memory, by what holds it, and whether the machine has it.
+
+use super::install::InstallError;
+use crate::{
+    index,
+    material::Material,
+    memory,
+    pressure::warm_start,
+    scene::{IndexStructure, Neighbours, PressureMethod, Scene, Size, TimeStep},
+    time_step::roll_back::KEPT_BYTES,
+};
+
+/// A candidate for a sample of a mesh, with its place in the lists of the front [bytes].
+const BYTES_A_CANDIDATE: f64 = 60.0;
+
+/// What a scene needs [bytes].
+pub(crate) struct Need {
+    /// While it runs.
+    running: f64,
+    /// While it is set up, if that is more.
+    pub(crate) most: f64,
+}
+
+/// Neighbours of a particle within the fluid.
+pub(super) fn expected_neighbours(scene: &Scene, material: &Material) -> f32 {
+    let lattice = material.kernel.lattice(scene.dimension, scene.spacing);
+    lattice.count() as f32 - 1.0
+}
+
+/// What a scene of this size needs. Fails if a dense index cannot cover it.
+pub(crate) fn need(scene: &Scene, size: &Size) -> Result<Need, InstallError> {
+    let material = Material::new(scene);
+    let sum = |bytes: Vec<(String, f64)>| bytes.iter().map(|(_, bytes)| bytes).sum::<f64>();
+    let a_particle = sum(bytes_per_particle(
+        scene,
+        expected_neighbours(scene, &material),
+    ));
+    let a_sample = sum(bytes_per_boundary_particle(scene));
+    let cells = |(low, high)| index::table_bytes(scene, low, high);
+    let mut tables = cells(size.fluid_box).map_err(InstallError::Fluid)?;
+    if !scene.boundaries.is_empty() {
+        tables += cells(size.whole_box).map_err(InstallError::Boundary)?;
+    }
+    let running = size.fluid * a_particle + size.boundary * a_sample + tables as f64;
+    let sampling = size.fluid * a_particle + size.boundary * a_sample;
+    let most = running.max(sampling + size.candidates * BYTES_A_CANDIDATE);
+    Ok(Need { running, most })
+}
+
+/// Refuses a scene for which there is not enough memory, before any is taken.
+pub(super) fn check(scene: &Scene, size: &Size) -> Result<Need, InstallError> {
+    let need = need(scene, size)?;
+    enough(scene, size, &need, memory::of_machine() as f64)?;
+    Ok(need)
+}
+
+fn enough(scene: &Scene, size: &Size, need: &Need, machine: f64) -> Result<(), InstallError> {
+    if need.most <= machine {
+        return Ok(());
+    }
+    let mut parts = vec![format!("{:.1} million fluid particles", size.fluid / 1e6)];
+    if size.boundary > 0.0 {
+        parts.push(format!(
+            "{:.1} million boundary particles",
+            size.boundary / 1e6
+        ));
+    }
+    if need.most > need.running {
+        let candidates = size.candidates / 1e6;
+        parts.push(format!(
+            "{candidates:.0} million candidates for the samples of a mesh"
+        ));
+    }
+    // Surfaces go with the square of the spacing, bodies with its cube: this is enough for both.
+    let better = f64::from(scene.spacing) * (1.2 * need.most / machine).sqrt();
+    Err(InstallError::Memory {
+        needed: memory::in_words(need.most),
+        machine: memory::in_words(machine),
+        parts: parts.join(", "),
+        better: format!("{better:.2e}"),
+    })
+}
+
+pub(super) fn bytes_per_particle(scene: &Scene, neighbours: f32) -> Vec<(String, f64)> {
+    let mut bytes = vec![
+        // Five columns of 36 bytes, 8 bytes of change ticks each, and the entity's own entries.
+        (
+            "tables: position, velocity, density, pressure, number".to_owned(),
+            36.0 + 5.0 * 8.0 + 24.0,
+        ),
+        (
+            "packed columns and accelerations, entities".to_owned(),
+            2.0 * 16.0 + 2.0 * 4.0 + 2.0 * 12.0 + 8.0,
+        ),
+        ("spatial index".to_owned(), index_bytes(scene)),
+    ];
+    if scene.neighbours == Neighbours::Stored {
+        let lists = if scene.boundaries.is_empty() {
+            1.0
+        } else {
+            2.0
+        };
+        bytes.push((
+            "neighbour lists".to_owned(),
+            f64::from(neighbours) * 4.0 * 1.01 + 6.0 * lists,
+        ));
+        // Filled up to whole vectors, half of one on average.
+        bytes.push((
+            "slopes of the kernel".to_owned(),
+            (f64::from(neighbours) + 4.0) * 4.0 * 9.0 / 8.0,
+        ));
+    }
+    if !scene.boundaries.is_empty() {
+        bytes.push(("sums over the walls".to_owned(), 16.0));
+    }
+    if let TimeStep::Adaptive(_) = scene.time_step {
+        bytes.push(("state to go back to".to_owned(), KEPT_BYTES as f64));
+    }
+    if warm_start::starts_from_means(scene) {
+        // A column with its change ticks, packed once; and once more to go back to.
+        let kept = if let TimeStep::Adaptive(_) = scene.time_step {
+            4.0
+        } else {
+            0.0
+        };
+        bytes.push(("mean pressures".to_owned(), 4.0 + 8.0 + 4.0 + kept));
+    }
+    match scene.pressure {
+        PressureMethod::Sesph(_) => {}
+        PressureMethod::Pcisph(_) => {
+            bytes.push((
+                "predicted positions and densities, responses".to_owned(),
+                24.0,
+            ));
+        }
+        PressureMethod::Iisph(_) => {
+            bytes.push((
+                "predicted velocities, rates, responses, terms".to_owned(),
+                32.0,
+            ));
+        }
+        PressureMethod::Dfsph(_) => bytes.push((
+            "predicted velocities, rates, responses, terms, impulses, numbers of neighbours"
+                .to_owned(),
+            44.0,
+        )),
+    }
+    bytes
+}
+
+/// What the scene's spatial index takes, measured with eight particles a cell [bytes a particle]; the dense structures
+/// take 4 bytes more for every empty cell of the box, spatial hashing two hash cells of 1.5 times a full cell.
+fn index_bytes(scene: &Scene) -> f64 {
+    match scene.index.structure {
+        IndexStructure::UniformGrid => 25.0,
+        IndexStructure::IndexSort => 37.0,
+        IndexStructure::ZIndexSort => 33.0,
+        IndexStructure::SpatialHashing => 216.0,
+        IndexStructure::CompactHashing => 77.0,
+        IndexStructure::BruteForce => 16.0,
+    }
+}
+
+pub(super) fn bytes_per_boundary_particle(scene: &Scene) -> Vec<(String, f64)> {
+    vec![
+        // Three columns of 28 bytes, 8 bytes of change ticks each, and the entity's own entries.
+        (
+            "tables: position, normal, volume".to_owned(),
+            28.0 + 3.0 * 8.0 + 24.0,
+        ),
+        ("packed positions and normals".to_owned(), 16.0 + 12.0),
+        ("spatial index".to_owned(), index_bytes(scene)),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A hollow tank with a drop: nearly all of its particles are walls.
+    fn hollow(spacing: f32) -> Scene {
+        let text = format!(
+            "(name: \"t\", spacing: {spacing}, bodies: [(shape: Box(min: (0, 0, 0), max: (0.1, 0.1, 0.1)))],
+            boundaries: [Tank(min: (0, 0, 0), max: (3, 3, 3))])"
+        );
+        Scene::parse(&text, "t.ron", &[]).unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    #[test]
+    fn what_the_machine_does_not_have_is_refused_with_a_spacing_that_would_do() {
+        let scene = hollow(0.01);
+        let size = scene.checked_size().expect("a scene");
+        let need = need(&scene, &size).expect("an index");
+        // 540 000 boundary particles of some 180 bytes each.
+        assert!((8e7..2e8).contains(&need.most), "{}", need.most);
+        assert!(enough(&scene, &size, &need, 2.0 * need.most).is_ok());
+        let machine = 0.25 * need.most;
+        let error = enough(&scene, &size, &need, machine).expect_err("a small machine");
+        let text = error.to_string();
+        assert!(text.contains("boundary particles"), "{text}");
+        let better = text
+            .split("a spacing of ")
+            .nth(1)
+            .and_then(|rest| rest.split(' ').next())
+            .and_then(|number| number.parse().ok())
+            .expect("a spacing");
+        let scene = hollow(better);
+        let size = scene.checked_size().expect("a scene");
+        let need = super::need(&scene, &size).expect("an index");
+        assert!(enough(&scene, &size, &need, machine).is_ok());
+    }
+}

@@ -1,0 +1,97 @@
+//! The particles of a scene: all that may fail is done before the first is spawned.
+
+use bevy_ecs::prelude::*;
+
+use super::install::InstallError;
+use crate::{
+    boundary::{
+        self, BoundarySample, BoundarySamples, direct_forcing::DirectForcing, sums::WallSums,
+    },
+    execution::Execution,
+    index::{self, z_curve},
+    material::Material,
+    neighbours::BoundaryNeighbours,
+    particle::{self, Boundary, BoundaryNormal, BoundaryVolume, Density, Position, Velocity},
+    scene::{
+        BoundaryHandling, Neighbours, Scene,
+        shapes::{self, ParticleSeed},
+    },
+};
+
+/// The fluid's particles, along the Z-curve if rows are to be kept in its order.
+pub(super) struct FluidStart {
+    pub(super) seeds: Vec<ParticleSeed>,
+    order: Vec<z_curve::Handle>,
+}
+
+impl FluidStart {
+    pub(super) fn new(scene: &Scene, execution: &Execution) -> Result<Self, InstallError> {
+        let seeds = shapes::fluid_particles(scene);
+        let mut order: Vec<z_curve::Handle> = (0..seeds.len() as u32).map(|row| (0, row)).collect();
+        let points: Vec<_> = seeds.iter().map(|seed| seed.position.extend(0.0)).collect();
+        // What could not be indexed in the first step is refused before it.
+        index::build(scene)
+            .rebuild(&points, execution)
+            .map_err(InstallError::Fluid)?;
+        if scene.reorder_interval > 0 {
+            z_curve::sort_handles(&points, index::build(scene).grid(), execution, &mut order);
+        }
+        Ok(Self { seeds, order })
+    }
+
+    pub(super) fn spawn(self, world: &mut World, material: &Material) {
+        let Self { seeds, order } = self;
+        let density = Density(material.rest_density);
+        world.spawn_batch(order.into_iter().map(|(_, row)| {
+            let seed = &seeds[row as usize];
+            (
+                particle::Fluid,
+                Position(seed.position),
+                Velocity(seed.velocity),
+                density,
+                particle::Pressure(0.0),
+            )
+        }));
+    }
+}
+
+/// The boundary particles, and what loops read of them.
+pub(super) struct Walls {
+    sampled: Vec<BoundarySample>,
+    samples: BoundarySamples,
+}
+
+impl Walls {
+    /// `None` for a scene without boundaries.
+    pub(super) fn new(scene: &Scene, execution: &Execution) -> Result<Option<Self>, InstallError> {
+        if scene.boundaries.is_empty() {
+            return Ok(None);
+        }
+        let sampled = boundary::sample(scene)?;
+        let samples =
+            BoundarySamples::new(scene, &sampled, execution).map_err(InstallError::Boundary)?;
+        Ok(Some(Self { sampled, samples }))
+    }
+
+    pub(super) fn spawn(self, world: &mut World, scene: &Scene) {
+        let Self { sampled, samples } = self;
+        let volumes: Vec<f32> = samples.points().iter().map(|sample| sample.w).collect();
+        world.spawn_batch(sampled.into_iter().zip(volumes).map(|(sample, volume)| {
+            (
+                Boundary,
+                Position(sample.position),
+                BoundaryNormal(sample.normal),
+                BoundaryVolume(volume),
+            )
+        }));
+        world.insert_resource(samples);
+        world.init_resource::<WallSums>();
+        if let BoundaryHandling::DirectForcing(parameters) = scene.boundary_handling {
+            let direct = DirectForcing::new(parameters, world.resource::<Material>());
+            world.insert_resource(direct);
+        }
+        if scene.neighbours == Neighbours::Stored {
+            world.init_resource::<BoundaryNeighbours>();
+        }
+    }
+}
