@@ -53,7 +53,7 @@ pub(super) fn shapes(scene: &Scene) -> Checked {
 /// The meshes of the boundaries, where they are meshes.
 pub(super) fn meshes(scene: &Scene) -> Result<Vec<Option<Mesh>>, Problem> {
     let load = |(index, boundary): (usize, &BoundaryShape)| match boundary {
-        BoundaryShape::Mesh(mesh) => match Mesh::load(mesh) {
+        BoundaryShape::Mesh(mesh) => match Mesh::load(mesh, scene.spacing) {
             Ok(mesh) => Ok(Some(mesh)),
             Err(error) => {
                 let path = format!("boundaries.{index}.file");
