@@ -5,7 +5,7 @@ mod meshes;
 #[path = "physics_support/mod.rs"]
 mod support;
 
-use glam::Vec3;
+use glam::{EulerRot, Quat, Vec3};
 use meshes::{Files, Surface};
 use overfall::Simulation;
 use support::{measured, particles_of, run, shoot, simulation, simulation_of, step};
@@ -281,6 +281,64 @@ fn sharp_and_jutting_corners_hold_water() {
             assert!(least > -0.36, "{figures}");
             assert!(lowest < 2.0 * DX && top < ideal + 2.0 * DX, "{figures}");
         }
+    }
+}
+
+/// Water is pressed into the edge of a wedge, 9° to 33°, however the wedge lies: none gets out, be it through a face, through
+/// the edge, or where the edge meets the ends.
+#[test]
+fn acute_wedges_hold_water_whichever_way_they_lie() {
+    const DX: f32 = 0.02;
+    let files = Files::new();
+    let methods = [
+        "Pcisph(())",
+        "Iisph(())",
+        "Dfsph(())",
+        "Sesph((equation: Tait(stiffness: 50000)))",
+    ];
+    for case in 0..8 {
+        let angle = (9.0 + 3.4 * case as f32).to_radians();
+        let (sin, cos) = angle.sin_cos();
+        let tilt = if case < 4 { 0.0 } else { case as f32 };
+        let turn = Quat::from_euler(EulerRot::XYZ, tilt, 0.3 * tilt, 1.1 * tilt);
+        let mut wedge = Surface::prism(&[(0.0, 0.0), (0.5, 0.0), (0.5, 0.5 * sin / cos)], 0.2);
+        wedge.vertices.iter_mut().for_each(|x| *x = turn * *x);
+        let file = files.put("wedge.obj", wedge.obj());
+        let (drop, gravity) = (
+            turn * Vec3::new(0.46, 0.03, 0.1),
+            turn * Vec3::new(-9.81, 0.0, 0.0),
+        );
+        let pressure = methods[case % 4];
+        let text = format!(
+            "(name: \"wedge\", spacing: {DX}, pressure: {pressure}, gravity: ({}, {}, {}),
+              boundaries: [Mesh((file: {file:?}, side: Inside))],
+              bodies: [(shape: Sphere(center: ({}, {}, {}), radius: 0.018))])",
+            gravity.x, gravity.y, gravity.z, drop.x, drop.y, drop.z
+        );
+        let places = (0..25 * 5 * 10)
+            .map(|k| Vec3::new((k % 25) as f32, (k / 25 % 5) as f32, (k / 125) as f32));
+        let places = places.map(|place| (place + 0.5) * DX);
+        let within = places.filter(|x| sin * x.x - cos * x.y > 0.5 * DX);
+        let particles: Vec<_> = within.map(|x| (turn * x, Vec3::ZERO)).collect();
+        let mut water = simulation_of(&text, &particles);
+        let mut least = f32::INFINITY;
+        run(&mut water, 0.6, |water, _| {
+            for particle in particles_of(water) {
+                let x = turn.inverse() * particle.position;
+                let faces = [x.y, sin * x.x - cos * x.y, 0.5 - x.x, x.z, 0.2 - x.z, x.x];
+                least = faces
+                    .map(|distance| distance / DX)
+                    .into_iter()
+                    .fold(least, f32::min);
+            }
+        });
+        let figures = format!(
+            "{:.1}°, {pressure}: {} particles, least distance {least:.3} spacings",
+            angle.to_degrees(),
+            particles.len()
+        );
+        measured(&figures);
+        assert!(least > -0.36, "{figures}");
     }
 }
 

@@ -127,7 +127,7 @@ fn sample_shape(
             );
         }
         BoundaryShape::Mesh(ref boundary) => {
-            sample_mesh(&Mesh::load(boundary)?, spacing, depth, out);
+            sample_mesh(&Mesh::load(boundary, spacing)?, spacing, depth, out);
         }
     }
     Ok(())
