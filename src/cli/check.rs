@@ -37,6 +37,7 @@ fn text(scene: &Scene, plan: &Plan, threads: usize) -> String {
                 plan.expected_neighbours
             ),
         ),
+        ("density", density(plan)),
         ("duration", format!("{} s", scene.duration)),
         ("threads", threads.to_string()),
     ];
@@ -48,6 +49,21 @@ fn text(scene: &Scene, plan: &Plan, threads: usize) -> String {
     text.push_str(&time_step(scene, plan));
     text.push_str(&memory(plan));
     text
+}
+
+/// How far the start is from rest.
+fn density(plan: &Plan) -> String {
+    match plan.start_density {
+        None => "not asked: too many particles".to_owned(),
+        Some(start) => format!(
+            "at t = 0 up to {:.2} % above rest, at ({}, {}, {}) m; {:.3} % in the mean",
+            100.0 * start.max_error,
+            start.place.x,
+            start.place.y,
+            start.place.z,
+            100.0 * start.mean_error
+        ),
+    }
 }
 
 fn phases(plan: &Plan) -> String {

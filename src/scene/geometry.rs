@@ -86,8 +86,9 @@ pub enum Shape {
 
 /// A solid boundary, sampled with one layer of particles at the spacing, about half a spacing inside the solid.
 ///
-/// Fluid must start at least half a spacing (from a particle's centre) off it; where there are tanks, inside one. In
-/// 2-D a box's or tank's z range only has to hold 0; centres and normals have z = 0.
+/// Fluid must start at least half a spacing (from a particle's centre) off it; where there are tanks, inside one. A solid
+/// that is thinner than twice the depth of its layer of samples, about 1.2 spacings, counts as that thick, and so do the
+/// walls of a tank. In 2-D a box's or tank's z range only has to hold 0; centres and normals have z = 0.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum BoundaryShape {

@@ -9,6 +9,7 @@ use super::{
     order::{Order, OrderError},
     report::{StepError, StepOutcome, StepReport},
     schedule::{InTurn, Step, add_schedules},
+    start::{self, StartDensity},
     timer::PhaseTimer,
 };
 use crate::{
@@ -56,6 +57,14 @@ pub enum InstallError {
     /// The scene's spatial index cannot cover its walls.
     #[error("boundary: {0}")]
     Boundary(DomainTooLarge),
+    /// The fluid starts so compressed that it would explode.
+    #[error(
+        "the fluid starts {:.1} % above its rest density at ({:.4}, {:.4}, {:.4}) m, more than {:.0} %: a wall, or other \
+         fluid, is nearer there than it may be; move the fluid away from there by a part of the spacing, or let walls that \
+         are thinner than 1.2 spacings be thicker",
+        100.0 * .0.max_error, .0.place.x, .0.place.y, .0.place.z, 100.0 * start::LARGEST_ERROR
+    )]
+    Compressed(StartDensity),
     /// The file of a mesh is gone or has become unusable since the scene was checked.
     #[error(transparent)]
     Mesh(#[from] MeshError),
@@ -125,6 +134,8 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
     let particles = spawn_fluid(world, scene, &material)?;
     insert_step_resources(world, scene, &material);
     insert_boundary(world, scene)?;
+    let (walls, execution) = (world.get_resource(), world.resource());
+    start::density(scene, walls, execution)?;
     insert_forces(world, scene);
     match scene.pressure {
         PressureMethod::Sesph(sesph) => world.insert_resource(EquationOfState(sesph.equation)),

@@ -8,6 +8,7 @@ mod plan;
 mod report;
 mod schedule;
 mod stage;
+mod start;
 mod timer;
 
 pub use clock::{Clock, Failure};
@@ -19,4 +20,5 @@ pub use plan::{Plan, plan};
 pub use report::{FailureCause, StepError, StepOutcome, StepReport};
 pub use schedule::Step;
 pub use stage::{Datum, Stage};
+pub use start::StartDensity;
 pub use timer::PhaseTimer;

@@ -6,9 +6,10 @@ use super::{
     install::{InstallError, order_of},
     phase::Phase,
     schedule::planned,
+    start::{self, StartDensity},
 };
 use crate::{
-    boundary,
+    boundary::{self, BoundarySamples},
     execution::Execution,
     index,
     material::Material,
@@ -38,6 +39,8 @@ pub struct Plan {
     pub time_step_limits: Vec<(String, f32)>,
     /// Neighbours of a particle within the fluid.
     pub expected_neighbours: f32,
+    /// How dense the fluid is at the start, unless there are too many particles to ask.
+    pub start_density: Option<StartDensity>,
 }
 
 /// Plans a scene.
@@ -51,13 +54,10 @@ pub fn plan(scene: &Scene) -> Result<Plan, InstallError> {
     let index = |positions: Vec<Vec4>| index::build(scene).rebuild(&positions, &execution);
     index(seeds.iter().map(|seed| seed.position.extend(0.0)).collect())
         .map_err(InstallError::Fluid)?;
-    index(
-        samples
-            .iter()
-            .map(|sample| sample.position.extend(0.0))
-            .collect(),
-    )
-    .map_err(InstallError::Boundary)?;
+    let walls =
+        BoundarySamples::new(scene, &samples, &execution).map_err(InstallError::Boundary)?;
+    let walls = (!samples.is_empty()).then_some(&walls);
+    let start_density = start::density(scene, walls, &execution)?;
     let expected_neighbours = material
         .kernel
         .lattice(scene.dimension, scene.spacing)
@@ -76,6 +76,7 @@ pub fn plan(scene: &Scene) -> Result<Plan, InstallError> {
             seeds.iter().map(|seed| seed.position.to_array()),
         ),
         expected_neighbours,
+        start_density,
     })
 }
 
