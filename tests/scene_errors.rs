@@ -280,7 +280,8 @@ fn fluid_starts_at_rest_or_is_refused_with_depth_and_place() {
         }
         Err(error) => {
             refused += 1;
-            let told = error.contains(" spacings)") && (error.contains(") m") || error.contains("+x side"));
+            let told = error.contains(" spacings)")
+                && (error.contains(") m") || error.contains("+x side"));
             assert!(is_right != Some(true) && told, "{what}: {error}");
         }
     };

@@ -56,7 +56,7 @@ fn density(plan: &Plan) -> String {
     match plan.start_density {
         None => "not asked: too many particles".to_owned(),
         Some(start) => format!(
-            "at t = 0 up to {:.2} % above rest, at ({}, {}, {}) m; {:.3} % in the mean",
+            "at t = 0 up to {:.2} % above rest, at ({:.4}, {:.4}, {:.4}) m; {:.3} % in the mean",
             100.0 * start.max_error,
             start.place.x,
             start.place.y,

@@ -57,7 +57,7 @@ struct Soup {
 }
 
 /// Vertices on borders that are so near become one; surfaces that are so near touch [spacings].
-const TOLERANCE: f64 = 0.01;
+pub(crate) const TOLERANCE: f64 = 0.01;
 
 /// A mesh in the scene: its normals point from the solid into the fluid.
 #[derive(Debug, PartialEq)]

@@ -12,7 +12,7 @@ use smallvec::SmallVec;
 use super::solids::Obstacle;
 use super::{AXIS_NAMES, Checked, Problem, axes, box_is_proper, ensure, is_flat, radius_is_proper};
 use crate::boundary::layer_depth;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, TOLERANCE};
 use crate::scene::shapes::{Lattice, tolerance};
 use crate::scene::{BoundaryShape, Dimension, Scene, Shape};
 
@@ -224,7 +224,9 @@ fn clear_of_obstacles(scene: &Scene, meshes: &[Option<Mesh>], body: &Particles) 
             }
         });
         let depth = 0.5 * spacing - nearest;
-        ensure(depth <= body.tolerance, &body.path, || {
+        // Seams of a mesh may be off by as much.
+        let seam = mesh.as_ref().map_or(0.0, |_| TOLERANCE * spacing);
+        ensure(depth <= body.tolerance + seam, &body.path, || {
             format!(
                 "the fluid overlaps the {} `boundaries.{index}` by {}, most at {}{}; move one of them, or leave the \
                  place free with two bodies",
