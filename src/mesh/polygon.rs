@@ -103,7 +103,12 @@ fn constrained(outline: &[DVec2]) -> Result<Vec<[usize; 3]>, usize> {
         *passes.entry((from.index(), to.index())).or_default() += 1;
         *passes.entry((to.index(), from.index())).or_default() -= 1;
     }
-    within(&cdt, &passes, &first)
+    let triangles = within(&cdt, &passes, &first)?;
+    // A bow whose halves are equal has no area, and no plane that it faces.
+    if triangles.is_empty() {
+        return Err(0);
+    }
+    Ok(triangles)
 }
 
 /// The triangles around which the outline goes once. Fails with a corner where it goes otherwise.
@@ -195,7 +200,7 @@ mod tests {
                 (radius * cos, radius * sin)
             })
             .collect();
-        for (outline, size) in [(&comb[..], 5.0), (&l[..], 3.0), (&star[..], f64::NAN)] {
+        for (outline, size) in [(&comb[..], 6.0), (&l[..], 3.0), (&star[..], f64::NAN)] {
             for start in 0..outline.len() {
                 for turn in 0..7 {
                     let turn = glam::DQuat::from_euler(

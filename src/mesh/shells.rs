@@ -19,8 +19,8 @@ use super::{
 
 /// What a ray is shot along: no surface that was built on purpose has an edge in one of these.
 const DIRECTIONS: [DVec3; 3] = [
-    DVec3::new(0.577_215, 0.693_147, 0.431_662),
-    DVec3::new(-0.301_03, 0.618_034, -0.726_249),
+    DVec3::new(0.577_215, 0.694_147, 0.431_662),
+    DVec3::new(-0.302_03, 0.618_034, -0.726_249),
     DVec3::new(0.915_966, -0.265_802, -0.300_512),
 ];
 
