@@ -475,3 +475,104 @@ fn coordinates_that_do_not_carry_a_part_of_the_spacing_are_refused() {
         }
     }
 }
+
+/// The density error at the start that `check` would print, or why the scene is refused.
+fn start(scene: &str) -> Result<f32, String> {
+    let scene = Scene::parse(scene, "s.ron", &[]).map_err(|error| error.to_string())?;
+    let plan = overfall::plan(&scene).map_err(|error| error.to_string())?;
+    Ok(plan.start_density.expect("few particles").max_error)
+}
+
+/// Two bodies in 2-D and 3-D whose lattices are shifted, and bodies at solids of every thickness, which have one layer of
+/// samples in their middle: what starts compressed is refused with its depth and place, all else starts at rest.
+#[test]
+fn fluid_starts_at_rest_or_is_refused_with_depth_and_place() {
+    let (mut refused, mut taken) = (0, 0);
+    let mut ask = |what: String, scene: String, is_right: Option<bool>| match start(&scene) {
+        Ok(error) => {
+            taken += 1;
+            assert!(is_right != Some(false) && error < 0.03, "{what}: {error}");
+        }
+        Err(error) => {
+            refused += 1;
+            let told = error.contains(" spacings)")
+                && (error.contains(") m") || error.contains("+x side"));
+            assert!(is_right != Some(true) && told, "{what}: {error}");
+        }
+    };
+    for (dimension, depth) in [(2, 0.0), (3, 0.2)] {
+        let scene = |bodies: &str, boundaries: &str| {
+            format!(
+                "(name: \"s\", dimension: {dimension}, spacing: 0.02, bodies: [{bodies}], boundaries: [{boundaries}])"
+            )
+        };
+        let body = |x: f64, y: f64| {
+            format!(
+                "(shape: Box(min: ({x}, {y}, 0), max: ({}, {}, {depth})))",
+                x + 0.2,
+                y + 0.2
+            )
+        };
+        for shift in [0.0, 0.004, 0.01, 0.1, 0.19, 0.196, 0.2, 0.206, 0.25] {
+            for aside in [0.0, 0.01] {
+                let bodies = format!("{}, {}", body(0.0, 0.0), body(shift, aside));
+                ask(
+                    format!("{dimension}-D, {shift} aside"),
+                    scene(&bodies, ""),
+                    Some(shift > 0.199),
+                );
+            }
+        }
+        for thickness in [0.1, 0.4, 0.9, 1.1, 1.25, 1.6, 3.0] {
+            let end = 0.2 + 0.02 * thickness;
+            let bodies = format!("{}, {}", body(0.0, 0.0), body(end, 0.0));
+            let plate = format!("Box(min: (0.2, 0, 0), max: ({end}, 0.4, {depth}))");
+            ask(
+                format!("{dimension}-D, plate of {thickness}"),
+                scene(&bodies, &plate),
+                Some(thickness > 1.2),
+            );
+            let outside = format!(
+                "Tank(min: (0, 0, 0), max: (0.2, 0.2, {depth})), Tank(min: (-1, -1, -1), max: (1, 1, 1))"
+            );
+            let right = Some(thickness > 1.2);
+            ask(
+                format!("{dimension}-D, outside a tank by {thickness}"),
+                scene(&body(end, 0.0), &outside),
+                right,
+            );
+            let radius = 0.02 * thickness;
+            let disc = format!(
+                "Sphere(center: ({}, 0.1, {}), radius: {radius})",
+                -radius,
+                0.5 * depth
+            );
+            ask(
+                format!("{dimension}-D, disc of {thickness}"),
+                scene(&body(0.0, 0.0), &disc),
+                None,
+            );
+        }
+    }
+    assert!(
+        refused > 30 && taken > 30,
+        "{refused} refused, {taken} taken"
+    );
+}
+
+/// Bodies are as many spacings long far from the origin as at it, where numbers are rounded to a part of a spacing.
+#[test]
+fn bodies_far_away_keep_their_rows() {
+    for far in [0.0, 1000.0, 4000.0, 8000.0] {
+        let scene = format!(
+            "(name: \"s\", spacing: 0.1, bodies: [(shape: Box(min: ({far}, 0, 0), max: ({}, 0.3, 0.3)))])",
+            far + 0.3
+        );
+        let scene = Scene::parse(&scene, "s.ron", &[]).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(
+            overfall::scene::shapes::fluid_particles(&scene).len(),
+            27,
+            "{far}"
+        );
+    }
+}

@@ -7,13 +7,16 @@
 //!
 //! A sample speaks for the particles above it: those whose distance along the face is under 1.15 spacings. The middle of
 //! four samples is 0.71 away, the last row of a face beside a tank's edge 0.83; the second row around a convex edge, which
-//! must not be heard on the other side, at least 1.2. In a corner one face after the other is obeyed.
+//! must not be heard on the other side, at least 1.2. In a corner all faces are obeyed at once: the particle is put to the
+//! nearest place in front of them. One face after the other would take it from side to side in an acute one, and leave it
+//! behind the last. Where there is no such place it stays where it was.
 //!
 //! It speaks only for particles that were in front of it at the start of the step: those behind it are on the other side
 //! of a thin wall, and this one would pull them through.
 
 use bevy_ecs::prelude::*;
-use glam::{Vec3, Vec4};
+use glam::{Mat3, Vec3, Vec4};
+use smallvec::SmallVec;
 
 use super::BoundarySamples;
 use crate::{
@@ -26,8 +29,10 @@ use crate::{
 const PENETRATION: f32 = 0.25;
 /// Distance along the face up to which a sample counts, in spacings.
 const SIDEWAYS: f32 = 1.15;
-/// Corrections of one particle at most: three faces meet in a corner, and samples in its edges have normals between.
+/// Samples that one particle obeys at most: three faces meet in a corner, and samples in its edges have normals between.
 const CORRECTIONS: usize = 8;
+/// A face is obeyed if a particle is beyond it by less, in spacings.
+const ROUNDING: f32 = 1e-4;
 
 /// Sets back what came too near to a wall (phase `Integrate`).
 pub fn keep_outside(
@@ -59,14 +64,33 @@ struct Wall<'a> {
 
 impl Wall<'_> {
     fn keep_outside(&self, start: Vec3, samples: &[u32], position: &mut Vec4, velocity: &mut Vec4) {
-        for _ in 0..CORRECTIONS {
-            let Some((depth, normal)) = self.deepest(start, samples, position.truncate()) else {
-                return;
-            };
-            *position += (depth * normal).extend(0.0);
-            let inwards = velocity.truncate().dot(normal).min(0.0);
-            *velocity -= (inwards * normal).extend(0.0);
+        let wished = position.truncate();
+        let mut faces: SmallVec<[Face; CORRECTIONS]> = SmallVec::new();
+        let mut way = Vec3::ZERO;
+        while let Some((depth, normal)) = self.deepest(start, samples, wished + way) {
+            let depth = depth + normal.dot(way);
+            if faces.len() == CORRECTIONS {
+                way = start - wished;
+                break;
+            }
+            faces.push(Face { normal, depth });
+            // As far as the way back to a place that was right, or out of the wall if that was not.
+            let longest = start.distance(wished) + faces[0].depth;
+            let found = shortest_way(&faces, ROUNDING * self.spacing);
+            match found.filter(|found| found.length() <= longest + ROUNDING * self.spacing) {
+                Some(found) => way = found,
+                None => {
+                    way = start - wished;
+                    break;
+                }
+            }
         }
+        if faces.is_empty() {
+            return;
+        }
+        *position += way.extend(0.0);
+        faces.retain(|face| face.normal.dot(way) < face.depth + ROUNDING * self.spacing);
+        *velocity += change_along(&faces, velocity.truncate()).extend(0.0);
     }
 
     /// How far a point [m] that came from `start` is beyond the clearance of one of the `samples`, and that sample's
@@ -92,5 +116,142 @@ impl Wall<'_> {
             }
         }
         deepest
+    }
+}
+
+/// A face that is to be obeyed.
+#[derive(Debug, Clone, Copy)]
+struct Face {
+    /// Unit vector away from it.
+    normal: Vec3,
+    /// How far to go along it [m]; for velocities how much to gain [m/s].
+    depth: f32,
+}
+
+/// The shortest way that leads as far as each face asks, `normal·way ≥ depth`, the last one among those that are just
+/// obeyed; none if there is no such way, but for nearly parallel faces.
+fn shortest_way(faces: &[Face], tolerance: f32) -> Option<Vec3> {
+    let (last, others) = faces.split_last()?;
+    let leads = |way: &Vec3| {
+        faces
+            .iter()
+            .all(|face| face.normal.dot(*way) >= face.depth - tolerance)
+    };
+    let alone = last.depth * last.normal;
+    if last.depth >= 0.0 && leads(&alone) {
+        return Some(alone);
+    }
+    // A way along normals, none of them backwards, is the shortest that just obeys their faces.
+    let of_two = |other: &Face| {
+        let likeness = last.normal.dot(other.normal);
+        let square = 1.0 - likeness * likeness;
+        let a = last.depth - likeness * other.depth;
+        let b = other.depth - likeness * last.depth;
+        let way = (a * last.normal + b * other.normal) / square;
+        (square > 1e-4 && a >= 0.0 && b >= 0.0).then_some(way)
+    };
+    if let Some(way) = others.iter().filter_map(of_two).find(leads) {
+        return Some(way);
+    }
+    let of_three = |first: &Face, second: &Face| {
+        let normals = Mat3::from_cols(last.normal, first.normal, second.normal);
+        if normals.determinant().abs() < 1e-3 {
+            return None;
+        }
+        let inverse = normals.inverse();
+        let way = inverse.transpose() * Vec3::new(last.depth, first.depth, second.depth);
+        ((inverse * way).min_element() >= 0.0).then_some(way)
+    };
+    let mut pairs = (0..others.len()).flat_map(|k| (0..k).map(move |l| (l, k)));
+    pairs.find_map(|(l, k)| of_three(&others[l], &others[k]).filter(leads))
+}
+
+/// The least change of a velocity [m/s] that leaves none into a face; all of it is lost where there is no other.
+fn change_along(faces: &[Face], velocity: Vec3) -> Vec3 {
+    let tolerance = 1e-5 * velocity.length();
+    let mut held: SmallVec<[Face; CORRECTIONS]> = SmallVec::new();
+    let mut change = Vec3::ZERO;
+    loop {
+        let inwards = |face: &Face| -face.normal.dot(velocity + change);
+        let worst = faces
+            .iter()
+            .max_by(|a, b| inwards(a).total_cmp(&inwards(b)));
+        let Some(worst) = worst.filter(|worst| inwards(worst) > tolerance) else {
+            return change;
+        };
+        let normal = worst.normal;
+        held.push(Face {
+            normal,
+            depth: -normal.dot(velocity),
+        });
+        match shortest_way(&held, tolerance) {
+            Some(found) if held.len() <= faces.len() => change = found,
+            _ => return -velocity,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::shapes::split_mix;
+
+    /// Against a search: no place that obeys all faces is nearer.
+    #[test]
+    fn the_shortest_way_out_of_a_corner_obeys_every_face() {
+        let mut state = 5;
+        let mut unit = || (split_mix(&mut state) >> 40) as f32 / (1 << 23) as f32 - 1.0;
+        let mut found = 0;
+        for _ in 0..300 {
+            // Faces that all see one place, so that there is a way.
+            let free = Vec3::new(unit(), unit(), unit());
+            let mut faces: SmallVec<[Face; CORRECTIONS]> = SmallVec::new();
+            let all: Vec<Face> = (0..5)
+                .filter_map(|_| {
+                    let normal = Vec3::new(unit(), unit(), unit()).try_normalize()?;
+                    let depth = normal.dot(free) - unit().abs();
+                    Some(Face { normal, depth })
+                })
+                .collect();
+            let mut way = Vec3::ZERO;
+            let obeyed = loop {
+                let missing = |face: &Face| face.depth - face.normal.dot(way);
+                let worst = all
+                    .iter()
+                    .max_by(|a, b| missing(a).total_cmp(&missing(b)))
+                    .expect("faces");
+                if missing(worst) <= 1e-4 {
+                    break true;
+                }
+                faces.push(*worst);
+                match shortest_way(&faces, 1e-5) {
+                    Some(next) if faces.len() < 20 => way = next,
+                    _ => break false,
+                }
+            };
+            if !obeyed {
+                continue;
+            }
+            found += 1;
+            assert!(
+                way.length() <= free.length() + 1e-3,
+                "{way} is farther than {free}"
+            );
+        }
+        assert!(found > 280, "a way was found in {found} of 300 corners");
+    }
+
+    #[test]
+    fn a_velocity_into_an_acute_edge_is_lost_but_not_that_along_it() {
+        let (sin, cos) = 5f32.to_radians().sin_cos();
+        let faces = [1.0, -1.0].map(|side| Face {
+            normal: Vec3::new(sin, side * cos, 0.0),
+            depth: 0.0,
+        });
+        let velocity = Vec3::new(-3.0, 0.5, 2.0);
+        let left = velocity + change_along(&faces, velocity);
+        assert!(left.distance(Vec3::new(0.0, 0.0, 2.0)) < 1e-4, "{left}");
+        let outwards = Vec3::new(3.0, 0.0, 2.0);
+        assert_eq!(change_along(&faces, outwards), Vec3::ZERO);
     }
 }

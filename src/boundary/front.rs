@@ -13,6 +13,8 @@ use super::BoundarySample;
 
 /// Points whose normals are further apart are on two sides of a wall and do not know of each other: cosine.
 const SAME_SIDE: f32 = -0.3;
+/// Points whose normals are nearer face much the same way: cosine.
+const FACING: f32 = 0.8;
 /// How far beyond the least distance a candidate is looked at, as a part of it.
 const REACH: f32 = 1.35;
 
@@ -79,6 +81,21 @@ impl Front {
             self.accept(sample);
         }
         free
+    }
+
+    /// Whether an accepted sample faces much the same way as one and lies, along its face, within a distance of at most the
+    /// least distance or a little more [m].
+    pub(super) fn speaks_for(&self, sample: &BoundarySample, distance: f32) -> bool {
+        around(self.cell(sample.position))
+            .filter_map(|cell| self.cells.get(&cell))
+            .flatten()
+            .map(|&k| &self.accepted[k as usize])
+            .filter(|other| other.normal.dot(sample.normal) > FACING)
+            .any(|other| {
+                let offset = other.position - sample.position;
+                let height = offset.dot(sample.normal);
+                offset.length_squared() - height * height < distance * distance
+            })
     }
 
     /// Fills up with candidates, starting beside what is accepted. `right` is asked before one is taken.

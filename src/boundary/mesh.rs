@@ -3,7 +3,8 @@
 //! The layer is the mesh itself with its vertices moved into the solid by [`layer_depth`](super::layer_depth) from every
 //! face around them, so that it meets in edges and corners as those of a tank do. What comes out too near to another
 //! part of the surface is left out. Then samples are spread evenly over it ([`Front`]): along sharp and border edges
-//! first, then over the faces.
+//! first, then over the faces. In an acute valley the layers of its faces meet far behind its edge, where no sample is of
+//! use: there each face has its layer to itself, and the edge one of its own, which comes last.
 //!
 //! Where a solid is thinner than two layers none of this layer is left. There the samples are centres of the largest
 //! balls that fit into the solid and touch its surface (by shrinking balls: Ma, Bae & Choi 2012), for each side with its
@@ -13,7 +14,10 @@
 use glam::{DMat3, DVec3};
 
 use super::{BoundarySample, front::Front};
-use crate::{mesh::Mesh, scene::MeshSide};
+use crate::{
+    mesh::{FeatureEdge, Mesh},
+    scene::MeshSide,
+};
 
 /// Least distance of two samples, in spacings: the mean area for each is then 1.02 spacings squared.
 const DISTANCE: f32 = 0.96;
@@ -21,6 +25,11 @@ const DISTANCE: f32 = 0.96;
 const CANDIDATES: f64 = 6.0;
 /// A vertex is moved at most so many depths: at sharper valleys than 47° the layer would run far off.
 const LONGEST_MITRE: f64 = 2.5;
+/// A sample is at least so deep behind the surface [depths].
+const DEEP: f64 = 0.98;
+/// A part of a face without a sample of the face's own this near, along it, is not guarded [spacings]: contact hears those
+/// up to 1.15.
+const OWN: f32 = 1.05;
 /// A part of the surface without a sample of its side this near is not guarded [spacings]. The layers of a built-in tank
 /// and box leave 0.90 and 1.04.
 const GUARDED: f32 = 1.15;
@@ -32,9 +41,11 @@ pub(super) fn sample_mesh(mesh: &Mesh, spacing: f32, depth: f32, out: &mut Vec<B
         let sheet = Layer {
             mesh,
             vertices: mesh.vertices.clone(),
+            is_mitred: vec![true; mesh.vertices.len()],
+            depth: 0.0,
         };
         let mut front = Front::new(DISTANCE * spacing);
-        sheet.spread(&mut front, f64::from(spacing), step, |_| true);
+        sheet.spread(&mut front, f64::from(spacing), step, &|_| true);
         for sample in front.into_samples() {
             out.extend([1.0, -1.0].map(|sign| BoundarySample {
                 normal: sign * sample.normal,
@@ -46,11 +57,13 @@ pub(super) fn sample_mesh(mesh: &Mesh, spacing: f32, depth: f32, out: &mut Vec<B
     let depth = f64::from(depth);
     let mut front = Front::new(DISTANCE * spacing);
     let layer = Layer::new(mesh, depth);
-    layer.spread(&mut front, f64::from(spacing), step, |sample| {
+    let right = |sample: &BoundarySample| {
         let nearest = mesh.nearest(sample.position.as_dvec3());
-        nearest.distance < -0.98 * depth
-    });
+        nearest.distance < -DEEP * depth
+    };
+    layer.spread(&mut front, f64::from(spacing), step, &right);
     fill_thin_parts(mesh, spacing, depth, &mut front);
+    layer.guard_valleys(&mut front, spacing, &right);
     out.extend(front.into_samples());
 }
 
@@ -58,6 +71,10 @@ pub(super) fn sample_mesh(mesh: &Mesh, spacing: f32, depth: f32, out: &mut Vec<B
 struct Layer<'a> {
     mesh: &'a Mesh,
     vertices: Vec<DVec3>,
+    /// Whether a vertex is deep enough behind all faces around it, or cannot be.
+    is_mitred: Vec<bool>,
+    /// Of the layer behind the faces [m].
+    depth: f64,
 }
 
 impl<'a> Layer<'a> {
@@ -90,10 +107,66 @@ impl<'a> Layer<'a> {
                 let mitre = square.inverse() * sum;
                 vertex + depth * (1.0 + 1e-3) * mitre.clamp_length_max(LONGEST_MITRE)
             });
-        Self {
+        let mut layer = Self {
             mesh,
             vertices: moved.collect(),
+            is_mitred: vec![true; mesh.vertices.len()],
+            depth,
+        };
+        for (corners, &normal) in mesh.triangles.iter().zip(&mesh.normals) {
+            for &corner in corners {
+                if !layer.is_deep(corner, normal) {
+                    layer.is_mitred[corner as usize] = false;
+                }
+            }
         }
+        // At the edge of a thin solid, which the layer cannot go into, nothing can be done.
+        for vertex in 0..mesh.vertices.len() {
+            if !layer.is_mitred[vertex] {
+                let behind = mesh.nearest(layer.behind(vertex)).distance;
+                layer.is_mitred[vertex] = behind > -DEEP * depth;
+            }
+        }
+        layer
+    }
+
+    /// A place behind a vertex by the depth of the layer.
+    fn behind(&self, vertex: usize) -> DVec3 {
+        let normal = self.mesh.vertex_normals()[vertex];
+        self.mesh.vertices[vertex] - (1.0 + 1e-3) * self.depth * normal
+    }
+
+    /// Whether a vertex was moved far enough along the normal of a face.
+    fn is_deep(&self, vertex: u32, normal: DVec3) -> bool {
+        let way = self.vertices[vertex as usize] - self.mesh.vertices[vertex as usize];
+        way.dot(normal) <= -DEEP * self.depth
+    }
+
+    /// Where the layer of a triangle has its corners.
+    fn corners(&self, triangle: usize) -> [DVec3; 3] {
+        let normal = self.mesh.normals[triangle];
+        self.mesh.triangles[triangle].map(|corner| {
+            if self.is_mitred[corner as usize] || self.is_deep(corner, normal) {
+                self.vertices[corner as usize]
+            } else {
+                self.mesh.vertices[corner as usize] - (1.0 + 1e-3) * self.depth * normal
+            }
+        })
+    }
+
+    /// Where the layer has the ends of an edge, and whether the faces there meet so bluntly that it is one layer.
+    fn ends(&self, edge: &FeatureEdge) -> ([DVec3; 2], bool) {
+        let is_blunt = edge.mitre <= LONGEST_MITRE;
+        let mitre = if is_blunt { edge.mitre } else { 1.0 };
+        let ends = edge.ends.map(|end| {
+            if self.is_mitred[end as usize] {
+                self.vertices[end as usize]
+            } else {
+                self.mesh.vertices[end as usize] - (1.0 + 1e-3) * self.depth * mitre * edge.normal
+            }
+        });
+        let is_mitred = edge.ends.iter().all(|&end| self.is_mitred[end as usize]);
+        (ends, is_blunt || is_mitred)
     }
 
     /// Samples along edges, then over faces.
@@ -102,24 +175,28 @@ impl<'a> Layer<'a> {
         front: &mut Front,
         spacing: f64,
         step: f64,
-        right: impl Fn(&BoundarySample) -> bool,
+        right: &impl Fn(&BoundarySample) -> bool,
     ) {
-        let edges = self.mesh.feature_edges();
         let mut short = Vec::new();
-        for &(a, b, normal) in &edges {
-            let (from, to) = (self.vertices[a as usize], self.vertices[b as usize]);
-            let length = from.distance(to);
-            let count = (length / spacing - 1e-3).ceil().max(1.0) as u32;
+        for edge in self.mesh.feature_edges() {
+            let ([from, to], is_one_layer) = self.ends(&edge);
+            if !is_one_layer {
+                continue;
+            }
+            let count = rows(from.distance(to), spacing);
             if count == 1 {
-                short.push((a, b, normal));
+                short.push(([from, to], edge.normal));
                 continue;
             }
             for k in 0..=count {
-                let normal = match k {
-                    0 => self.mesh.vertex_normals()[a as usize],
-                    _ if k == count => self.mesh.vertex_normals()[b as usize],
-                    _ => normal,
+                let end = match k {
+                    0 => Some(edge.ends[0]),
+                    _ if k == count => Some(edge.ends[1]),
+                    _ => None,
                 };
+                let end = end.filter(|&end| self.is_mitred[end as usize]);
+                let normal =
+                    end.map_or(edge.normal, |end| self.mesh.vertex_normals()[end as usize]);
                 let sample = BoundarySample {
                     position: from.lerp(to, f64::from(k) / f64::from(count)).as_vec3(),
                     normal: normal.as_vec3(),
@@ -130,28 +207,81 @@ impl<'a> Layer<'a> {
             }
         }
         let mut candidates = Vec::new();
-        for (a, b, normal) in short {
-            let (from, to) = (self.vertices[a as usize], self.vertices[b as usize]);
+        for ([from, to], normal) in short {
             let count = (from.distance(to) / step).ceil().max(1.0) as u32;
             candidates.extend((0..=count).map(|k| BoundarySample {
                 position: from.lerp(to, f64::from(k) / f64::from(count)).as_vec3(),
                 normal: normal.as_vec3(),
             }));
         }
-        front.advance(&candidates, &right);
+        front.advance(&candidates, right);
         candidates.clear();
         for triangle in 0..self.mesh.triangles.len() {
             let normal = self.mesh.normals[triangle].as_vec3();
-            let corners = self.mesh.triangles[triangle].map(|k| self.vertices[k as usize]);
-            for_each_point(corners, step, |position| {
+            for_each_point(self.corners(triangle), step, |position| {
                 candidates.push(BoundarySample {
                     position: position.as_vec3(),
                     normal,
                 });
             });
         }
-        front.advance(&candidates, &right);
+        front.advance(&candidates, right);
     }
+
+    /// Samples where faces meet at too sharp an angle for a common layer. Those of other faces speak there for a place, and
+    /// keep nothing from this one's wall; so each face gets samples of its own, then the edges and vertices between.
+    fn guard_valleys(
+        &self,
+        front: &mut Front,
+        spacing: f32,
+        right: &impl Fn(&BoundarySample) -> bool,
+    ) {
+        let sample = |position: DVec3, normal: DVec3| BoundarySample {
+            position: position.as_vec3(),
+            normal: normal.as_vec3(),
+        };
+        for (triangle, corners) in self.mesh.triangles.iter().enumerate() {
+            if corners
+                .iter()
+                .all(|&corner| self.is_mitred[corner as usize])
+            {
+                continue;
+            }
+            let normal = self.mesh.normals[triangle];
+            let step = f64::from(spacing) / CANDIDATES;
+            for_each_point(self.mesh.corners(triangle), step, |point| {
+                let behind = sample(point - (1.0 + 1e-3) * self.depth * normal, normal);
+                if !front.speaks_for(&behind, OWN * spacing) && right(&behind) {
+                    front.accept(behind);
+                }
+            });
+        }
+        for edge in self.mesh.feature_edges() {
+            let ([from, to], is_one_layer) = self.ends(&edge);
+            if is_one_layer {
+                continue;
+            }
+            let count = rows(from.distance(to), f64::from(spacing));
+            for k in 0..=count {
+                let along = from.lerp(to, f64::from(k) / f64::from(count));
+                let behind = sample(along, edge.normal);
+                if !front.speaks_for(&behind, DISTANCE * spacing) && right(&behind) {
+                    front.accept(behind);
+                }
+            }
+        }
+        for vertex in (0..self.vertices.len()).filter(|&vertex| !self.is_mitred[vertex]) {
+            let behind = sample(self.behind(vertex), self.mesh.vertex_normals()[vertex]);
+            if !front.speaks_for(&behind, DISTANCE * spacing) && right(&behind) {
+                front.accept(behind);
+            }
+        }
+    }
+}
+
+/// Rows of a length at the spacing.
+fn rows(length: f64, spacing: f64) -> u32 {
+    (length / spacing - 1e-3).ceil().max(1.0) as u32
 }
 
 /// Points of a triangle in rows along its longest edge, no further apart than `step`, corners included.
@@ -188,8 +318,8 @@ pub(crate) fn expected(mesh: &Mesh, spacing: f32) -> (f64, f64) {
         let rows = (height / step).ceil().max(1.0) + 1.0;
         candidates += rows * (0.5 * base / step + 1.5);
     }
-    let edges = mesh.feature_edges().into_iter().map(|(a, b, _)| {
-        let [a, b] = [a, b].map(|corner| mesh.vertices[corner as usize]);
+    let edges = mesh.feature_edges().into_iter().map(|edge| {
+        let [a, b] = edge.ends.map(|corner| mesh.vertices[corner as usize]);
         a.distance(b) / spacing + 1.0
     });
     let samples = mesh.area() / (spacing * spacing) + edges.sum::<f64>();

@@ -138,7 +138,12 @@ fn sample_shape(
         }
         BoundaryShape::Mesh(ref boundary) => {
             let mut samples = Vec::new();
-            sample_mesh(&Mesh::load(boundary)?, spacing, depth, &mut samples);
+            sample_mesh(
+                &Mesh::load(boundary, spacing)?,
+                spacing,
+                depth,
+                &mut samples,
+            );
             samples.into_iter().for_each(put);
         }
     }

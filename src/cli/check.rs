@@ -49,6 +49,7 @@ fn text(scene: &Scene, plan: &Plan, threads: usize) -> String {
                 plan.expected_neighbours
             ),
         ),
+        ("density", density(plan)),
         (
             "duration",
             format!(
@@ -85,6 +86,21 @@ fn method(scene: &Scene) -> String {
         .with_default_extension(ron::extensions::Extensions::UNWRAP_VARIANT_NEWTYPES);
     let text = options.to_string(&scene.pressure).unwrap_or_default();
     text.replace(',', ", ").replace(':', ": ")
+}
+
+/// How far the start is from rest.
+fn density(plan: &Plan) -> String {
+    match plan.start_density {
+        None => "not asked: too many particles".to_owned(),
+        Some(start) => format!(
+            "at t = 0 up to {:.2} % above rest, at ({:.4}, {:.4}, {:.4}) m; {:.3} % in the mean",
+            100.0 * start.max_error,
+            start.place.x,
+            start.place.y,
+            start.place.z,
+            100.0 * start.mean_error
+        ),
+    }
 }
 
 fn phases(plan: &Plan) -> String {

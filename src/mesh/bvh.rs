@@ -77,27 +77,23 @@ impl Bvh {
         (self.nodes[0].min, self.nodes[0].max)
     }
 
-    /// The triangle nearest to a point, and where on it.
+    /// The triangle nearest to a point, and where on it; of those alone that `closest` answers for.
     pub(super) fn nearest(
         &self,
         point: DVec3,
-        closest: impl Fn(usize) -> Closest,
-    ) -> (usize, Closest) {
+        closest: impl Fn(usize) -> Option<Closest>,
+    ) -> Option<(usize, Closest)> {
         let mut best = (f64::INFINITY, usize::MAX, None);
         self.nearest_below(0, point, &closest, &mut best);
         let (_, triangle, found) = best;
-        // There is a triangle, and points are finite; NaN would find none.
-        match found {
-            Some(found) => (triangle, found),
-            None => (self.order[0], closest(self.order[0])),
-        }
+        found.map(|found| (triangle, found))
     }
 
     fn nearest_below(
         &self,
         node: usize,
         point: DVec3,
-        closest: &impl Fn(usize) -> Closest,
+        closest: &impl Fn(usize) -> Option<Closest>,
         best: &mut (f64, usize, Option<Closest>),
     ) {
         let Node {
@@ -108,7 +104,9 @@ impl Bvh {
         } = self.nodes[node];
         if second == 0 {
             for &triangle in &self.order[first..first + count] {
-                let found = closest(triangle);
+                let Some(found) = closest(triangle) else {
+                    continue;
+                };
                 let distance = found.at.distance_squared(point);
                 if distance < best.0 || (distance == best.0 && triangle < best.1) {
                     *best = (distance, triangle, Some(found));
@@ -128,15 +126,21 @@ impl Bvh {
         }
     }
 
-    /// Calls `visit` with every triangle whose leaf a ray passes.
-    pub(super) fn visit(&self, origin: DVec3, direction: DVec3, mut visit: impl FnMut(usize)) {
+    /// Calls `visit` with every triangle whose leaf a ray passes up to `end` [lengths of `direction`].
+    pub(super) fn visit(
+        &self,
+        origin: DVec3,
+        direction: DVec3,
+        end: f64,
+        mut visit: impl FnMut(usize),
+    ) {
         let inverse = direction.recip();
         let mut node = 0;
         let mut waiting = [0; 64];
         let mut count = 0;
         loop {
             let here = &self.nodes[node];
-            if here.is_met(origin, inverse) {
+            if here.is_met(origin, inverse, end) {
                 if here.second == 0 {
                     self.order[here.first..here.first + here.count]
                         .iter()
@@ -164,9 +168,9 @@ impl Node {
         (point - point.clamp(self.min, self.max)).length_squared()
     }
 
-    fn is_met(&self, origin: DVec3, inverse: DVec3) -> bool {
+    fn is_met(&self, origin: DVec3, inverse: DVec3, end: f64) -> bool {
         let (a, b) = ((self.min - origin) * inverse, (self.max - origin) * inverse);
         let enter = a.min(b).max_element().max(0.0);
-        enter <= a.max(b).min_element()
+        enter <= a.max(b).min_element().min(end)
     }
 }

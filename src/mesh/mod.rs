@@ -5,12 +5,17 @@
 //! crossings of a ray, local: it serves open meshes, too.
 //!
 //! Option 2 was the geometry library parry, which has all of this; it would add some thirty crates to the library of an
-//! embedder. Reading files is left to `tobj` and `stl_io`, which depend on nothing.
+//! embedder.
 
 mod bvh;
+mod obj;
+mod polygon;
 mod read;
+mod shells;
+mod stl;
 mod topology;
 mod triangle;
+mod weld;
 
 use std::path::{Path, PathBuf};
 
@@ -20,6 +25,7 @@ use crate::scene::{MeshBoundary, MeshSide};
 use bvh::Bvh;
 use topology::Topology;
 use triangle::Feature;
+use weld::weld;
 
 /// Why a mesh cannot be a boundary. The message names the file and what would be right.
 #[derive(Debug, thiserror::Error)]
@@ -50,8 +56,8 @@ struct Soup {
     triangles: Vec<[u32; 3]>,
 }
 
-/// More triangles are a mesh made for looking at.
-const MAX_TRIANGLES: usize = 5_000_000;
+/// Vertices on borders that are so near become one; surfaces that are so near touch [spacings].
+pub(crate) const TOLERANCE: f64 = 0.01;
 
 /// A mesh in the scene: its normals point from the solid into the fluid.
 #[derive(Debug, PartialEq)]
@@ -82,8 +88,9 @@ pub struct Nearest {
 }
 
 impl Mesh {
-    /// Reads and places a mesh. Fails if the file is no mesh or its surface does not say where the solid is.
-    pub fn load(boundary: &MeshBoundary) -> Result<Self, MeshError> {
+    /// Reads and places a mesh, for particles at a spacing [m]: seams of up to 1/100 of it are closed. Fails if the file is
+    /// no mesh or its surface does not say where the solid is.
+    pub fn load(boundary: &MeshBoundary, spacing: f32) -> Result<Self, MeshError> {
         let file = Path::new(&boundary.file);
         let refuse = |message: String| MeshError::Unusable {
             file: file.to_owned(),
@@ -94,23 +101,18 @@ impl Mesh {
         for vertex in &mut soup.vertices {
             *vertex = place.0 * *vertex + place.1;
         }
-        Self::new(soup, boundary.side).map_err(refuse)
+        Self::new(soup, boundary.side, TOLERANCE * f64::from(spacing)).map_err(refuse)
     }
 
-    fn new(soup: Soup, side: MeshSide) -> Result<Self, String> {
-        let (mut soup, welded) = weld(soup)?;
-        let fault = topology::fault(&soup);
+    fn new(soup: Soup, side: MeshSide, tolerance: f64) -> Result<Self, String> {
+        let mut soup = weld(soup, tolerance)?;
+        let fault = topology::fault(&soup, tolerance);
         let closed = matches!(side, MeshSide::Outside | MeshSide::Inside);
         if let (true, Some(fault)) = (closed, fault) {
             return Err(fault);
         }
         if closed {
-            let volume = signed_volume(&soup);
-            if (volume < 0.0) != (side == MeshSide::Inside) {
-                soup.triangles
-                    .iter_mut()
-                    .for_each(|corners| corners.swap(1, 2));
-            }
+            shells::orient(&mut soup, side == MeshSide::Inside, tolerance)?;
         }
         let normals = soup.triangles.iter().map(|corners| {
             let [a, b, c] = corners.map(|corner| soup.vertices[corner as usize]);
@@ -124,7 +126,8 @@ impl Mesh {
             .collect();
         if kept.is_empty() {
             return Err(format!(
-                "none of its {welded} triangles has an area; export the surface with its faces"
+                "none of its {} triangles has an area; export the surface with its faces",
+                normals.len()
             ));
         }
         let triangles: Vec<[u32; 3]> = kept.iter().map(|&k| soup.triangles[k]).collect();
@@ -167,9 +170,10 @@ impl Mesh {
 
     /// The nearest point of the surface.
     pub fn nearest(&self, point: DVec3) -> Nearest {
-        let (triangle, closest) = self.bvh.nearest(point, |triangle| {
-            triangle::closest(self.corners(triangle), point)
-        });
+        let closest = |triangle| triangle::closest(self.corners(triangle), point);
+        let nearest = self.bvh.nearest(point, |triangle| Some(closest(triangle)));
+        // There is a triangle, and points are finite; NaN would find none.
+        let (triangle, closest) = nearest.unwrap_or_else(|| (0, closest(0)));
         let (normal, on_border) = match closest.feature {
             Feature::Face => (self.normals[triangle], false),
             Feature::Edge(edge) => {
@@ -201,23 +205,28 @@ impl Mesh {
     /// Depths at which a ray meets the surface [lengths of `direction`], from the nearest on, and on which triangle.
     pub fn hits(&self, origin: DVec3, direction: DVec3, hits: &mut Vec<(f64, usize)>) {
         hits.clear();
-        self.bvh.visit(origin, direction, |triangle| {
-            if let Some(depth) = triangle::hit(self.corners(triangle), origin, direction) {
-                hits.push((depth, triangle));
-            }
-        });
+        self.bvh
+            .visit(origin, direction, f64::INFINITY, |triangle| {
+                if let Some(depth) = triangle::hit(self.corners(triangle), origin, direction) {
+                    hits.push((depth, triangle));
+                }
+            });
         hits.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     }
 
-    /// Sharp and border edges: their ends, as rows of the vertices, and unit normal.
-    pub(crate) fn feature_edges(&self) -> Vec<(u32, u32, DVec3)> {
+    /// Sharp and border edges.
+    pub(crate) fn feature_edges(&self) -> Vec<FeatureEdge> {
         let mut edges = Vec::new();
         for (corners, sides) in self.triangles.iter().zip(&self.topology.edges) {
             for (k, edge) in sides.iter().enumerate() {
-                let (a, b) = (corners[k], corners[(k + 1) % 3]);
+                let ends = [corners[k], corners[(k + 1) % 3]];
                 // Each edge once, from the triangle that goes along it upwards.
-                if edge.is_border || (edge.is_sharp && a < b) {
-                    edges.push((a, b, edge.normal));
+                if edge.is_border || (edge.is_sharp && ends[0] < ends[1]) {
+                    edges.push(FeatureEdge {
+                        ends,
+                        normal: edge.normal,
+                        mitre: edge.mitre,
+                    });
                 }
             }
         }
@@ -225,79 +234,21 @@ impl Mesh {
     }
 }
 
+/// An edge that samples lie along.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct FeatureEdge {
+    /// Rows of the vertices.
+    pub(crate) ends: [u32; 2],
+    /// Unit mean of the normals of the triangles that meet here.
+    pub(crate) normal: DVec3,
+    /// How much farther along the normal than along theirs a place is that is behind all as far.
+    pub(crate) mitre: f64,
+}
+
 /// Scaled, then turned about x, y and z in this order, then moved.
 fn placement(boundary: &MeshBoundary) -> (DMat3, DVec3) {
-    let turn = boundary.rotation.as_dvec3() * (std::f64::consts::PI / 180.0);
+    let turn = boundary.rotation * (std::f64::consts::PI / 180.0);
     let turn = DQuat::from_euler(EulerRot::ZYX, turn.z, turn.y, turn.x);
-    let scale = DMat3::from_diagonal(DVec3::splat(f64::from(boundary.scale)));
-    (
-        DMat3::from_quat(turn) * scale,
-        boundary.translation.as_dvec3(),
-    )
-}
-
-/// Vertices in one place become one, as STL repeats them a triangle; triangles that collapse go. Says how many there
-/// were.
-fn weld(soup: Soup) -> Result<(Soup, usize), String> {
-    let count = soup.triangles.len();
-    if count == 0 {
-        return Err("it has no triangle; export the surface with its faces".to_owned());
-    }
-    if count > MAX_TRIANGLES {
-        return Err(format!(
-            "it has {count} triangles; at most {MAX_TRIANGLES} are read, so decimate it to triangles of about the \
-             spacing"
-        ));
-    }
-    let mut known = std::collections::HashMap::with_capacity(soup.vertices.len());
-    let mut welded = Soup::default();
-    let mut rows = Vec::with_capacity(soup.vertices.len());
-    for vertex in soup.vertices {
-        if !vertex.is_finite() {
-            return Err(format!(
-                "the vertex {vertex} is not finite; coordinates must be numbers"
-            ));
-        }
-        // Adding 0 makes one zero of two.
-        let key = (vertex + 0.0).to_array().map(f64::to_bits);
-        let next = welded.vertices.len() as u32;
-        let row = *known.entry(key).or_insert(next);
-        if row == next {
-            welded.vertices.push(vertex);
-        }
-        rows.push(row);
-    }
-    for (index, corners) in soup.triangles.into_iter().enumerate() {
-        let mut triangle = [0; 3];
-        for (corner, row) in corners.into_iter().zip(&mut triangle) {
-            *row = *rows.get(corner as usize).ok_or_else(|| {
-                format!(
-                    "triangle {} names vertex {}, but there are {}; the file is damaged",
-                    index + 1,
-                    corner as usize + 1,
-                    rows.len()
-                )
-            })?;
-        }
-        let [a, b, c] = triangle;
-        if a != b && b != c && c != a {
-            welded.triangles.push(triangle);
-        }
-    }
-    if welded.triangles.is_empty() {
-        return Err(format!(
-            "none of its {count} triangles has an area; export the surface with its faces"
-        ));
-    }
-    Ok((welded, count))
-}
-
-/// Volume inside a closed surface [m³]; negative if its normals point inwards.
-fn signed_volume(soup: &Soup) -> f64 {
-    let origin = soup.vertices[soup.triangles[0][0] as usize];
-    let sum = soup.triangles.iter().map(|corners| {
-        let [a, b, c] = corners.map(|corner| soup.vertices[corner as usize] - origin);
-        a.dot(b.cross(c))
-    });
-    sum.sum::<f64>() / 6.0
+    let scale = DMat3::from_diagonal(DVec3::splat(boundary.scale));
+    (DMat3::from_quat(turn) * scale, boundary.translation)
 }

@@ -1,16 +1,13 @@
-//! Files into triangles: Wavefront OBJ and STL, binary or text.
+//! Files into triangles: by their names' ends, [`obj`] or [`stl`].
 
-use std::io::Cursor;
+use std::fs;
 use std::path::Path;
 
-use glam::{DVec3, Vec3};
-
-use super::{MeshError, Soup};
+use super::{MeshError, Soup, obj, stl};
 use crate::input::read_bytes;
 
-/// Header and count of a binary STL file, and a triangle in it [bytes].
-const STL_HEADER: usize = 84;
-const STL_TRIANGLE: usize = 50;
+/// Larger files hold more triangles than are read [bytes].
+const MAX_BYTES: u64 = 2_000_000_000;
 
 pub(super) fn read(file: &Path) -> Result<Soup, MeshError> {
     let refuse = |message: String| MeshError::Unusable {
@@ -19,8 +16,8 @@ pub(super) fn read(file: &Path) -> Result<Soup, MeshError> {
     };
     let extension = file.extension().unwrap_or_default().to_ascii_lowercase();
     let parse = match extension.to_str() {
-        Some("obj") => obj,
-        Some("stl") => stl,
+        Some("obj") => obj::read,
+        Some("stl") => stl::read,
         _ => {
             return Err(refuse(
                 "its name ends neither in .obj nor in .stl, which are the formats that can be read"
@@ -28,86 +25,63 @@ pub(super) fn read(file: &Path) -> Result<Soup, MeshError> {
             ));
         }
     };
+    if fs::metadata(file).is_ok_and(|about| about.len() > MAX_BYTES) {
+        return Err(refuse(format!(
+            "it has more than {} MB; decimate it to triangles of about the spacing",
+            MAX_BYTES / 1_000_000
+        )));
+    }
     let bytes = read_bytes(file).map_err(|source| MeshError::Unreadable {
         file: file.to_owned(),
         source,
     })?;
-    parse(bytes).map_err(refuse)
+    parse(&bytes).map_err(refuse)
 }
 
-/// All objects of the file as one.
-fn obj(bytes: Vec<u8>) -> Result<Soup, String> {
-    let text = String::from_utf8_lossy(&bytes);
-    // Only positions and faces matter. What is left out cannot be wrong: the reader would refuse a file for a bad
-    // texture index, and overflows on a negative one that is out of range.
-    let mut lines = String::with_capacity(text.len());
-    for line in text.lines() {
-        let mut words = line.split_whitespace();
-        match words.next() {
-            Some("v") => lines.push_str(line),
-            Some("f") => {
-                lines.push('f');
-                for word in words {
-                    lines.push(' ');
-                    lines.push_str(word.split('/').next().unwrap_or_default());
-                }
-            }
-            _ => continue,
-        }
-        lines.push('\n');
-    }
-    let options = tobj::LoadOptions {
-        triangulate: true,
-        ignore_points: true,
-        ignore_lines: true,
-        ..Default::default()
+/// The bytes of a file as text: UTF-8, or UTF-16 if a byte order mark says so. What is no text becomes �, which both
+/// formats may have in comments and names alone.
+pub(super) fn text_of(bytes: &[u8]) -> String {
+    let wide = |bytes: &[u8], unit: fn([u8; 2]) -> u16| {
+        let units: Vec<u16> = (bytes.as_chunks::<2>().0.iter().copied())
+            .map(unit)
+            .collect();
+        String::from_utf16_lossy(&units)
     };
-    let nothing = |_: &Path| Ok(Default::default());
-    let (models, _) =
-        tobj::load_obj_buf(&mut Cursor::new(lines), &options, nothing).map_err(|error| {
-            let hint = match error {
-                tobj::LoadError::FaceVertexOutOfBounds => {
-                    "a face names a vertex that the file does not have"
-                }
-                tobj::LoadError::PositionParseError => "a line `v` needs three numbers",
-                tobj::LoadError::FaceParseError => "a line `f` needs whole numbers of vertices",
-                _ => "the text is no Wavefront OBJ",
-            };
-            format!("{hint} ({error})")
-        })?;
-    let mut soup = Soup::default();
-    for model in models {
-        let first = soup.vertices.len() as u32;
-        let positions = model.mesh.positions.as_chunks::<3>().0;
-        soup.vertices
-            .extend(positions.iter().map(|x| Vec3::from(*x).as_dvec3()));
-        let triangles = model.mesh.indices.as_chunks::<3>().0;
-        soup.triangles
-            .extend(triangles.iter().map(|rows| rows.map(|row| first + row)));
+    match bytes {
+        [0xef, 0xbb, 0xbf, rest @ ..] => String::from_utf8_lossy(rest).into_owned(),
+        [0xff, 0xfe, rest @ ..] => wide(rest, u16::from_le_bytes),
+        [0xfe, 0xff, rest @ ..] => wide(rest, u16::from_be_bytes),
+        _ => String::from_utf8_lossy(bytes).into_owned(),
     }
-    Ok(soup)
 }
 
-fn stl(mut bytes: Vec<u8>) -> Result<Soup, String> {
-    // Some programs start binary files with `solid`, too, which the reader takes for text.
-    let count = bytes.get(80..STL_HEADER).map_or(0, |count| {
-        u32::from_le_bytes([count[0], count[1], count[2], count[3]]) as usize
-    });
-    if count > 0 && bytes.len() == STL_HEADER + count * STL_TRIANGLE {
-        bytes[0] = 0;
-    }
-    let explain = |error: std::io::Error| {
-        format!("it is no STL file, or cut short ({error}); export it again")
-    };
-    let mut cursor = Cursor::new(bytes);
-    let reader = stl_io::create_stl_reader(&mut cursor).map_err(explain)?;
-    let mut soup = Soup::default();
-    for triangle in reader {
-        let first = soup.vertices.len() as u32;
-        let vertices = triangle.map_err(explain)?.vertices;
-        soup.vertices
-            .extend(vertices.map(|x| DVec3::from(x.0.map(f64::from))));
-        soup.triangles.push([first, first + 1, first + 2]);
-    }
-    Ok(soup)
+/// Lines of a text with their numbers from 1, whichever of `\n`, `\r\n` and `\r` ends them.
+pub(super) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    let mut rest = Some(text);
+    std::iter::from_fn(move || {
+        let text = rest?;
+        let Some(end) = text.find(['\n', '\r']) else {
+            rest = None;
+            return Some(text);
+        };
+        let ending = if text[end..].starts_with("\r\n") {
+            2
+        } else {
+            1
+        };
+        rest = Some(&text[end + ending..]);
+        Some(&text[..end])
+    })
+    .enumerate()
+    .map(|(index, line)| (index + 1, line))
+}
+
+/// Three coordinates from the first of a line's words; what follows is left.
+pub(super) fn point<'a>(mut words: impl Iterator<Item = &'a str>) -> Option<glam::DVec3> {
+    let mut coordinate = || words.next()?.parse::<f64>().ok();
+    Some(glam::DVec3::new(
+        coordinate()?,
+        coordinate()?,
+        coordinate()?,
+    ))
 }

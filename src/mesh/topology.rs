@@ -14,6 +14,8 @@ const SHARP: f64 = 0.866;
 pub(super) struct Edge {
     /// Unit mean of the normals of the triangles that meet here.
     pub(super) normal: DVec3,
+    /// How much farther along the normal than along those of the triangles a place is that is behind both as far.
+    pub(super) mitre: f64,
     pub(super) is_border: bool,
     pub(super) is_sharp: bool,
 }
@@ -29,18 +31,30 @@ pub(super) struct Topology {
 }
 
 /// An edge whatever its direction: the smaller vertex first.
-fn key(a: u32, b: u32) -> (u32, u32) {
+pub(super) fn key(a: u32, b: u32) -> (u32, u32) {
     (a.min(b), a.max(b))
 }
 
-fn sides(corners: [u32; 3]) -> [(u32, u32); 3] {
+pub(super) fn sides(corners: [u32; 3]) -> [(u32, u32); 3] {
     let [a, b, c] = corners;
     [(a, b), (b, c), (c, a)]
 }
 
+/// Edges that bound one triangle alone.
+pub(super) fn borders(soup: &Soup) -> impl Iterator<Item = (u32, u32)> {
+    let mut counts: BTreeMap<(u32, u32), u32> = BTreeMap::new();
+    for &corners in &soup.triangles {
+        for (a, b) in sides(corners) {
+            *counts.entry(key(a, b)).or_default() += 1;
+        }
+    }
+    let alone = counts.into_iter().filter(|&(_, count)| count == 1);
+    alone.map(|(edge, _)| edge)
+}
+
 /// Why the surface is not that of a solid, if it is not: it must be passed along every edge as often one way as the
 /// other.
-pub(super) fn fault(soup: &Soup) -> Option<String> {
+pub(super) fn fault(soup: &Soup, tolerance: f64) -> Option<String> {
     // Triangles that pass an edge upwards, downwards.
     let mut passes: BTreeMap<(u32, u32), (u32, u32)> = BTreeMap::new();
     for &corners in &soup.triangles {
@@ -56,8 +70,9 @@ pub(super) fn fault(soup: &Soup) -> Option<String> {
     let place = format!("({:.4}, {:.4}, {:.4}) m", place.x, place.y, place.z);
     Some(match up + down {
         1 => format!(
-            "the surface is not closed: {count} of its edges bound one triangle alone, the first at {place}; close it \
-             (merge vertices by distance), or write `side: Front` for a surface that is solid behind its triangles, \
+            "the surface is not closed: {count} of its edges bound one triangle alone, the first at {place}, and \
+             vertices up to {tolerance:.1e} m (1/100 spacing) apart have been merged; close it (merge vertices by a larger \
+             distance, fill holes), or write `side: Front` for a surface that is solid behind its triangles, \
              `side: Both` for a thin sheet"
         ),
         2 => format!(
@@ -105,6 +120,7 @@ impl Topology {
                     let (sum, count, likeness) = around[&key(a, b)];
                     Edge {
                         normal: sum.normalize_or(normal),
+                        mitre: f64::from(count) / sum.length(),
                         is_border: count == 1,
                         is_sharp: likeness < SHARP,
                     }

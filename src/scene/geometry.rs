@@ -86,8 +86,9 @@ pub enum Shape {
 
 /// A solid boundary, sampled with one layer of particles at the spacing, about half a spacing inside the solid.
 ///
-/// Fluid must start at least half a spacing (from a particle's centre) off it; where there are tanks, inside one. In
-/// 2-D a box's or tank's z range only has to hold 0; centres and normals have z = 0.
+/// Fluid must start at least half a spacing (from a particle's centre) off it; where there are tanks, inside one. A solid
+/// that is thinner than twice the depth of its layer of samples, about 1.2 spacings, counts as that thick, and so do the
+/// walls of a tank. In 2-D a box's or tank's z range only has to hold 0; centres and normals have z = 0.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum BoundaryShape {
@@ -130,7 +131,8 @@ pub enum BoundaryShape {
 
 /// A triangle mesh as a boundary: sampled evenly at the spacing, like the other shapes inside the solid.
 ///
-/// A mesh's point p is put at `translation + rotation · (scale · p)`.
+/// A mesh's point p is put at `translation + rotation · (scale · p)`, in double precision, so the coordinates of a map can
+/// be moved to the origin. Vertices on borders that are up to 1/100 spacing apart are taken for one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MeshBoundary {
@@ -139,29 +141,30 @@ pub struct MeshBoundary {
     pub file: String,
     /// Metres in one unit of the file.
     #[serde(default = "one")]
-    pub scale: f32,
+    pub scale: f64,
     /// Angles about the x, y and z axes, turned in this order [°].
     #[serde(default)]
-    pub rotation: Vec3,
+    pub rotation: DVec3,
     /// Where the file's origin is put [m].
     #[serde(default)]
-    pub translation: Vec3,
+    pub translation: DVec3,
     /// Where the solid is.
     #[serde(default)]
     pub side: MeshSide,
 }
 
-fn one() -> f32 {
+fn one() -> f64 {
     1.0
 }
 
 /// Where the solid is that a mesh bounds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum MeshSide {
-    /// The mesh is closed and the solid in it: fluid is outside. The winding must be the same all over.
+    /// The mesh is closed and the solid in it: fluid is outside. The winding must be the same all over a shell; a shell
+    /// within another bounds a cavity and is wound the other way. Shells that cross are refused.
     #[default]
     Outside,
-    /// The mesh is closed and fluid is in it, as in a tank. The winding must be the same all over.
+    /// The mesh is closed and fluid is in it, as in a tank. Shells as above, with fluid in the place of the solid.
     Inside,
     /// Fluid is where triangles are seen counter-clockwise, the solid behind them. The mesh may be open, as a terrain is;
     /// past its border there is nothing.

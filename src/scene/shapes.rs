@@ -18,8 +18,11 @@ use glam::{DVec2, DVec3, Vec3};
 
 use super::{Dimension, Jitter, Scene, Shape};
 
-/// Counts and distances may miss by so many spacings, for the rounding of the file's numbers to f32.
-pub(super) const TOLERANCE: f64 = 1e-3;
+/// By how many spacings counts and distances may miss, for the rounding of the file's numbers to f32: more where the
+/// largest of them [m] is many spacings.
+pub(super) fn tolerance(largest: f64, spacing: f64) -> f64 {
+    1e-3 + f64::from(f32::EPSILON) * largest / spacing
+}
 
 /// A fluid particle to be spawned.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -80,6 +83,16 @@ fn frame(axis: DVec3) -> (DVec3, DVec3) {
     (first, axis.cross(first))
 }
 
+/// The largest coordinate of the ends between which a shape has rows [m].
+fn largest(shape: &Shape) -> f64 {
+    let ends = match *shape {
+        Shape::Box { min, max } => [min, max],
+        Shape::Sphere { .. } => [Vec3::ZERO; 2],
+        Shape::Cylinder { start, end, .. } => [start, end],
+    };
+    f64::from(ends[0].abs().max(ends[1].abs()).max_element())
+}
+
 /// The lattice of one shape, before jitter.
 pub(super) struct Lattice {
     /// The first point [m].
@@ -107,10 +120,11 @@ enum Keep {
 impl Lattice {
     pub(super) fn new(shape: &Shape, spacing: f64, dimension: Dimension) -> Self {
         let flat = dimension == Dimension::Two;
-        let along = |length: f64| (length / spacing + TOLERANCE).floor() as u32;
+        let tolerance = tolerance(largest(shape), spacing);
+        let along = |length: f64| (length / spacing + tolerance).floor() as u32;
         // Both sides of a centre: i from -half to half - 1.
-        let across = |radius: f64| (radius / spacing + TOLERANCE).ceil() as u32;
-        let reach = |radius: f64| radius + TOLERANCE * spacing;
+        let across = |radius: f64| (radius / spacing + 1e-3).ceil() as u32;
+        let reach = |radius: f64| radius + 1e-3 * spacing;
         let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| axis * spacing);
 
         let mut lattice = match *shape {
@@ -299,7 +313,8 @@ mod tests {
     fn a_box_of_n_spacings_has_n_particles_an_axis_whatever_the_rounding() {
         for n in [1, 2, 3, 7, 49, 50, 51, 333] {
             for spacing in [0.02_f32, 0.1, 1.0 / 3.0, 0.146 / 40.0, 7e-4] {
-                for start in [0.0_f32, -0.7, 0.3] {
+                // Rounding takes up to half of 1/100 spacing far away.
+                for start in [0.0_f32, -0.7, 0.3, 7e4 * spacing, -6.1e4 * spacing] {
                     let end = start + n as f32 * spacing;
                     let (min, max) = (Vec3::splat(start), Vec3::new(end, start + spacing, end));
                     let shape = Shape::Box { min, max };

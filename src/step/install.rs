@@ -14,6 +14,7 @@ use super::{
     report::{FailureCause, StepError, StepOutcome, StepReport},
     schedule::{InTurn, Labels, Step, build_schedules},
     start::{FluidStart, Walls},
+    start_density::{self, StartDensity},
     timer::PhaseTimer,
 };
 use crate::{
@@ -58,6 +59,14 @@ pub enum InstallError {
     /// The scene's spatial index cannot cover its walls.
     #[error("boundary: {0}")]
     Boundary(DomainTooLarge),
+    /// The fluid starts so compressed that it would explode.
+    #[error(
+        "the fluid starts {:.1} % above its rest density at ({:.4}, {:.4}, {:.4}) m, more than {:.0} %: a wall, or other \
+         fluid, is nearer there than it may be; move the fluid away from there by a part of the spacing, or let walls that \
+         are thinner than 1.2 spacings be thicker",
+        100.0 * .0.max_error, .0.place.x, .0.place.y, .0.place.z, 100.0 * start_density::LARGEST_ERROR
+    )]
+    Compressed(StartDensity),
     /// The file of a mesh is gone or has become unusable since the scene was checked.
     #[error(transparent)]
     Mesh(#[from] MeshError),
@@ -148,6 +157,10 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
     let material = Material::new(scene);
     let fluid = FluidStart::new(scene, &execution)?;
     let walls = Walls::new(scene, &execution)?;
+    if start_density::is_asked(&size) {
+        let samples = walls.as_ref().map(|walls| &walls.samples);
+        start_density::of(scene, &fluid.seeds, samples, &execution)?;
+    }
     let schedules = build_schedules(world, scene, &order, fluid.seeds.len(), execution.threads())?;
     world.insert_resource(execution);
     warm_start::require_means(world, scene);

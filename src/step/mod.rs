@@ -12,6 +12,7 @@ mod report;
 mod schedule;
 mod stage;
 mod start;
+mod start_density;
 mod timer;
 mod warnings;
 
@@ -24,5 +25,6 @@ pub use plan::{Plan, plan};
 pub use report::{FailureCause, StepError, StepOutcome, StepReport};
 pub use schedule::Step;
 pub use stage::{Datum, Stage};
+pub use start_density::StartDensity;
 pub use timer::PhaseTimer;
 pub use warnings::warnings;

@@ -1,4 +1,5 @@
-//! What a scene would run, without running it, and without memory for its particles.
+//! What a scene would run, without running it. Memory is taken for the particles of small scenes alone, to ask how dense
+//! they start.
 
 use glam::{DVec3, Vec3};
 
@@ -7,10 +8,13 @@ use super::{
     memory,
     phase::Phase,
     schedule::planned,
+    start_density::{self, StartDensity},
     warnings,
 };
 use crate::{
-    boundary, index,
+    boundary::{self, BoundarySamples},
+    execution::Execution,
+    index,
     material::Material,
     scene::{Scene, TimeStep, shapes},
     time_step::{self, adaptive},
@@ -52,6 +56,8 @@ pub struct Plan {
     pub memory: f64,
     /// What is allowed, but looks like a slip.
     pub warnings: Vec<String>,
+    /// How dense the fluid is at the start, unless there are too many particles to ask.
+    pub start_density: Option<StartDensity>,
 }
 
 /// Plans a scene. Refuses what [`install`](super::install) would refuse.
@@ -66,9 +72,11 @@ pub fn plan(scene: &Scene) -> Result<Plan, InstallError> {
         (low, high) = (low.min(seed.position), high.max(seed.position));
     });
     index::table_bytes(scene, low.as_dvec3(), high.as_dvec3()).map_err(InstallError::Fluid)?;
-    let is_exact = size.boundary == 0.0 || size.candidates <= FEW_CANDIDATES;
-    let mut boundary_particles = size.boundary as usize;
-    if is_exact {
+    let asked = start_density::is_asked(&size).then(|| ask(scene));
+    let (start_density, sampled) = asked.transpose()?.unzip();
+    let is_exact = sampled.is_some() || size.boundary == 0.0 || size.candidates <= FEW_CANDIDATES;
+    let mut boundary_particles = sampled.unwrap_or(size.boundary as usize);
+    if is_exact && sampled.is_none() {
         boundary_particles = 0;
         boundary::for_each_sample(scene, &mut |_| boundary_particles += 1)?;
     }
@@ -91,7 +99,20 @@ pub fn plan(scene: &Scene) -> Result<Plan, InstallError> {
         expected_neighbours,
         memory: need.most,
         warnings: warnings::of_size(scene, &size),
+        start_density,
     })
+}
+
+/// How dense the fluid is at the start, and how many boundary particles there are.
+fn ask(scene: &Scene) -> Result<(StartDensity, usize), InstallError> {
+    let execution = Execution::new(1)?;
+    let samples = boundary::sample(scene)?;
+    let walls =
+        BoundarySamples::new(scene, &samples, &execution).map_err(InstallError::Boundary)?;
+    let walls = (!samples.is_empty()).then_some(&walls);
+    let seeds = shapes::fluid_particles(scene);
+    let density = start_density::of(scene, &seeds, walls, &execution)?;
+    Ok((density, samples.len()))
 }
 
 /// The time step at the fastest fall [s].

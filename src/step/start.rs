@@ -58,7 +58,7 @@ impl FluidStart {
 /// The boundary particles, and what loops read of them.
 pub(super) struct Walls {
     sampled: Vec<BoundarySample>,
-    samples: BoundarySamples,
+    pub(super) samples: BoundarySamples,
 }
 
 impl Walls {

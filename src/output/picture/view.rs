@@ -171,7 +171,7 @@ impl View {
             }
             BoundaryShape::Mesh(ref mesh) => {
                 // A file that has gone since the scene was checked is no reason not to draw the rest.
-                let Ok(mesh) = Mesh::load(mesh) else {
+                let Ok(mesh) = Mesh::load(mesh, spacing) else {
                     return;
                 };
                 let (min, max) = mesh.bounds();

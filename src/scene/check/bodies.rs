@@ -7,11 +7,13 @@
 use std::collections::HashMap;
 
 use glam::{DVec3, I64Vec3, Vec3};
+use smallvec::SmallVec;
 
 use super::solids::Obstacle;
 use super::{AXIS_NAMES, Checked, Problem, axes, box_is_proper, ensure, is_flat, radius_is_proper};
-use crate::mesh::Mesh;
-use crate::scene::shapes::{Lattice, TOLERANCE};
+use crate::boundary::layer_depth;
+use crate::mesh::{Mesh, TOLERANCE};
+use crate::scene::shapes::{Lattice, tolerance};
 use crate::scene::{BoundaryShape, Dimension, Scene, Shape};
 
 pub(super) fn shapes(scene: &Scene) -> Checked {
@@ -77,6 +79,8 @@ struct Particles {
     lattice: Lattice,
     min: DVec3,
     max: DVec3,
+    /// What distances may miss by, for rounding [m].
+    tolerance: f64,
 }
 
 pub(super) fn places(scene: &Scene, meshes: &[Option<Mesh>]) -> Checked {
@@ -102,6 +106,7 @@ pub(super) fn places(scene: &Scene, meshes: &[Option<Mesh>]) -> Checked {
             lattice,
             min,
             max,
+            tolerance: spacing * tolerance(min.abs().max(max.abs()).max_element(), spacing),
         };
         in_domain(scene, &body)?;
         in_a_tank(scene, &body)?;
@@ -111,7 +116,7 @@ pub(super) fn places(scene: &Scene, meshes: &[Option<Mesh>]) -> Checked {
     all_apart(&bodies, spacing)
 }
 
-/// No two bodies overlap. Along the axis on which the bodies are spread most, each is held against those only that begin
+/// No two bodies overlap or are nearer than a lattice. Along the axis on which the bodies are spread most, each is held against those only that begin
 /// before it ends.
 fn all_apart(bodies: &[Particles], spacing: f64) -> Checked {
     let middles = bodies.iter().map(|body| 0.5 * (body.min + body.max));
@@ -123,7 +128,7 @@ fn all_apart(bodies: &[Particles], spacing: f64) -> Checked {
     let mut order: Vec<usize> = (0..bodies.len()).collect();
     order.sort_by(|&a, &b| bodies[a].min[axis].total_cmp(&bodies[b].min[axis]));
     for (place, &body) in order.iter().enumerate() {
-        let end = bodies[body].max[axis] + 0.5 * spacing;
+        let end = bodies[body].max[axis] + spacing;
         let later = order[place + 1..].iter();
         for &other in later.take_while(|&&other| bodies[other].min[axis] <= end) {
             let (first, second) = (body.min(other), body.max(other));
@@ -169,7 +174,7 @@ fn in_domain(scene: &Scene, body: &Particles) -> Checked {
     let spacing = f64::from(scene.spacing);
     let (min, max) = (domain.min.as_dvec3(), domain.max.as_dvec3());
     let over = excess(scene, body, min, max, false);
-    ensure(over.depth <= TOLERANCE * spacing, &body.path, || {
+    ensure(over.depth <= body.tolerance, &body.path, || {
         format!(
             "the fluid sticks out of the domain by {} at its {} side; move or shrink it, or widen `domain`",
             length(over.depth, spacing),
@@ -178,10 +183,12 @@ fn in_domain(scene: &Scene, body: &Particles) -> Checked {
     })
 }
 
-/// A body is inside one tank, or there is none; and it lies in no tank's walls, which are one spacing thick.
+/// A body is inside one tank, or there is none; and it lies in no tank's walls, which are as thick as a sheet: their one
+/// layer of samples lies in the middle.
 fn in_a_tank(scene: &Scene, body: &Particles) -> Checked {
     let spacing = f64::from(scene.spacing);
-    let tolerance = TOLERANCE * spacing;
+    let tolerance = body.tolerance;
+    let thickness = 2.0 * f64::from(layer_depth(scene));
     let mut tanks = 0;
     let mut inside = false;
     for (index, boundary) in scene.boundaries.iter().enumerate() {
@@ -196,16 +203,18 @@ fn in_a_tank(scene: &Scene, body: &Particles) -> Checked {
             continue;
         }
         let separate = (0..axes(scene.dimension)).any(|axis| {
-            let wall = if open && axis == 1 { 0.0 } else { spacing };
-            let (lower, upper) = (min[axis] - spacing, max[axis] + wall);
+            let upper_wall = if open && axis == 1 { 0.0 } else { thickness };
+            let (lower, upper) = (min[axis] - thickness, max[axis] + upper_wall);
             body.max[axis] + 0.5 * spacing <= lower + tolerance
                 || body.min[axis] - 0.5 * spacing >= upper - tolerance
         });
         ensure(separate, &body.path, || {
             format!(
-                "the fluid sticks out of the tank `boundaries.{index}` by {} at its {} side; move or shrink it",
+                "the fluid sticks out of the tank `boundaries.{index}` by {} at its {} side; move or shrink it (outside it \
+                 must be {} away, as thick as the tank's walls are)",
                 length(over.depth, spacing),
-                over.side
+                over.side,
+                length(thickness, spacing)
             )
         })?;
     }
@@ -232,36 +241,38 @@ fn clear_of_obstacles(scene: &Scene, meshes: &[Option<Mesh>], body: &Particles) 
             }
         });
         let depth = 0.5 * spacing - nearest;
-        ensure(depth <= TOLERANCE * spacing, &body.path, || {
+        // Seams of a mesh may be off by as much.
+        let seam = mesh.as_ref().map_or(0.0, |_| TOLERANCE * spacing);
+        ensure(depth <= body.tolerance + seam, &body.path, || {
             format!(
-                "the fluid overlaps the {} `boundaries.{index}` by {}, most at {}; move one of them, or leave the \
+                "the fluid overlaps the {} `boundaries.{index}` by {}, most at {}{}; move one of them, or leave the \
                  place free with two bodies",
                 obstacle.name,
                 length(depth, spacing),
-                point(at, scene.dimension)
+                point(at, scene.dimension),
+                obstacle.counts_as(spacing)
             )
         })?;
     }
     Ok(())
 }
 
-/// No particle of one body is nearer than half a spacing to one of the other.
+/// No particle of one body is nearer than a spacing to one of the other: nearer than in a lattice the fluid would start
+/// compressed.
 fn apart(first: &Particles, first_index: usize, second: &Particles, spacing: f64) -> Checked {
-    let reach = 0.5 * spacing;
     let (min, max) = (
-        first.min.max(second.min) - reach,
-        first.max.min(second.max) + reach,
+        first.min.max(second.min) - spacing,
+        first.max.min(second.max) + spacing,
     );
     if min.cmpgt(max).any() {
         return Ok(());
     }
     let common = |point: DVec3| point.cmpge(min).all() && point.cmple(max).all();
-    // A cell is smaller than the distance within a lattice, so it holds one particle of a body at most.
-    let cell = |point: DVec3| (point / reach).floor().as_i64vec3();
-    let mut cells = HashMap::new();
+    let cell = |point: DVec3| (point / spacing).floor().as_i64vec3();
+    let mut cells: HashMap<I64Vec3, SmallVec<[DVec3; 2]>> = HashMap::new();
     first.lattice.for_each(|point| {
         if common(point) {
-            cells.insert(cell(point), point);
+            cells.entry(cell(point)).or_default().push(point);
         }
     });
     let (mut nearest, mut at) = (f64::INFINITY, DVec3::ZERO);
@@ -271,24 +282,25 @@ fn apart(first: &Particles, first_index: usize, second: &Particles, spacing: f64
         }
         for offset in 0..27 {
             let offset = I64Vec3::new(offset % 3 - 1, offset / 3 % 3 - 1, offset / 9 - 1);
-            if let Some(&other) = cells.get(&(cell(point) + offset)) {
-                let distance = point.distance(other);
+            for other in cells.get(&(cell(point) + offset)).into_iter().flatten() {
+                let distance = point.distance(*other);
                 if distance < nearest {
                     (nearest, at) = (distance, point);
                 }
             }
         }
     });
-    if nearest >= reach - TOLERANCE * spacing {
+    if nearest >= spacing - first.tolerance.max(second.tolerance) {
         return Ok(());
     }
     Err(Problem::new(
         &second.path,
         format!(
-            "the fluid overlaps that of `bodies.{first_index}`: two particles are {} apart at {}; at least half a \
-             spacing is needed, so move or shrink one body",
+            "the fluid overlaps that of `bodies.{first_index}` or is nearer than a lattice: two particles are {} apart at \
+             {}; a spacing is needed, so move or shrink one body by {}",
             length(nearest, spacing),
-            point(at, Dimension::Three)
+            point(at, Dimension::Three),
+            length(spacing - nearest, spacing)
         ),
     ))
 }

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
-use super::{Checked, Problem, box_is_proper, ensure, is_flat, radius_is_proper};
+use super::{Checked, Problem, axes, box_is_proper, ensure, is_flat, radius_is_proper};
 use crate::boundary::layer_depth;
 use crate::mesh::Mesh;
 use crate::scene::shapes::wall_axes;
@@ -53,7 +53,7 @@ pub(super) fn shapes(scene: &Scene) -> Checked {
 /// The meshes of the boundaries, where they are meshes.
 pub(super) fn meshes(scene: &Scene) -> Result<Vec<Option<Mesh>>, Problem> {
     let load = |(index, boundary): (usize, &BoundaryShape)| match boundary {
-        BoundaryShape::Mesh(mesh) => match Mesh::load(mesh) {
+        BoundaryShape::Mesh(mesh) => match Mesh::load(mesh, scene.spacing) {
             Ok(mesh) => Ok(Some(mesh)),
             Err(error) => {
                 let path = format!("boundaries.{index}.file");
@@ -71,6 +71,8 @@ pub(super) struct Obstacle<'a> {
     pub(super) name: &'static str,
     kind: Kind<'a>,
     flat: bool,
+    /// What it counts as at least, if it is thinner: its samples would lie too near to its faces [m].
+    thickness: Option<f64>,
 }
 
 enum Kind<'a> {
@@ -105,31 +107,43 @@ impl<'a> Obstacle<'a> {
         scene: &Scene,
     ) -> Option<Self> {
         let dimension = scene.dimension;
+        let depth = f64::from(layer_depth(scene));
+        let mut thickness = None;
         let (name, kind) = match *boundary {
             BoundaryShape::Tank { .. } => return None,
             BoundaryShape::Mesh(_) => {
                 let mesh = mesh?;
                 let face = match mesh.side {
-                    MeshSide::Both => f64::from(layer_depth(scene)),
+                    MeshSide::Both => depth,
                     MeshSide::Outside | MeshSide::Inside | MeshSide::Front => 0.0,
                 };
                 let reach = f64::from(scene.spacing) + face;
                 ("mesh", Kind::Mesh { mesh, face, reach })
             }
-            BoundaryShape::Box { min, max } => (
-                "solid box",
-                Kind::Box {
-                    min: min.as_dvec3(),
-                    max: max.as_dvec3(),
-                },
-            ),
-            BoundaryShape::Sphere { center, radius } => (
-                "solid sphere",
-                Kind::Sphere {
-                    center: center.as_dvec3(),
-                    radius: f64::from(radius),
-                },
-            ),
+            BoundaryShape::Box { min, max } => {
+                let (min, max) = (min.as_dvec3(), max.as_dvec3());
+                let thinnest = (max - min).to_array()[..axes(dimension)]
+                    .iter()
+                    .fold(f64::INFINITY, |a, b| a.min(*b));
+                thickness = (thinnest < 2.0 * depth).then_some(2.0 * depth);
+                let middle = 0.5 * (min + max);
+                let (min, max) = (min.min(middle - depth), max.max(middle + depth));
+                ("solid box", Kind::Box { min, max })
+            }
+            BoundaryShape::Sphere { center, radius } => {
+                let radius = f64::from(radius);
+                // Its samples are at half the radius at least.
+                let counted = radius.max(0.5 * radius + depth);
+                thickness = (counted > radius).then_some(2.0 * counted);
+                let center = center.as_dvec3();
+                (
+                    "solid sphere",
+                    Kind::Sphere {
+                        center,
+                        radius: counted,
+                    },
+                )
+            }
             BoundaryShape::Plane {
                 center,
                 normal,
@@ -151,6 +165,17 @@ impl<'a> Obstacle<'a> {
             name,
             kind,
             flat: dimension == Dimension::Two,
+            thickness,
+        })
+    }
+
+    /// For a message: what a thin solid counts as.
+    pub(super) fn counts_as(&self, spacing: f64) -> String {
+        self.thickness.map_or_else(String::new, |thickness| {
+            format!(
+                " (it is so thin that it counts as {:.2} spacings, {thickness:.4} m, thick)",
+                thickness / spacing
+            )
         })
     }
 

@@ -1,0 +1,286 @@
+//! Polygons into triangles.
+//!
+//! A polygon that its first corner sees all of is cut as a fan. Others are triangulated by `spade` (constrained Delaunay)
+//! in the coordinate plane that they face most. Ear clipping (`earcutr`) was the other option: it drops corners in the
+//! middle of a straight side, and the next face, which has them, would then not be joined to this one.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use glam::{DVec2, DVec3};
+use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
+
+type Cdt = ConstrainedDelaunayTriangulation<Point2<f64>>;
+
+/// Triangles of a polygon of three or more corners, as rows of them, wound as it is; all corners are used. Fails if the
+/// polygon crosses itself: then it has no inside.
+pub(super) fn triangulate(corners: &[DVec3]) -> Result<Vec<[usize; 3]>, String> {
+    let fan = || (1..corners.len() - 1).map(|k| [0, k, k + 1]).collect();
+    // What is not finite is refused with the vertex; there is no shape to ask for.
+    if corners.len() == 3 || !corners.iter().all(|corner| corner.is_finite()) {
+        return Ok(fan());
+    }
+    let outline = flattened(corners);
+    if is_seen_from_the_first(&outline) || is_straight(corners) {
+        return Ok(fan());
+    }
+    let place = |at: usize| {
+        let DVec3 { x, y, z } = corners[at];
+        format!("crosses or touches itself at the vertex ({x}, {y}, {z}); cut it into triangles")
+    };
+    constrained(&outline).map_err(place)
+}
+
+/// The corners in the plane of two coordinates, counter-clockwise, from the first on.
+fn flattened(corners: &[DVec3]) -> Vec<DVec2> {
+    let first = corners[0];
+    // Twice the vector of the area (Newell).
+    let turns = corners[1..]
+        .windows(2)
+        .map(|pair| (pair[0] - first).cross(pair[1] - first));
+    let area: DVec3 = turns.sum();
+    let axis = area.abs().max_position();
+    let (mut u, mut v) = ((axis + 1) % 3, (axis + 2) % 3);
+    if area[axis] < 0.0 {
+        (u, v) = (v, u);
+    }
+    corners
+        .iter()
+        .map(|&corner| corner - first)
+        .map(|x| DVec2::new(x[u], x[v]))
+        .collect()
+}
+
+/// Whether lines from the first corner meet the others in turn, within half a turn.
+fn is_seen_from_the_first(outline: &[DVec2]) -> bool {
+    let first = outline[1];
+    outline[1..]
+        .windows(2)
+        .all(|pair| pair[0].perp_dot(pair[1]) > 0.0 && first.perp_dot(pair[1]) > 0.0)
+}
+
+/// Without area, as the faces of a collapsed solid are: any triangles do.
+fn is_straight(corners: &[DVec3]) -> bool {
+    let arms = || corners[1..].iter().map(|&corner| corner - corners[0]);
+    let longest = arms().max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()));
+    let longest = longest.unwrap_or_default();
+    arms().all(|arm| arm.cross(longest).length() <= 1e-14 * longest.length_squared())
+}
+
+/// Fails with the corner from which a side cannot be.
+fn constrained(outline: &[DVec2]) -> Result<Vec<[usize; 3]>, usize> {
+    let size = outline
+        .iter()
+        .fold(0.0_f64, |size, point| size.max(point.abs().max_element()));
+    let mut cdt = Cdt::new();
+    // The first corner in each place, and the place of each corner.
+    let (mut first, mut places) = (Vec::new(), Vec::new());
+    for (row, point) in outline.iter().enumerate() {
+        // Numbers below 1e-40 are refused by the crate.
+        let [x, y] = (*point / size)
+            .to_array()
+            .map(|x| if x.abs() < 1e-30 { 0.0 } else { x });
+        let place = cdt.insert(Point2::new(x, y)).map_err(|_| row)?;
+        if place.index() == first.len() {
+            first.push(row);
+        }
+        places.push(place);
+    }
+    // How often the outline passes from one place to another, less the other way: a cut to a hole is passed both ways.
+    let mut passes: BTreeMap<(usize, usize), i32> = BTreeMap::new();
+    for row in 0..places.len() {
+        let (from, to) = (places[row], places[(row + 1) % places.len()]);
+        if from == to {
+            continue;
+        }
+        if !cdt.can_add_constraint(from, to) {
+            return Err(row);
+        }
+        cdt.add_constraint(from, to);
+        // Otherwise it passes through another corner.
+        if !cdt.exists_constraint(from, to) {
+            return Err(row);
+        }
+        *passes.entry((from.index(), to.index())).or_default() += 1;
+        *passes.entry((to.index(), from.index())).or_default() -= 1;
+    }
+    let triangles = within(&cdt, &passes, &first)?;
+    // A bow whose halves are equal has no area, and no plane that it faces.
+    if triangles.is_empty() {
+        return Err(0);
+    }
+    Ok(triangles)
+}
+
+/// The triangles around which the outline goes once. Fails with a corner where it goes otherwise.
+fn within(
+    cdt: &Cdt,
+    passes: &BTreeMap<(usize, usize), i32>,
+    first: &[usize],
+) -> Result<Vec<[usize; 3]>, usize> {
+    let mut turns: Vec<Option<i32>> = vec![None; cdt.num_all_faces()];
+    let outer = cdt.outer_face();
+    turns[outer.index()] = Some(0);
+    let mut open: VecDeque<_> = cdt.convex_hull().map(|edge| (edge, 0)).collect();
+    let mut triangles = Vec::new();
+    while let Some((edge, beyond)) = open.pop_front() {
+        // Each edge has a side that is known and one that may not be; the inner face is to the left.
+        let edge = if edge.face() == outer {
+            edge.rev()
+        } else {
+            edge
+        };
+        let Some(face) = edge.face().as_inner() else {
+            continue;
+        };
+        if turns[face.index()].is_some() {
+            continue;
+        }
+        let passed = (edge.from().index(), edge.to().index());
+        let here = beyond + passes.get(&passed).copied().unwrap_or(0);
+        turns[face.index()] = Some(here);
+        let corners = face.vertices().map(|vertex| first[vertex.index()]);
+        match here {
+            0 => {}
+            1 => triangles.push(corners),
+            _ => return Err(corners[0]),
+        }
+        for side in face.adjacent_edges() {
+            open.push_back((side.rev(), here));
+        }
+    }
+    Ok(triangles)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn area(corners: &[DVec3], triangles: &[[usize; 3]]) -> (DVec3, f64) {
+        let each = triangles.iter().map(|t| {
+            let [a, b, c] = t.map(|k| corners[k]);
+            0.5 * (b - a).cross(c - a)
+        });
+        each.fold((DVec3::ZERO, 0.0), |(sum, size), area| {
+            (sum + area, size + area.length())
+        })
+    }
+
+    /// A comb, a star and an L whose sides have more corners, turned every way and started at every corner: triangles cover
+    /// them once, all corners are used, and every side belongs to one triangle.
+    #[test]
+    fn concave_polygons_are_covered_once_with_all_their_corners() {
+        let comb = [
+            (0., 0.),
+            (4., 0.),
+            (4., 2.),
+            (3., 2.),
+            (3., 1.),
+            (2., 1.),
+            (2., 2.),
+            (1., 2.),
+            (1., 1.),
+            (0., 1.),
+        ];
+        let l = [
+            (0., 0.),
+            (1., 0.),
+            (2., 0.),
+            (2., 0.5),
+            (2., 1.),
+            (1., 1.),
+            (1., 1.5),
+            (1., 2.),
+            (0., 2.),
+            (0., 1.),
+        ];
+        let star: Vec<(f64, f64)> = (0..14)
+            .map(|k| {
+                let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / 14.0).sin_cos();
+                let radius = if k % 2 == 0 { 1.0 } else { 0.2 };
+                (radius * cos, radius * sin)
+            })
+            .collect();
+        for (outline, size) in [(&comb[..], 6.0), (&l[..], 3.0), (&star[..], f64::NAN)] {
+            for start in 0..outline.len() {
+                for turn in 0..7 {
+                    let turn = glam::DQuat::from_euler(
+                        glam::EulerRot::XYZ,
+                        f64::from(turn),
+                        0.7 * f64::from(turn),
+                        0.0,
+                    );
+                    let corners: Vec<DVec3> = (0..outline.len())
+                        .map(|k| outline[(start + k) % outline.len()])
+                        .map(|(x, y)| turn * DVec3::new(x, y, 0.0) + DVec3::new(3.0, 4e3, -1.0))
+                        .collect();
+                    let triangles = triangulate(&corners).expect("a simple polygon");
+                    assert_eq!(triangles.len(), corners.len() - 2);
+                    let (sum, total) = area(&corners, &triangles);
+                    assert!(
+                        (sum.length() - total).abs() < 1e-9 * total,
+                        "a triangle is turned over"
+                    );
+                    assert!(
+                        sum.dot(turn * DVec3::Z) > 0.0
+                            && (size.is_nan() || (total - size).abs() < 1e-9)
+                    );
+                    for k in 0..corners.len() {
+                        let next = (k + 1) % corners.len();
+                        let sides = triangles
+                            .iter()
+                            .flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
+                        assert_eq!(sides.filter(|side| *side == (k, next)).count(), 1);
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_hole_that_a_cut_leads_to_stays_free() {
+        let square = |low: f64, high: f64| {
+            [
+                (low, low),
+                (high, low),
+                (high, high),
+                (low, high),
+                (low, low),
+            ]
+        };
+        let mut hole = square(1.0, 2.0);
+        hole.reverse();
+        let corners: Vec<DVec3> = square(0.0, 3.0)
+            .into_iter()
+            .chain(hole)
+            .map(|(x, y)| DVec3::new(x, y, 1.0))
+            .collect();
+        let triangles = triangulate(&corners).expect("a polygon with a cut");
+        let (sum, total) = area(&corners, &triangles);
+        assert!(
+            (sum.z - 8.0).abs() < 1e-12 && (total - 8.0).abs() < 1e-12,
+            "{sum} {total}"
+        );
+    }
+
+    #[test]
+    fn polygons_that_cross_themselves_are_refused() {
+        let bow = [(0., 0.), (1., 1.), (1., 0.), (0., 1.)];
+        let pentagram = [
+            (1., 0.),
+            (-0.8, 0.6),
+            (0.3, -0.95),
+            (0.3, 0.95),
+            (-0.8, -0.6),
+        ];
+        let twice = [(0., 0.), (1., 0.), (0., 1.), (0., 0.), (1., 0.), (0., 1.)];
+        for outline in [&bow[..], &pentagram[..], &twice[..]] {
+            let corners: Vec<DVec3> = outline
+                .iter()
+                .map(|&(x, y)| DVec3::new(x, y, 0.0))
+                .collect();
+            assert!(triangulate(&corners).is_err(), "{outline:?}");
+        }
+        let line: Vec<DVec3> = [0.0, 1.0, 3.0, 2.0].map(|x| DVec3::new(x, x, -x)).into();
+        assert_eq!(triangulate(&line).expect("a line").len(), 2);
+    }
+}
