@@ -9,7 +9,8 @@ use rayon::prelude::*;
 
 use crate::{
     column::{
-        Accelerations, Densities, Positions, PredictedPositions, PressureAccelerations, Velocities,
+        Accelerations, Densities, Positions, PredictedPositions, PressureAccelerations, Pressures,
+        Velocities,
     },
     execution::{CHUNK, ChunkResults, Execution},
     material::Material,
@@ -24,10 +25,15 @@ pub struct Motion {
     pub max_speed: f32,
     /// Largest acceleration, pressure included [m/s²].
     pub max_acceleration: f32,
+    /// Largest pressure [Pa].
+    pub max_pressure: f32,
     /// Kinetic energy [J; J/m in 2-D].
     pub kinetic_energy: f64,
     /// Potential energy in the scene's gravity, zero at the origin [J; J/m in 2-D].
     pub potential_energy: f64,
+    /// Largest pressure of the step before [Pa].
+    pressure_before: f32,
+    rows: usize,
     chunks: ChunkResults<ChunkMotion>,
     end: ChunkResults<ChunkEnd>,
 }
@@ -45,8 +51,29 @@ pub struct GuardLimits(pub Limits);
 struct ChunkMotion {
     speed_squared: (f32, usize),
     acceleration_squared: f32,
+    pressure: f32,
     compression: (f32, usize),
     not_finite: Option<(&'static str, usize)>,
+    work: Work,
+}
+
+/// Sums over particles, for a mass of 1 each.
+#[derive(Debug, Clone, Copy, Default)]
+struct Work {
+    /// Squares of the speeds at the start [m²/s²].
+    speed_squared: f64,
+    /// Gain of half of them, less the work of all forces but pressure: the work of pressure [m²/s²].
+    pressure: f64,
+    /// Squares of what those forces change velocities by [m²/s²].
+    change_squared: f64,
+}
+
+impl Work {
+    fn add(&mut self, other: Self) {
+        self.speed_squared += other.speed_squared;
+        self.pressure += other.pressure;
+        self.change_squared += other.change_squared;
+    }
 }
 
 /// Where one chunk of rows ended up.
@@ -67,15 +94,17 @@ pub fn integrate(
         Res<Accelerations>,
         Res<PressureAccelerations>,
         Res<Densities>,
+        Res<Pressures>,
     ),
     material: Res<Material>,
     clock: Res<Clock>,
     execution: Res<Execution>,
 ) {
-    let (positions, accelerations, pressure_accelerations, densities) = columns;
+    let (positions, accelerations, pressure_accelerations, densities, pressures) = columns;
     let (dt, rest_density) = (clock.dt, material.rest_density);
     let rows = positions.rows();
     let motion = &mut *motion;
+    (motion.pressure_before, motion.rows) = (motion.max_pressure, rows);
     let chunks = motion.chunks.reset(rows);
     let advance = |first: usize, new_x: &mut [Vec4], v: &mut [Vec4]| {
         let mut result = ChunkMotion::default();
@@ -86,9 +115,18 @@ pub fn integrate(
         for (row, ((((new_x, x), v), (a, a_p)), &rho)) in
             (first..).zip(state.zip(forces).zip(&densities.0[first..]))
         {
+            result.pressure = result.pressure.max(pressures.0[row]);
             let acceleration = *a + *a_p;
             let velocity = v.truncate() + dt * acceleration;
             let position = x.truncate() + dt * velocity;
+            let before = v.truncate();
+            let change = dt * *a;
+            let gain = velocity.length_squared() - before.length_squared();
+            result.work.add(Work {
+                speed_squared: f64::from(before.length_squared()),
+                pressure: 0.5 * f64::from(gain - change.dot(before + velocity)),
+                change_squared: f64::from(change.length_squared()),
+            });
             *v = velocity.extend(v.w);
             *new_x = position.extend(0.0);
             if result.not_finite.is_none() {
@@ -121,6 +159,7 @@ pub fn integrate(
     let total = motion.total();
     motion.max_speed = total.speed_squared.0.sqrt();
     motion.max_acceleration = total.acceleration_squared.sqrt();
+    motion.max_pressure = total.pressure;
 }
 
 /// Measures energies, and who left the domain, after walls have corrected the motion (phase `Integrate`).
@@ -172,11 +211,17 @@ impl Motion {
     /// All chunks, folded in their order.
     fn total(&self) -> ChunkMotion {
         let larger = |a: (f32, usize), b: (f32, usize)| if b.0 > a.0 { b } else { a };
+        let add = |mut sum: Work, other: Work| {
+            sum.add(other);
+            sum
+        };
         self.chunks
             .iter()
             .fold(ChunkMotion::default(), |sum, chunk| ChunkMotion {
+                work: add(sum.work, chunk.work),
                 speed_squared: larger(sum.speed_squared, chunk.speed_squared),
                 acceleration_squared: sum.acceleration_squared.max(chunk.acceleration_squared),
+                pressure: sum.pressure.max(chunk.pressure),
                 compression: larger(sum.compression, chunk.compression),
                 not_finite: sum.not_finite.or(chunk.not_finite),
             })
@@ -217,7 +262,22 @@ pub fn guard(
             Some(total.speed_squared.1),
         );
     }
+    // What pressure may do work with: motion, the pressure of the last step, compression that is pushed out, and what other
+    // forces drive together. A wall or a host that moves particles between steps does no work in it.
     let (compression, row) = total.compression;
+    let pushed = f64::from(compression * material.kernel.support_radius / clock.dt);
+    let before = f64::from(motion.pressure_before / material.rest_density);
+    let rows = motion.rows as f64;
+    let available = 0.5 * (total.work.speed_squared + total.work.change_squared + rows * pushed.powi(2)) + rows * before;
+    let limit = f64::from(limits.0.energy) * available;
+    if total.work.pressure > limit {
+        let mass = f64::from(material.particle_mass);
+        let cause = FailureCause::EnergyGained {
+            work: mass * total.work.pressure,
+            limit: mass * limit,
+        };
+        return failure.record(cause, Some(total.speed_squared.1));
+    }
     let limit = limits.0.compression;
     if compression > limit {
         return failure.record(

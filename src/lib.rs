@@ -69,6 +69,7 @@ pub mod index;
 pub mod input;
 pub mod integrate;
 pub mod kernel;
+pub mod lattice;
 pub mod material;
 pub mod measure;
 mod memory;

@@ -24,7 +24,7 @@ pub struct Velocity(pub Vec3);
 #[repr(transparent)]
 pub struct Density(pub f32);
 
-/// Pressure of a fluid particle [Pa]; beside a wall, too (see [`fluid_share`](crate::pressure::fluid_share)).
+/// Pressure of a fluid particle [Pa].
 #[derive(Component, Debug, Clone, Copy, Default, PartialEq, TransparentWrapper, Pod, Zeroable)]
 #[repr(transparent)]
 pub struct Pressure(pub f32);

@@ -19,7 +19,7 @@ use glam::{Vec3, Vec4};
 pub(crate) use count::count;
 pub(crate) use mesh::expected as expected_of_mesh;
 pub(crate) use sampling::for_each_sample;
-pub use sampling::{BoundarySample, layer_depth, sample};
+pub use sampling::{BoundarySample, beside_wall, layer_depth, sample};
 pub use volume::volumes;
 
 use crate::{

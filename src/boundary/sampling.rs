@@ -14,6 +14,8 @@ use glam::{IVec3, Vec3};
 
 use super::mesh::sample_mesh;
 use crate::{
+    kernel::CubicSpline,
+    lattice::{BesideWall, Lattice},
     material::Material,
     mesh::{Mesh, MeshError},
     scene::{BoundaryHandling, BoundaryShape, Dimension, Scene, shapes::wall_axes},
@@ -54,6 +56,23 @@ pub fn layer_depth(scene: &Scene) -> f32 {
         }
     }
     near - 0.5 * dx
+}
+
+/// What makes the layer of samples act on a lattice beside it as a lattice that goes on would.
+pub fn beside_wall(scene: &Scene) -> BesideWall {
+    let kernel = CubicSpline::new(scene.dimension, scene.support);
+    let layer = || kernel.lattice(scene.dimension, 1.0).filter(|x| x.y == 0.0);
+    let in_layer: f32 = layer().map(|x| kernel.value(x.length())).sum();
+    let volume = match scene.boundary_handling {
+        BoundaryHandling::Akinci => 1.0 / in_layer,
+        // That of a fluid particle.
+        BoundaryHandling::DirectForcing(_) => {
+            let lattice = kernel.lattice(scene.dimension, 1.0);
+            1.0 / lattice.map(|x| kernel.value(x.length())).sum::<f32>()
+        }
+    };
+    let distance = 0.5 + layer_depth(scene) / scene.spacing;
+    Lattice::of(scene).beside_wall(f64::from(distance), f64::from(volume))
 }
 
 /// A boundary particle.

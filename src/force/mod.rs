@@ -9,5 +9,6 @@ mod viscosity;
 pub use gravity::apply_gravity;
 pub use surface_tension::{Cohesion, apply_surface_tension};
 pub use viscosity::{
-    ArtificialViscosity, LaminarViscosity, apply_artificial_viscosity, apply_laminar_viscosity,
+    ArtificialViscosity, LaminarViscosity, NumericalViscosity, apply_artificial_viscosity,
+    apply_laminar_viscosity, put_pressure_terms,
 };

@@ -7,16 +7,21 @@
 //! Artificial: `a_i = −Σ_j m Π_ij ∇W_ij`, `Π_ij = −2 α h c/(ρ_i + ρ_j) · (v_ij · x_ij)/(|x_ij|² + 0.01 h²)` where the
 //! particles approach, 0 elsewhere (Becker & Teschner 2007, eq. 10, with h the support radius as there).
 //!
-//! Neither acts between fluid and boundary: walls are free-slip.
+//! Numerical, beside the laminar one: artificial viscosity of every pair with `c = sqrt(p/ρ)`, p the mean of the two
+//! pressures of the last step. Waves of a lattice under pressure have that speed, and a square lattice melts with it into a
+//! denser one; a speed that follows pressure damps both in the same number of steps at every depth and spacing.
+//!
+//! None acts between fluid and boundary: walls are free-slip.
 
 use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};
 
 use crate::{
-    column::{Accelerations, Densities, Velocities},
+    column::{Accelerations, Densities, Positions, Pressures, Velocities},
+    execution::Execution,
     material::Material,
     pairs::{Pair, PairSum, accumulate, broadcast, difference, dot},
-    pressure::first_force::WithFirstForce,
+    pressure::{first_force::WithFirstForce, warm_start},
     simd::Simd,
 };
 
@@ -33,25 +38,43 @@ pub struct ArtificialViscosity {
     pub sound_speed: f32,
 }
 
-/// Adds laminar viscosity (phase `Forces`).
+/// α of the numerical viscosity [-]. In scenes that have one.
+#[derive(Resource, Debug, Clone, Copy)]
+pub struct NumericalViscosity(pub f32);
+
+/// Puts the pressure terms of the last step beside the positions, where the pressure solve has not (phase `Forces`).
+pub fn put_pressure_terms(
+    mut positions: ResMut<Positions>,
+    densities: Res<Densities>,
+    pressures: Res<Pressures>,
+    execution: Res<Execution>,
+) {
+    warm_start::put_terms(&mut positions, 1.0, (&densities, &pressures), None, &execution);
+}
+
+/// Adds laminar and numerical viscosity (phase `Forces`).
 pub fn apply_laminar_viscosity(
     mut accelerations: ResMut<Accelerations>,
     mut velocities: ResMut<Velocities>,
     densities: Res<Densities>,
     viscosity: Res<LaminarViscosity>,
+    numerical: Option<Res<NumericalViscosity>>,
     material: Res<Material>,
     mut sums: WithFirstForce,
 ) {
     let d = f32::from(u8::from(material.dimension));
     let strength = 4.0 * (d + 2.0) * viscosity.0;
-    apply_friction::<false>(
-        &mut accelerations,
-        &mut velocities,
-        &densities,
-        &material,
-        &mut sums,
-        strength,
-    );
+    let columns = (&mut *accelerations, &mut *velocities, &*densities);
+    match numerical {
+        None => apply_friction::<false, false>(columns, &material, &mut sums, (strength, 0.0)),
+        Some(alpha) => {
+            let h = material.kernel.support_radius;
+            // c² is ρ0/2 times the sum of two terms p/ρ².
+            let half = 0.5 * material.rest_density / sums.share_of_terms();
+            let strengths = (strength, 2.0 * alpha.0 * h * half.sqrt());
+            apply_friction::<false, true>(columns, &material, &mut sums, strengths);
+        }
+    }
 }
 
 /// Adds artificial viscosity (phase `Forces`).
@@ -66,25 +89,17 @@ pub fn apply_artificial_viscosity(
     let ArtificialViscosity { alpha, sound_speed } = *viscosity;
     let h = material.kernel.support_radius;
     let strength = 2.0 * alpha * h * sound_speed;
-    apply_friction::<true>(
-        &mut accelerations,
-        &mut velocities,
-        &densities,
-        &material,
-        &mut sums,
-        strength,
-    );
+    let columns = (&mut *accelerations, &mut *velocities, &*densities);
+    apply_friction::<true, false>(columns, &material, &mut sums, (strength, 0.0));
 }
 
-/// Adds `strength Σ_j m/(ρ_i + ρ_j) (v_ij · x_ij)/(|x_ij|² + 0.01 h²) ∇W_ij`, `strength` in m²/s; with `APPROACHING`
-/// only of pairs that approach.
-fn apply_friction<const APPROACHING: bool>(
-    accelerations: &mut Accelerations,
-    velocities: &mut Velocities,
-    densities: &Densities,
+/// Adds `s Σ_j m/(ρ_i + ρ_j) (v_ij · x_ij)/(|x_ij|² + 0.01 h²) ∇W_ij`. The first strength is s in m²/s, with `APPROACHING`
+/// only of pairs that approach; with `NUMERICAL` the second times the root of a pair's two terms comes to it.
+fn apply_friction<const APPROACHING: bool, const NUMERICAL: bool>(
+    (accelerations, velocities, densities): (&mut Accelerations, &mut Velocities, &Densities),
     material: &Material,
     sums: &mut WithFirstForce,
-    strength: f32,
+    (strength, numerical): (f32, f32),
 ) {
     let rows = densities.0.len();
     sums.pairs
@@ -94,37 +109,43 @@ fn apply_friction<const APPROACHING: bool>(
                 velocity.w = *rho;
             }
         });
-    let pass = Friction::<APPROACHING> {
+    let pass = Friction::<APPROACHING, NUMERICAL> {
         material,
         velocities: &velocities.0,
-        factor: strength * material.particle_mass * material.kernel.slope_factor,
+        strength,
+        numerical,
     };
     sums.add(pass, &mut accelerations.0);
 }
 
 /// The sum of both models. The fourth entry of a velocity is the density.
 #[derive(Clone, Copy)]
-struct Friction<'a, const APPROACHING: bool> {
+struct Friction<'a, const APPROACHING: bool, const NUMERICAL: bool> {
     material: &'a Material,
     velocities: &'a [Vec4],
-    factor: f32,
+    strength: f32,
+    numerical: f32,
 }
 
 struct FrictionSums<S: Simd> {
     velocity: [S::F; 3],
     density: S::F,
+    term: S::F,
     sum: [S::F; 3],
 }
 
-impl<const APPROACHING: bool> PairSum for Friction<'_, APPROACHING> {
+impl<const APPROACHING: bool, const NUMERICAL: bool> PairSum
+    for Friction<'_, APPROACHING, NUMERICAL>
+{
     type Sums<S: Simd> = FrictionSums<S>;
     type Output = Vec3;
 
     #[inline(always)]
-    fn start<S: Simd>(&self, simd: S, i: usize, _: Vec4) -> FrictionSums<S> {
+    fn start<S: Simd>(&self, simd: S, i: usize, own: Vec4) -> FrictionSums<S> {
         FrictionSums {
             velocity: broadcast(simd, self.velocities[i]),
             density: simd.splat(self.velocities[i].w),
+            term: simd.splat(own.w),
             sum: [simd.splat(0.0); 3],
         }
     }
@@ -140,6 +161,12 @@ impl<const APPROACHING: bool> PairSum for Friction<'_, APPROACHING> {
         if APPROACHING {
             approach = simd.min(approach, simd.splat(0.0));
         }
+        let mut strength = simd.splat(self.strength);
+        if NUMERICAL {
+            let speed = simd.sqrt(simd.add(sums.term, pair.fourth));
+            strength = simd.mul_add(simd.splat(self.numerical), speed, strength);
+        }
+        let approach = simd.mul(strength, approach);
         let damped = simd.add(distance, simd.splat(0.01 * h * h));
         let densities = simd.add(sums.density, density);
         let factor = simd.div(simd.mul(approach, slope), simd.mul(damped, densities));
@@ -149,6 +176,7 @@ impl<const APPROACHING: bool> PairSum for Friction<'_, APPROACHING> {
     #[inline(always)]
     fn finish<S: Simd>(&self, simd: S, _: usize, sums: FrictionSums<S>) -> Vec3 {
         let [x, y, z] = sums.sum;
-        self.factor * Vec3::new(simd.sum(x), simd.sum(y), simd.sum(z))
+        let factor = self.material.particle_mass * self.material.kernel.slope_factor;
+        factor * Vec3::new(simd.sum(x), simd.sum(y), simd.sum(z))
     }
 }

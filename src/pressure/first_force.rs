@@ -63,7 +63,6 @@ fn start_solve(
     densities: Res<Densities>,
     pressures: Res<Pressures>,
     means: Option<Res<MeanPressures>>,
-    walls: Option<Res<WallSums>>,
     jacobi: Option<Res<Jacobi>>,
     start: Res<WarmStart>,
     execution: Res<Execution>,
@@ -73,7 +72,6 @@ fn start_solve(
         start.share,
         (&densities, &pressures),
         means.as_deref(),
-        Walls::of(walls.as_deref()),
         &execution,
     );
     let overshoots = jacobi.is_some_and(|jacobi| jacobi.overshoots());
@@ -91,6 +89,7 @@ pub(super) fn take(world: &mut World) -> bool {
 #[derive(SystemParam)]
 pub struct WithFirstForce<'w> {
     first: Option<ResMut<'w, FirstForce>>,
+    start: Option<Res<'w, WarmStart>>,
     accelerations: ResMut<'w, PressureAccelerations>,
     walls: Option<Res<'w, WallSums>>,
     material: Res<'w, Material>,
@@ -99,6 +98,14 @@ pub struct WithFirstForce<'w> {
 }
 
 impl WithFirstForce<'_> {
+    /// Share of the last step's pressure terms that is beside the positions [-].
+    pub fn share_of_terms(&self) -> f32 {
+        match (&self.first, &self.start) {
+            (Some(_), Some(start)) => start.share,
+            _ => 1.0,
+        }
+    }
+
     /// Adds the sums of `pass` to `out`, which has one entry a row.
     pub fn add<P: PairSum<Output = Vec3>>(&mut self, pass: P, out: &mut [Vec3]) {
         let Some(first) = &mut self.first else {

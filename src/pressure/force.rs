@@ -47,6 +47,7 @@ impl<'a> PressureForce<'a> {
 pub struct ForceSums<S: Simd> {
     term: S::F,
     sum: [S::F; 3],
+    row: usize,
     /// `ρ0 t_i Σ_b V_b ∇W_ib` [m/s²].
     walls: Vec3,
 }
@@ -59,6 +60,7 @@ impl PairSum for PressureForce<'_> {
     fn start<S: Simd>(&self, simd: S, i: usize, own: Vec4) -> ForceSums<S> {
         ForceSums {
             term: simd.splat(own.w),
+            row: i,
             sum: [simd.splat(0.0); 3],
             walls: self.material.rest_density * own.w * self.walls.gradient(i),
         }
@@ -74,6 +76,7 @@ impl PairSum for PressureForce<'_> {
     fn finish<S: Simd>(&self, simd: S, _: usize, sums: ForceSums<S>) -> Vec3 {
         let [x, y, z] = sums.sum;
         let factor = -self.material.particle_mass * self.material.kernel.slope_factor;
-        factor * Vec3::new(simd.sum(x), simd.sum(y), simd.sum(z)) - sums.walls
+        let fluid = factor * Vec3::new(simd.sum(x), simd.sum(y), simd.sum(z));
+        self.walls.made_up(sums.row, fluid) - sums.walls
     }
 }

@@ -14,7 +14,7 @@
 //! accelerations, `d_ii p_i + Σ_j d_ij p_j = dt² a_i`: no coefficient but D is stored. And it is DFSPH's (Bender & Koschier
 //! 2015), whose α_i is `ρ_i/D_i`, with the sum of the corrections κ kept and bounded instead of every one.
 //!
-//! Two things go past both papers.
+//! One thing goes past both papers.
 //!
 //! Momentum: as the force is the gradient of the densities that pressure acts against (see
 //! [`force`](super::force)), the iteration descends a convex function, and Nesterov's acceleration with restarts applies.
@@ -22,21 +22,18 @@
 //! ω = 0.4, which leaves room up to 3.3. Measured in a dam break of 15 000 particles, 0.6 s with DFSPH's defaults:
 //! 6761 : 4869 iterations, and 3988 with what pays only then: 0.6 in place of ½ of the last step's pressures, and steps that
 //! shorten from 20 iterations on. 60 layers of still water, four steps of IISPH at 0.01 %: 1109 : 207.
-//!
-//! Recovery: a solve pushes out within its step what the density has too much at the start, with a speed that grows as 1/dt;
-//! where steps follow the motion, one drives the other. So a step that is much shorter than those before it removes
-//! what it finds at their pace ([`RecoveryTime`]), and what it would add it removes as ever. Measured in still water of 90
-//! layers that begins without pressure, 0.15 s, mean error 0.01 %: energy gained 160 : 0.4 %, largest speed 18 : 1.8 m/s, mean
-//! error at most 0.01 : 0.13 %. In the dam break, where steps change slowly, the mean over time of that error stays the same.
 
 use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};
 
-use super::{Corrected, PressureSolve, response::Responses, warm_start::MeanPressures};
+use super::{
+    Corrected, PressureSolve, recovery::RecoveryTime, response::Responses, warm_start::MeanPressures,
+};
 use crate::{
     boundary::sums::{WallSums, Walls},
     column::{Accelerations, Densities, Positions, PressureAccelerations, Pressures, Velocities},
     execution::Execution,
+    lattice::Lattice,
     material::Material,
     pairs::{Pair, PairSum, PairsWithSlopes, broadcast, difference, dot},
     simd::Simd,
@@ -51,6 +48,10 @@ pub const MAX_RELAXATION_WITH_MOMENTUM: f32 = 0.54;
 /// 1 % with two to six iterations and at 0.01 %: whole with 0.36 to 0.42, with 0.45 not at 0.01 %, with 0.5 not with three
 /// iterations either.
 const MAX_RELAXATION_AT_ONCE: f32 = 0.42;
+
+/// Largest relaxation times the largest eigenvalue of the scene's lattice [-]: nine tenths of what is stable, 4/3 and 2.
+const WITH_MOMENTUM: f32 = 1.2;
+const WITHOUT_MOMENTUM: f32 = 1.8;
 
 /// The iteration's parameters, and its momentum.
 #[derive(Resource, Debug, Clone, Copy)]
@@ -81,15 +82,6 @@ pub struct Iterate {
 /// The terms of the density solve.
 #[derive(Resource, Debug, Default)]
 pub struct Iterates(pub Vec<Iterate>);
-
-/// Time over which compression that a step finds is pushed out [s]: its own length, or nearly that of a longer one before
-/// it. There where the time step follows the motion; a scheme that goes back from a shock wants it out in the shorter step.
-#[derive(Resource, Debug, Clone, Copy, Default)]
-pub struct RecoveryTime(f32);
-
-/// Part of the recovery time that the next step keeps at least. Measured with 0.9, 0.95, 0.98: energy gained 1.3, 0.4, 0.2 %
-/// by the still water of 90 layers.
-const SLOWING: f32 = 0.95;
 
 impl Jacobi {
     /// Corrects the term that acted, by the error that it left and the response that removes one. Gives the next term, and how
@@ -160,8 +152,12 @@ pub struct DensityRates(pub Vec<f32>);
 /// Inserts what the iteration needs. A head start is how many iterations the momentum counts as done ahead; below zero, how
 /// many it begins later than it could, with the second.
 pub fn install(world: &mut World, relaxation: f32, momentum: bool, head_start: i32) {
+    let material = world.resource::<Material>();
+    let support = material.kernel.support_radius / material.spacing;
+    let eigenvalue = Lattice::new(material.dimension, support).largest_eigenvalue() as f32;
+    let stable = if momentum { WITH_MOMENTUM } else { WITHOUT_MOMENTUM };
     world.insert_resource(Jacobi {
-        relaxation,
+        relaxation: relaxation.min(stable / eigenvalue),
         momentum,
         head_start,
         ahead_from: 0,
@@ -236,7 +232,7 @@ pub fn update_pressure(
     mut positions: ResMut<Positions>,
     mut solve: ResMut<PressureSolve>,
     mut jacobi: ResMut<Jacobi>,
-    mut recovery: Option<ResMut<RecoveryTime>>,
+    recovery: Option<Res<RecoveryTime>>,
     means: Option<Res<MeanPressures>>,
     columns: (Res<Densities>, Res<DensityRates>, Res<Responses>),
     material: Res<Material>,
@@ -249,12 +245,9 @@ pub fn update_pressure(
     let first = solve.iterations == 0;
     if first {
         jacobi.start(means.is_some());
-        if let Some(recovery) = &mut recovery {
-            recovery.0 = dt.max(SLOWING * recovery.0);
-        }
         iterates.0.resize(densities.0.len(), Iterate::default());
     }
-    let left_for_later = recovery.map_or(0.0, |recovery| 1.0 - dt / recovery.0);
+    let left_for_later = recovery.map_or(0.0, |recovery| recovery.left_for_later(dt));
     let (positions, iterates) = (&mut positions.0, &mut iterates.0);
     solve.update(positions, iterates, &execution, |row, term, iterate| {
         let found = densities.0[row] - rest_density;

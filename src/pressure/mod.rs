@@ -3,7 +3,7 @@
 //! Every method writes the pressure term `p/ρ²` beside the positions and leaves the rest to [`pressure_force`]. Those
 //! that iterate do so in [`solve`], from what [`warm_start`] gives them; [`implicit`] is what the two have in common whose
 //! densities are predicted from velocities, and [`response`] how strongly a particle answers its own pressure. The first
-//! force may come along with viscosity ([`first_force`]). Beside walls [`fluid_share`] makes pressures of what they find.
+//! force may come along with viscosity ([`first_force`]).
 //!
 //! | method | file | solves for | iterates over |
 //! | --- | --- | --- | --- |
@@ -14,11 +14,12 @@
 
 pub mod dfsph;
 pub mod first_force;
-pub mod fluid_share;
 pub mod force;
 pub mod iisph;
 pub mod implicit;
+pub mod initial;
 pub mod pcisph;
+pub mod recovery;
 pub mod response;
 pub mod solve;
 pub mod state_equation;
@@ -134,7 +135,8 @@ impl PressureSolve {
                 let missed = if both_ways && had_pressure {
                     corrected.excess.abs()
                 } else {
-                    corrected.excess.max(0.0)
+                    // What is under the limit in all may grow up to it.
+                    corrected.excess.min(corrected.error).max(0.0)
                 };
                 result.1.add(missed, row);
             }

@@ -24,11 +24,18 @@
 
 use bevy_ecs::{prelude::*, schedule::ScheduleConfigs, system::ScheduleSystem};
 
-use super::{Corrected, PressureSolve, lattice_response, response::Responses, solve::wants_force};
+use super::{
+    Corrected, PressureSolve,
+    implicit::{self, Iterates, Jacobi},
+    lattice_response,
+    recovery::RecoveryTime,
+    response::Responses,
+    solve::wants_force,
+};
 use crate::{
     boundary::direct_forcing,
     column::{
-        Accelerations, Positions, PredictedPositions, PressureAccelerations, Pressures, Velocities,
+        Accelerations, Densities, Positions, PredictedPositions, PressureAccelerations, Velocities,
     },
     density::DensitySum,
     execution::Execution,
@@ -37,6 +44,12 @@ use crate::{
     scene::{Pcisph, Scene},
     step::Clock,
 };
+
+/// δ as a relaxation of a particle's own answer [-]: it assumes twice that of a full lattice.
+const RELAXATION: f32 = 0.5;
+
+/// Iterations that the momentum is ahead by, as in [`dfsph`](super::dfsph).
+const HEAD_START: i32 = 10;
 
 /// `δ dt²` of the scene's lattice.
 #[derive(Resource, Debug, Clone, Copy)]
@@ -95,6 +108,7 @@ pub fn iteration(scene: &Scene) -> ScheduleConfigs<ScheduleSystem> {
 pub fn install(world: &mut World, parameters: &Pcisph, material: &Material) {
     world.insert_resource(PressureCorrection::new(parameters, material));
     world.init_resource::<PredictedDensities>();
+    implicit::install(world, RELAXATION, parameters.momentum, HEAD_START);
     world.init_resource::<Responses>();
 }
 
@@ -133,32 +147,45 @@ fn predict_density(
 }
 
 fn update_pressure(
-    mut pressures: ResMut<Pressures>,
+    mut iterates: ResMut<Iterates>,
     mut positions: ResMut<Positions>,
     mut solve: ResMut<PressureSolve>,
-    predicted: Res<PredictedDensities>,
+    mut jacobi: ResMut<Jacobi>,
+    recovery: Option<Res<RecoveryTime>>,
+    columns: (Res<Densities>, Res<PredictedDensities>, Res<Responses>),
     correction: Res<PressureCorrection>,
-    responses: Res<Responses>,
     material: Res<Material>,
     clock: Res<Clock>,
     execution: Res<Execution>,
 ) {
+    let (densities, predicted, responses) = columns;
     let rest_density = material.rest_density;
-    let delta = correction.delta_dt_squared / (clock.dt * clock.dt);
     let square = rest_density * rest_density;
-    let (positions, pressures) = (&mut positions.0, &mut pressures.0);
-    solve.update(positions, pressures, &execution, |row, term, kept| {
+    // Without the relaxation, which is the iteration's.
+    let delta = correction.delta_dt_squared / (RELAXATION * square * clock.dt * clock.dt);
+    let first = solve.iterations == 0;
+    if first {
+        jacobi.start(false);
+        iterates.0.resize(predicted.0.len(), Default::default());
+    }
+    let left_for_later = recovery.map_or(0.0, |recovery| recovery.left_for_later(clock.dt));
+    let (positions, iterates) = (&mut positions.0, &mut iterates.0);
+    solve.update(positions, iterates, &execution, |row, term, iterate| {
+        let found = densities.0[row] - rest_density;
         let error = predicted.0[row] - rest_density;
-        let acted = square * term;
-        let pressure =
-            (acted + delta / correction.answer(&responses, rest_density, row) * error).max(0.0);
-        // The last correction exerts no force: with it still water would carry 8.7 % more than its weight.
-        *kept = if correction.last { pressure } else { acted };
+        let excess = error - left_for_later * found.max(0.0);
+        let answer = delta / correction.answer(&responses, rest_density, row);
+        let (term, step) = jacobi.correct(iterate, term, (answer, excess), first);
+        if correction.last {
+            // The last correction exerts a force, too.
+            iterate.acted = term;
+        }
         Corrected {
-            term: pressure / square,
+            term,
             error: error / rest_density,
-            excess: error / rest_density,
-            progress: 0.0,
+            excess: excess / rest_density,
+            progress: step * excess,
         }
     });
+    jacobi.advance(solve.progress);
 }

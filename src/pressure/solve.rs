@@ -35,6 +35,8 @@ pub struct Convergence {
     pub max_density_error: f32,
     /// Whether η limits the largest or the mean error.
     pub criterion: Criterion,
+    /// Limit on the mean error beside that on the largest [-], if there is one.
+    pub max_mean_density_error: Option<f32>,
     /// At least so many iterations.
     pub min_iterations: u32,
     /// At most so many.
@@ -57,6 +59,7 @@ impl Convergence {
                     ..
                 } = *$parameters;
                 Some(Self {
+                    max_mean_density_error: None,
                     max_density_error,
                     criterion,
                     min_iterations,
@@ -67,7 +70,10 @@ impl Convergence {
         }
         match method {
             PressureMethod::Sesph(_) => None,
-            PressureMethod::Pcisph(pcisph) => shared!(Pcisph, pcisph),
+            PressureMethod::Pcisph(pcisph) => Some(Self {
+                max_mean_density_error: pcisph.max_mean_density_error,
+                ..shared!(Pcisph, pcisph)?
+            }),
             PressureMethod::Iisph(iisph) => shared!(Iisph, iisph),
             PressureMethod::Dfsph(dfsph) => shared!(Dfsph, dfsph),
         }
@@ -80,10 +86,15 @@ impl Convergence {
     /// particle with a pressure must not be under its rest density either.
     fn judged(&self, solve: &PressureSolve) -> (f32, usize) {
         let error = solve.residual;
-        match self.criterion {
-            Criterion::Largest => (error.largest, error.row),
-            Criterion::Mean => (error.mean, error.row),
-        }
+        let judged = match self.criterion {
+            Criterion::Largest => error.largest,
+            Criterion::Mean => error.mean,
+        };
+        // In the same measure: the mean over its own limit as the other over η.
+        let by_mean = self.max_mean_density_error.map_or(0.0, |limit| {
+            error.mean * self.max_density_error / limit
+        });
+        (judged.max(by_mean), error.row)
     }
 }
 
@@ -102,6 +113,10 @@ pub fn solve_pressure(world: &mut World) {
     let mut share = world.resource::<WarmStart>().share;
     // Viscosity has started the solve then, too.
     let mut has_force = first_force::take(world);
+    if share > 0.0 && world.resource::<Clock>().step == 0 {
+        // All of the initial pressure, which was not there when viscosity was summed.
+        (share, has_force) = (1.0, false);
+    }
     loop {
         let shorter = world
             .get_resource::<TimeStepControl>()

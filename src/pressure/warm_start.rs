@@ -34,9 +34,8 @@ use bevy_ecs::prelude::*;
 use bytemuck::TransparentWrapper;
 use glam::Vec3;
 
-use super::{PressureSolve, fluid_share::fluid_share, implicit::Jacobi};
+use super::{PressureSolve, implicit::Jacobi};
 use crate::{
-    boundary::sums::Walls,
     column::{Densities, Positions, PressureAccelerations, Pressures, in_order},
     execution::Execution,
     particle::{Fluid, MeanPressure, Pressure},
@@ -154,7 +153,6 @@ pub(super) fn start(world: &mut World, share: f32) {
         share,
         (world.resource::<Densities>(), world.resource::<Pressures>()),
         world.get_resource::<MeanPressures>(),
-        Walls::of(world.get_resource()),
         world.resource::<Execution>(),
     );
     *world.resource_mut::<Positions>() = positions;
@@ -174,12 +172,11 @@ pub(super) fn start(world: &mut World, share: f32) {
 }
 
 /// Puts terms of this share beside the positions.
-pub(super) fn put_terms(
+pub(crate) fn put_terms(
     positions: &mut Positions,
     share: f32,
     (densities, pressures): (&Densities, &Pressures),
     means: Option<&MeanPressures>,
-    walls: Walls,
     execution: &Execution,
 ) {
     let rows = positions.rows();
@@ -187,9 +184,8 @@ pub(super) fn put_terms(
         let columns = pressures.0[first..].iter().zip(&densities.0[first..]);
         let rows = (first..).zip(positions.iter_mut().zip(columns));
         for (row, (position, (pressure, rho))) in rows {
-            let fluid_share = fluid_share(walls, row);
             let pressure = means.map_or(*pressure, |of| of.means[row]);
-            position.w = share * pressure / (fluid_share * rho * rho);
+            position.w = share * pressure / (rho * rho);
         }
     });
 }

@@ -24,6 +24,10 @@ pub enum Viscosity {
     Laminar {
         /// Kinematic viscosity ν [m²/s].
         kinematic_viscosity: f32,
+        /// α of a numerical viscosity beside it, `α h c/(2 (d + 2))` with `c = sqrt(p/ρ)` of each pair, the speed of the waves
+        /// of a lattice under pressure [-]. It damps those and fades with the spacing; 0: none.
+        #[serde(default = "numerical_viscosity")]
+        numerical: f32,
     },
     /// Artificial viscosity (Monaghan 1992; Becker & Teschner 2007).
     Artificial {
@@ -171,6 +175,9 @@ pub enum Neighbours {
 pub struct Limits {
     /// Largest tolerated compression `(ρ − ρ0)/ρ0` [-].
     pub compression: f32,
+    /// Largest tolerated work of pressure in a step [-], in the energies that the step can draw on (see
+    /// [`guard`](crate::integrate::guard)).
+    pub energy: f32,
 }
 
 impl Default for Fluid {
@@ -187,8 +194,14 @@ impl Default for Viscosity {
     fn default() -> Self {
         Self::Laminar {
             kinematic_viscosity: 1e-6,
+            numerical: numerical_viscosity(),
         }
     }
+}
+
+/// α of the numerical viscosity. Measured on still water, dam breaks and standing waves: `docs/decisions/still_water.md`.
+fn numerical_viscosity() -> f32 {
+    0.2
 }
 
 impl Default for DirectForcing {
@@ -240,7 +253,10 @@ impl Default for Index {
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { compression: 0.5 }
+        Self {
+            compression: 0.5,
+            energy: 0.5,
+        }
     }
 }
 

@@ -96,6 +96,7 @@ impl Failure {
                 FailureCause::NotFinite { .. }
                 | FailureCause::TooFast { .. }
                 | FailureCause::OverCompressed { .. }
+                | FailureCause::EnergyGained { .. }
                 | FailureCause::NotConverged { .. }
                 | FailureCause::Shock(_),
             ) => true,

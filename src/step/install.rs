@@ -23,7 +23,7 @@ use crate::{
         Rows, Velocities,
     },
     execution::Execution,
-    force::{ArtificialViscosity, Cohesion, LaminarViscosity},
+    force::{ArtificialViscosity, Cohesion, LaminarViscosity, NumericalViscosity},
     index::{self, DomainTooLarge, FluidIndex},
     input::read_text,
     integrate::{Domain, GuardLimits, Motion},
@@ -230,7 +230,13 @@ fn insert_forces(world: &mut World, scene: &Scene) {
         Viscosity::None => {}
         Viscosity::Laminar {
             kinematic_viscosity,
-        } => world.insert_resource(LaminarViscosity(kinematic_viscosity)),
+            numerical,
+        } => {
+            world.insert_resource(LaminarViscosity(kinematic_viscosity));
+            if numerical > 0.0 {
+                world.insert_resource(NumericalViscosity(numerical));
+            }
+        }
         Viscosity::Artificial { alpha, sound_speed } => {
             world.insert_resource(ArtificialViscosity { alpha, sound_speed });
         }

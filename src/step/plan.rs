@@ -149,6 +149,11 @@ fn time_step_limits(scene: &Scene, low: Vec3, high: Vec3) -> Vec<(String, f32)> 
         ),
         (format!("{} of gravity", force.0), force.1),
     ];
+    // Of water at rest as deep as the fluid is high: p/ρ is half the square of the fall.
+    let deep = scene.fluid.rest_density * 0.5 * fall * fall;
+    let step = time_step::pressure_step(scene);
+    let pressure = time_step::pressure_limit(step, &Material::new(scene), deep);
+    limits.push(("pressure at the fluid's depth".to_owned(), pressure));
     limits.extend(
         time_step::constant_limits(scene)
             .into_iter()

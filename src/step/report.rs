@@ -135,6 +135,17 @@ pub enum FailureCause {
         /// The scene's limit [-].
         limit: f32,
     },
+    /// Pressure did more work than the energies that it can draw on.
+    #[error(
+        "pressure did {work:.3e} J of work in one step, `limits.energy` allows {limit:.3e} J; a smaller time step, more \
+         iterations (`pressure.max_density_error`) or a smaller `pressure.recovery` is needed"
+    )]
+    EnergyGained {
+        /// Work [J; J/m in 2-D].
+        work: f64,
+        /// The limit [J; J/m in 2-D].
+        limit: f64,
+    },
     /// A particle left the scene's domain.
     #[error("a particle left the domain")]
     LeftDomain,

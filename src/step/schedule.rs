@@ -24,7 +24,9 @@ use crate::{
     execution::start_task_threads,
     pressure::{
         dfsph::{self, DivergenceIteration},
-        first_force, iisph, pcisph, pressure_force,
+        first_force, iisph,
+        initial::{self, InitialIteration},
+        pcisph, pressure_force,
         solve::{LastCorrection, PressureIteration},
     },
     scene::{Executor, PressureMethod, Scene, TimeStep},
@@ -119,6 +121,9 @@ pub(super) fn build_schedules(
         schedules.push(schedule?);
         Ok(())
     };
+    if initial::is_solved_for(scene) {
+        add(iteration(world, InitialIteration, iisph::iteration()))?;
+    }
     match scene.pressure {
         PressureMethod::Sesph(_) => {}
         PressureMethod::Pcisph(parameters) => {

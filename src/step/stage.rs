@@ -6,7 +6,7 @@ use super::{clock, order::OrderError, phase::Phase};
 use crate::{
     boundary::{contact, direct_forcing, sums},
     column, density, force, index, integrate, neighbours,
-    pressure::{self, first_force, warm_start},
+    pressure::{self, first_force, initial, recovery, warm_start},
     reorder,
     scene::{Neighbours, PressureMethod, Scene, SurfaceTension, TimeStep, Viscosity},
     time_step::{self, adaptive, roll_back},
@@ -144,6 +144,18 @@ impl Stage {
                         force::apply_laminar_viscosity.into_configs()
                     }
                 };
+                let numerical = matches!(
+                    scene.fluid.viscosity,
+                    Viscosity::Laminar { numerical, .. } if numerical > 0.0
+                );
+                let viscosity = if numerical {
+                    let terms = force::put_pressure_terms
+                        .run_if(not(resource_exists::<first_force::FirstForce>))
+                        .ambiguous_with_all();
+                    (terms, viscosity).chain()
+                } else {
+                    viscosity
+                };
                 if first_force::is_possible(scene) {
                     (first_force::start(), viscosity).chain()
                 } else {
@@ -174,7 +186,11 @@ impl Stage {
                         pressure::pressure_force,
                     )
                         .chain(),
-                    PressureMethod::Pcisph(_) => pressure::solve::solve_pressure.into_configs(),
+                    PressureMethod::Pcisph(_) => (
+                        pressure::solve::solve_pressure,
+                        pressure::implicit::take_pressures,
+                    )
+                        .chain(),
                     PressureMethod::Iisph(_) => (
                         pressure::solve::solve_pressure,
                         pressure::implicit::take_pressures,
@@ -187,10 +203,11 @@ impl Stage {
                     )
                         .chain(),
                 };
-                let method = if scene.boundaries.is_empty() {
-                    method
+                let method = if initial::is_solved_for(scene) {
+                    let first = initial::solve_initial_pressure.run_if(initial::is_first_step);
+                    (first, method).chain()
                 } else {
-                    (method, pressure::fluid_share::weigh_pressures).chain()
+                    method
                 };
                 if warm_start::starts_from_means(scene) {
                     (method, warm_start::average_pressures).chain()
@@ -215,6 +232,12 @@ impl Stage {
                     scatter
                 };
                 let accept = (scatter, clock::advance_clock).chain();
+                let recovers = recovery::share(&scene.pressure).is_some_and(|share| share < 1.0);
+                let accept = if recovers {
+                    (accept, recovery::choose_recovery_time).chain()
+                } else {
+                    accept
+                };
                 let (guard, accept) = match scene.time_step {
                     TimeStep::Fixed(_) => (guard, accept),
                     TimeStep::Cfl(_) => (guard, (accept, time_step::choose_time_step).chain()),

@@ -85,7 +85,7 @@ impl Walls {
             )
         }));
         world.insert_resource(samples);
-        world.init_resource::<WallSums>();
+        world.insert_resource(WallSums::new(boundary::beside_wall(scene)));
         if let BoundaryHandling::DirectForcing(parameters) = scene.boundary_handling {
             let direct = DirectForcing::new(parameters, world.resource::<Material>());
             world.insert_resource(direct);

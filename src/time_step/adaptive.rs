@@ -21,7 +21,7 @@
 use bevy_ecs::prelude::*;
 use glam::Vec3;
 
-use super::{ITERATIONS, Limit, constant_limit};
+use super::{ITERATIONS, Limit, constant_limit, pressure_limit, pressure_step};
 use crate::{
     integrate::Motion,
     material::Material,
@@ -42,6 +42,8 @@ pub struct AdaptiveTimeStep {
     scheme: scene::Adaptive,
     /// What viscosity and sound allow [s].
     constant_limit: f32,
+    /// Spacings that `sqrt(p/ρ)` covers in the longest step that pressure allows [-].
+    pressure_step: f32,
     /// Whether the density error depends on the time step.
     error_counts: bool,
     /// Largest density error of the last step [-]; infinite before the first.
@@ -106,6 +108,7 @@ pub(super) fn start(scheme: scene::Adaptive, scene: &Scene) -> (f32, AdaptiveTim
     let adaptive = AdaptiveTimeStep {
         scheme,
         constant_limit: constant_limit(scene),
+        pressure_step: pressure_step(scene),
         error_counts: Convergence::of(&scene.pressure).is_some(),
         largest_error: f32::INFINITY,
         in_a_row: 0,
@@ -229,7 +232,9 @@ pub fn choose_adaptive_time_step(
     }
     let h = material.kernel.support_radius;
     let limits = motion_limits(h, motion.max_speed, motion.max_acceleration);
-    clock.next_dt = adaptive.next(clock.full_dt(), limits, solve.error, solve.iterations);
+    let next = adaptive.next(clock.full_dt(), limits, solve.error, solve.iterations);
+    let pressure = pressure_limit(adaptive.pressure_step, &material, motion.max_pressure);
+    clock.next_dt = next.min(pressure).max(adaptive.scheme.min);
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@
 //! | force | 0.25 sqrt(h/a_max) | Monaghan 1992 |
 //! | viscosity | h²/(32 ν), 1/8 of the square of the smoothing length h/2 | Morris et al. 1997, eq. 23 |
 //! | sound | 0.4 h/c | Becker & Teschner 2007, eq. 18 |
+//! | pressure | half of what waves of a lattice under the largest pressure allow | [`lattice`](crate::lattice) |
 //!
 //! These are the limits of `Cfl`. Speeds and forces are those of the step before. Methods that iterate add a limit: what an
 //! iteration costs is fixed, how many a step needs grows faster than its length, so a step that took more than
@@ -21,15 +22,19 @@ pub use adaptive::{AdaptiveTimeStep, Shock, TakenBack};
 
 use crate::{
     integrate::Motion,
+    lattice::Lattice,
     material::Material,
-    pressure::{PressureSolve, implicit::RecoveryTime, state_equation::EquationOfState},
-    scene::{Cfl, Dfsph, Iisph, PressureMethod, Scene, TimeStep, Viscosity},
+    pressure::{PressureSolve, recovery::RecoveryTime, state_equation::EquationOfState},
+    scene::{Cfl, Dfsph, Iisph, Pcisph, PressureMethod, Scene, TimeStep, Viscosity},
     step::Clock,
 };
 
 const FORCE_FACTOR: f32 = 0.25;
 const VISCOSITY_FACTOR: f32 = 1.0 / 32.0;
 const SOUND_FACTOR: f32 = 0.4;
+/// Part of the longest step in which a lattice is stable under its pressure. The first row beside a wall, and fluid under an
+/// impact, have more pressure than their depth.
+const PRESSURE_FACTOR: f32 = 0.5;
 /// A step is at most so much longer than the one before: after an impact it grows back gently.
 const GROWTH: f32 = 1.1;
 
@@ -47,6 +52,8 @@ pub struct TimeStepControl {
     iterations: u32,
     /// What viscosity and sound allow [s]: constant through a run.
     constant_limit: f32,
+    /// Spacings that `sqrt(p/ρ)` covers in the longest step that pressure allows [-]. With an equation of state sound is faster.
+    pressure_step: f32,
 }
 
 /// A limit by its name [s].
@@ -60,6 +67,7 @@ pub fn constant_limits(scene: &Scene) -> Vec<Limit> {
         Viscosity::None => 0.0,
         Viscosity::Laminar {
             kinematic_viscosity,
+            ..
         } => kinematic_viscosity,
         // The kinematic viscosity that it amounts to in 3-D (Monaghan 2005, eq. 8.8), with its smoothing length h.
         Viscosity::Artificial { alpha, sound_speed } => alpha * h * sound_speed / 10.0,
@@ -101,16 +109,29 @@ pub fn motion_limits(factor: f32, h: f32, max_speed: f32, max_acceleration: f32)
     ]
 }
 
+/// Longest time step [s] under a pressure [Pa], if `sqrt(p/ρ)` may cover so many spacings in a stable one.
+pub(crate) fn pressure_limit(pressure_step: f32, material: &Material, pressure: f32) -> f32 {
+    PRESSURE_FACTOR * pressure_step * material.spacing / (pressure / material.rest_density).sqrt()
+}
+
+/// Spacings that `sqrt(p/ρ)` may cover in a stable step of a scene [-]; any with an equation of state, whose sound is faster.
+pub(crate) fn pressure_step(scene: &Scene) -> f32 {
+    match scene.pressure {
+        PressureMethod::Sesph(_) => f32::INFINITY,
+        _ => Lattice::of(scene).pressure_step() as f32,
+    }
+}
+
 /// Inserts what the control of a scene's time step needs, and gives the first time step [s].
 pub fn install(world: &mut World, scene: &Scene) -> f32 {
+    if let Some(recovery) = RecoveryTime::of(scene) {
+        world.insert_resource(recovery);
+    }
     match scene.time_step {
         TimeStep::Fixed(dt) => dt,
         TimeStep::Cfl(cfl) => {
             let (dt, control) = TimeStepControl::new(cfl, scene);
             world.insert_resource(control);
-            if let PressureMethod::Iisph(_) | PressureMethod::Dfsph(_) = scene.pressure {
-                world.init_resource::<RecoveryTime>();
-            }
             dt
         }
         TimeStep::Adaptive(scheme) => {
@@ -130,6 +151,7 @@ impl TimeStepControl {
             iterations: match scene.pressure {
                 PressureMethod::Iisph(Iisph { momentum, .. })
                 | PressureMethod::Dfsph(Dfsph { momentum, .. })
+                | PressureMethod::Pcisph(Pcisph { momentum, .. })
                     if momentum =>
                 {
                     ITERATIONS_WITH_MOMENTUM
@@ -137,6 +159,7 @@ impl TimeStepControl {
                 _ => ITERATIONS,
             },
             constant_limit: constant_limit(scene),
+            pressure_step: pressure_step(scene),
         };
         let dt = control.choose(
             scene.support_radius(),
@@ -177,6 +200,7 @@ pub fn choose_time_step(
     } else {
         GROWTH
     };
-    let longest = change * clock.full_dt();
+    let pressure = pressure_limit(control.pressure_step, &material, motion.max_pressure);
+    let longest = (change * clock.full_dt()).min(pressure);
     clock.next_dt = control.choose(h, motion.max_speed, motion.max_acceleration, longest);
 }

@@ -2,12 +2,12 @@
 
 use super::{Checked, Problem, ensure, is_flat};
 use crate::pressure::{
-    implicit::MAX_RELAXATION_WITH_MOMENTUM, solve::Convergence, warm_start::WarmStart,
+    implicit::MAX_RELAXATION_WITH_MOMENTUM, recovery, solve::Convergence, warm_start::WarmStart,
 };
 use crate::scene::load::options;
 use crate::scene::spans::scan;
 use crate::scene::{
-    Adaptive, BoundaryHandling, Cfl, Dfsph, Iisph, PressureMethod, Scene, StateEquation,
+    Adaptive, BoundaryHandling, Cfl, Dfsph, Iisph, Pcisph, PressureMethod, Scene, StateEquation,
     SurfaceTension, TimeStep, Viscosity,
 };
 
@@ -99,6 +99,7 @@ pub(super) fn numbers(scene: &Scene) -> Checked {
         },
     )?;
     positive("limits.compression", scene.limits.compression, "")?;
+    positive("limits.energy", scene.limits.energy, "")?;
     positive("duration", scene.duration, "s")?;
     output(scene)
 }
@@ -122,6 +123,21 @@ fn pressure(method: &PressureMethod) -> Checked {
             convergence.min_iterations,
             convergence.max_iterations,
         )?;
+    }
+    if let Some(share) = recovery::share(method) {
+        ensure(share > 0.0 && share <= 1.0, "pressure.recovery", || {
+            format!(
+                "a step removes {share} of the compression that it finds; it must be above 0 and at most 1, all of it (0.3 is \
+                 usual)"
+            )
+        })?;
+    }
+    if let PressureMethod::Pcisph(Pcisph {
+        max_mean_density_error: Some(limit),
+        ..
+    }) = *method
+    {
+        error_limit("pressure.max_mean_density_error", "mean density error", limit)?;
     }
     if let Some(WarmStart { share, steps }) = WarmStart::of(method) {
         ensure((0.0..=1.0).contains(&share), "pressure.warm_start", || {
@@ -203,11 +219,12 @@ fn fluid(scene: &Scene) -> Checked {
         Viscosity::None => {}
         Viscosity::Laminar {
             kinematic_viscosity,
-        } => not_negative(
-            "fluid.viscosity.kinematic_viscosity",
-            kinematic_viscosity,
-            "m²/s",
-        )?,
+            numerical,
+        } => {
+            let path = "fluid.viscosity.kinematic_viscosity";
+            not_negative(path, kinematic_viscosity, "m²/s")?;
+            not_negative("fluid.viscosity.numerical", numerical, "")?;
+        }
         Viscosity::Artificial { alpha, sound_speed } => {
             not_negative("fluid.viscosity.alpha", alpha, "")?;
             not_negative("fluid.viscosity.sound_speed", sound_speed, "m/s")?;

@@ -1,0 +1,98 @@
+//! Recovery: over how much time compression that a step finds at its start is pushed out.
+//!
+//! A solve that removes within its step what it finds moves particles with a speed of error/dt and leaves that speed in
+//! the state. Here a step removes what it would add, and of what it finds the part dt/τ. τ is the time step that speeds,
+//! forces and pressure allow, over the scene's `recovery`; it does not follow a time step that is shorter, and falls by at
+//! most [`SLOWING`] of the time that passes: a single fast particle that shortened both would raise the speed of all.
+//!
+//! Of a wave whose error the iterations leave by the part R, a step that starts from the share w of the last pressures
+//! leaves no growing remainder for any R up to 1 if w and `recovery` are together at most 1 (eigenvalues of the recurrence
+//! in pressure, divergence and density error; `docs/decisions/still_water.md`).
+
+use bevy_ecs::prelude::*;
+
+use crate::{
+    integrate::Motion,
+    lattice::Lattice,
+    material::Material,
+    scene::{PressureMethod, Scene},
+    step::Clock,
+    time_step,
+};
+
+/// Decrease of τ over the time that passes [-].
+const SLOWING: f32 = 0.1;
+
+/// Speed factor λ of the time step that motion allows [-], that of `Cfl` by default.
+const SPEED_FACTOR: f32 = 0.2;
+
+/// Longest τ [s], of fluid that nothing moves.
+const LONGEST: f32 = 1e6;
+
+/// Time over which compression that a step finds is pushed out. In scenes that do not push it out at once.
+#[derive(Resource, Debug, Clone, Copy)]
+pub struct RecoveryTime {
+    /// Part of the compression found that a step as long as motion allows removes [-].
+    share: f32,
+    /// Spacings that `sqrt(p/ρ)` covers in the longest step that pressure allows [-].
+    pressure_step: f32,
+    /// τ [s].
+    time: f32,
+}
+
+/// Part of the compression found that a step of a scene's method removes at most [-]; none if it does not iterate.
+pub(crate) fn share(method: &PressureMethod) -> Option<f32> {
+    match method {
+        PressureMethod::Sesph(_) => None,
+        PressureMethod::Pcisph(pcisph) => Some(pcisph.recovery),
+        PressureMethod::Iisph(iisph) => Some(iisph.recovery),
+        PressureMethod::Dfsph(dfsph) => Some(dfsph.recovery),
+    }
+}
+
+impl RecoveryTime {
+    /// Compression that is found stays.
+    pub(super) const NEVER: Self = Self {
+        share: 0.0,
+        pressure_step: 0.0,
+        time: LONGEST,
+    };
+
+    /// What a scene starts with; none if its steps remove all that they find.
+    pub(crate) fn of(scene: &Scene) -> Option<Self> {
+        let share = share(&scene.pressure).filter(|share| *share < 1.0)?;
+        let h = scene.support_radius();
+        let [speed, force] = time_step::motion_limits(
+            SPEED_FACTOR,
+            h,
+            scene.max_initial_speed(),
+            scene.gravity.length(),
+        );
+        Some(Self {
+            share,
+            pressure_step: Lattice::of(scene).pressure_step() as f32,
+            time: speed.1.min(force.1).min(LONGEST) / share,
+        })
+    }
+
+    /// Part of the compression found that a step of `dt` [s] leaves for later steps [-].
+    pub(super) fn left_for_later(&self, dt: f32) -> f32 {
+        1.0 - (dt / self.time).min(self.share)
+    }
+}
+
+/// Chooses τ for the next step (phase `Integrate`, when the step is good).
+pub fn choose_recovery_time(
+    mut recovery: ResMut<RecoveryTime>,
+    motion: Res<Motion>,
+    material: Res<Material>,
+    clock: Res<Clock>,
+) {
+    let h = material.kernel.support_radius;
+    let [speed, force] =
+        time_step::motion_limits(SPEED_FACTOR, h, motion.max_speed, motion.max_acceleration);
+    let pressure = time_step::pressure_limit(recovery.pressure_step, &material, motion.max_pressure);
+    let allowed = speed.1.min(force.1).min(pressure).max(clock.dt);
+    let wanted = allowed.min(LONGEST) / recovery.share;
+    recovery.time = wanted.max(recovery.time - SLOWING * clock.dt);
+}
