@@ -18,10 +18,13 @@ use glam::{DVec2, DVec3, Vec3};
 
 use super::{Dimension, Jitter, Scene, Shape};
 
+/// The step between two coordinates in single precision may be so many spacings; coarser ones are refused.
+pub(super) const RESOLUTION: f64 = 0.01;
+
 /// By how many spacings counts and distances may miss, for the rounding of the file's numbers to f32: more where the
 /// largest of them [m] is many spacings.
 pub(super) fn tolerance(largest: f64, spacing: f64) -> f64 {
-    1e-3 + f64::from(f32::EPSILON) * largest / spacing
+    1e-3 + (f64::from(f32::EPSILON) * largest / spacing).min(RESOLUTION)
 }
 
 /// A fluid particle to be spawned.

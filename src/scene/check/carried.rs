@@ -5,10 +5,8 @@ use glam::DVec3;
 use super::{AXIS_NAMES, Checked, Problem, axes, ensure};
 use crate::kernel::CubicSpline;
 use crate::mesh::Mesh;
+use crate::scene::shapes::RESOLUTION;
 use crate::scene::{BoundaryShape, Dimension, Scene, Shape};
-
-/// The step between two coordinates in single precision may be so many spacings.
-const RESOLUTION: f64 = 0.01;
 
 /// Range of masses, volumes and factors of the kernel: their products with each other stay normal numbers.
 const LARGEST: f32 = 1e35;
