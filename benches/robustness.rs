@@ -5,10 +5,10 @@
 //! field of all scenes, `--quick` leaves out the largest. Prints one line a run.
 #![expect(clippy::print_stdout, reason = "a table for whoever runs it")]
 
-#[path = "../tests/physics_support/mod.rs"]
-mod support;
 #[path = "../tests/robustness_support/mod.rs"]
 mod robustness;
+#[path = "../tests/physics_support/mod.rs"]
+mod support;
 
 use std::time::Instant;
 
@@ -31,7 +31,8 @@ fn main() {
     );
     for case in robustness::cases(quick) {
         let asked = |word: &String| {
-            word.split('|').any(|word| case.name.contains(word) || case.method.name.contains(word))
+            word.split('|')
+                .any(|word| case.name.contains(word) || case.method.name.contains(word))
         };
         if !words.iter().all(asked) {
             continue;

@@ -89,18 +89,14 @@ pub fn integrate(
     mut predicted: ResMut<PredictedPositions>,
     mut velocities: ResMut<Velocities>,
     mut motion: ResMut<Motion>,
-    columns: (
-        Res<Positions>,
-        Res<Accelerations>,
-        Res<PressureAccelerations>,
-        Res<Densities>,
-        Res<Pressures>,
-    ),
+    columns: (Res<Positions>, Res<Densities>, Res<Pressures>),
+    forces: (Res<Accelerations>, Res<PressureAccelerations>),
     material: Res<Material>,
     clock: Res<Clock>,
     execution: Res<Execution>,
 ) {
-    let (positions, accelerations, pressure_accelerations, densities, pressures) = columns;
+    let (positions, densities, pressures) = columns;
+    let (accelerations, pressure_accelerations) = forces;
     let (dt, rest_density) = (clock.dt, material.rest_density);
     let rows = positions.rows();
     let motion = &mut *motion;
@@ -268,7 +264,9 @@ pub fn guard(
     let pushed = f64::from(compression * material.kernel.support_radius / clock.dt);
     let before = f64::from(motion.pressure_before / material.rest_density);
     let rows = motion.rows as f64;
-    let available = 0.5 * (total.work.speed_squared + total.work.change_squared + rows * pushed.powi(2)) + rows * before;
+    let available = 0.5
+        * (total.work.speed_squared + total.work.change_squared + rows * pushed.powi(2))
+        + rows * before;
     let limit = f64::from(limits.0.energy) * available;
     if total.work.pressure > limit {
         let mass = f64::from(material.particle_mass);

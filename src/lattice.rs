@@ -120,11 +120,8 @@ impl Lattice {
         for z in 0..=deep {
             for y in 0..=WAVES {
                 for x in 0..=WAVES {
-                    largest = largest.max(value(DVec3::new(
-                        component(x),
-                        component(y),
-                        component(z),
-                    )));
+                    largest =
+                        largest.max(value(DVec3::new(component(x), component(y), component(z))));
                 }
             }
         }
@@ -153,7 +150,8 @@ impl Lattice {
             .sum();
         let share = behind(0).map(|pair| pair.value).sum::<f64>() / self.density;
         let moment = |pair: &LatticePair| pair.slope * pair.x.x * pair.x.x;
-        let missing = behind(0).map(moment).sum::<f64>() / self.pairs.iter().map(moment).sum::<f64>();
+        let missing =
+            behind(0).map(moment).sum::<f64>() / self.pairs.iter().map(moment).sum::<f64>();
         BesideWall {
             push: (2.0 * fluid / wall) as f32,
             slide: (missing / share) as f32,
@@ -210,7 +208,10 @@ mod tests {
             let lattice = Lattice::new(dimension, support);
             let found = [lattice.largest_eigenvalue(), lattice.pressure_step()];
             for (found, known) in found.into_iter().zip([eigenvalue, step]) {
-                assert!((found / known - 1.0).abs() < 0.02, "{dimension:?} {support}: {found} for {known}");
+                assert!(
+                    (found / known - 1.0).abs() < 0.02,
+                    "{dimension:?} {support}: {found} for {known}"
+                );
             }
         }
     }

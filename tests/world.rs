@@ -645,6 +645,7 @@ fn every_variant_of_a_scene_has_a_schedule_without_ambiguities() {
         Viscosity::None,
         Viscosity::Laminar {
             kinematic_viscosity: 1e-5,
+            numerical: 0.2,
         },
         Viscosity::Artificial {
             alpha: 0.05,

@@ -12,8 +12,8 @@ use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};
 
 use crate::{
-    lattice::BesideWall,
     kernel::CubicSpline,
+    lattice::BesideWall,
     material::Material,
     pairs::{Pair, PairSum, Pairs, accumulate},
     simd::Simd,
@@ -56,7 +56,9 @@ impl<'a> Walls<'a> {
     /// `Σ_b V_b ∇W_ib` of a row [m⁻¹].
     #[inline(always)]
     pub fn gradient(self, row: usize) -> Vec3 {
-        self.sums.get(row).map_or(Vec3::ZERO, |sums| sums.truncate())
+        self.sums
+            .get(row)
+            .map_or(Vec3::ZERO, |sums| sums.truncate())
     }
 
     /// A force of the fluid on a row, made up for what the walls leave out of it.

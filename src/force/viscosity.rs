@@ -49,7 +49,13 @@ pub fn put_pressure_terms(
     pressures: Res<Pressures>,
     execution: Res<Execution>,
 ) {
-    warm_start::put_terms(&mut positions, 1.0, (&densities, &pressures), None, &execution);
+    warm_start::put_terms(
+        &mut positions,
+        1.0,
+        (&densities, &pressures),
+        None,
+        &execution,
+    );
 }
 
 /// Adds laminar and numerical viscosity (phase `Forces`).

@@ -27,7 +27,8 @@ use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};
 
 use super::{
-    Corrected, PressureSolve, recovery::RecoveryTime, response::Responses, warm_start::MeanPressures,
+    Corrected, PressureSolve, recovery::RecoveryTime, response::Responses,
+    warm_start::MeanPressures,
 };
 use crate::{
     boundary::sums::{WallSums, Walls},
@@ -155,7 +156,11 @@ pub fn install(world: &mut World, relaxation: f32, momentum: bool, head_start: i
     let material = world.resource::<Material>();
     let support = material.kernel.support_radius / material.spacing;
     let eigenvalue = Lattice::new(material.dimension, support).largest_eigenvalue() as f32;
-    let stable = if momentum { WITH_MOMENTUM } else { WITHOUT_MOMENTUM };
+    let stable = if momentum {
+        WITH_MOMENTUM
+    } else {
+        WITHOUT_MOMENTUM
+    };
     world.insert_resource(Jacobi {
         relaxation: relaxation.min(stable / eigenvalue),
         momentum,

@@ -74,10 +74,14 @@ pub fn solve_initial_pressure(world: &mut World) {
 fn limit(world: &World, dt: f32) -> Option<f32> {
     let positions = world.resource::<Positions>().points();
     let corners = (Vec4::INFINITY, Vec4::NEG_INFINITY);
-    let (low, high) = positions.iter().fold(corners, |(low, high), x| (low.min(*x), high.max(*x)));
+    let (low, high) = positions
+        .iter()
+        .fold(corners, |(low, high), x| (low.min(*x), high.max(*x)));
     let extent = (high - low).truncate().max_element();
     let accelerations = world.resource::<Accelerations>().0.iter();
-    let pull = accelerations.fold(0.0_f32, |most, a| most.max(a.length_squared())).sqrt();
+    let pull = accelerations
+        .fold(0.0_f32, |most, a| most.max(a.length_squared()))
+        .sqrt();
     let limit = UNCARRIED * dt * dt * pull / extent;
     (limit > 0.0 && limit.is_finite()).then_some(limit)
 }

@@ -1,9 +1,9 @@
 //! Recovery: over how much time compression that a step finds at its start is pushed out.
 //!
 //! A solve that removes within its step what it finds moves particles with a speed of error/dt and leaves that speed in
-//! the state. Here a step removes what it would add, and of what it finds the part dt/τ. τ is the time step that speeds,
-//! forces and pressure allow, over the scene's `recovery`; it does not follow a time step that is shorter, and falls by at
-//! most [`SLOWING`] of the time that passes: a single fast particle that shortened both would raise the speed of all.
+//! the state. Here a step removes what it would add, and of what it finds the part dt/τ. τ is the time step that speeds
+//! and forces allow, over the scene's `recovery`; it does not follow a time step that is shorter, and falls slowly: a single
+//! fast particle that shortened both would raise the speed of all.
 //!
 //! Of a wave whose error the iterations leave by the part R, a step that starts from the share w of the last pressures
 //! leaves no growing remainder for any R up to 1 if w and `recovery` are together at most 1 (eigenvalues of the recurrence
@@ -13,7 +13,6 @@ use bevy_ecs::prelude::*;
 
 use crate::{
     integrate::Motion,
-    lattice::Lattice,
     material::Material,
     scene::{PressureMethod, Scene},
     step::Clock,
@@ -22,6 +21,9 @@ use crate::{
 
 /// Decrease of τ over the time that passes [-].
 const SLOWING: f32 = 0.1;
+
+/// Part of τ that the next step keeps at least [-], so that a τ of fluid which nothing moved ends.
+const LEAST_LEFT: f32 = 0.97;
 
 /// Speed factor λ of the time step that motion allows [-], that of `Cfl` by default.
 const SPEED_FACTOR: f32 = 0.2;
@@ -34,8 +36,6 @@ const LONGEST: f32 = 1e6;
 pub struct RecoveryTime {
     /// Part of the compression found that a step as long as motion allows removes [-].
     share: f32,
-    /// Spacings that `sqrt(p/ρ)` covers in the longest step that pressure allows [-].
-    pressure_step: f32,
     /// τ [s].
     time: f32,
 }
@@ -54,7 +54,6 @@ impl RecoveryTime {
     /// Compression that is found stays.
     pub(super) const NEVER: Self = Self {
         share: 0.0,
-        pressure_step: 0.0,
         time: LONGEST,
     };
 
@@ -70,7 +69,6 @@ impl RecoveryTime {
         );
         Some(Self {
             share,
-            pressure_step: Lattice::of(scene).pressure_step() as f32,
             time: speed.1.min(force.1).min(LONGEST) / share,
         })
     }
@@ -91,8 +89,13 @@ pub fn choose_recovery_time(
     let h = material.kernel.support_radius;
     let [speed, force] =
         time_step::motion_limits(SPEED_FACTOR, h, motion.max_speed, motion.max_acceleration);
-    let pressure = time_step::pressure_limit(recovery.pressure_step, &material, motion.max_pressure);
-    let allowed = speed.1.min(force.1).min(pressure).max(clock.dt);
+    let allowed = speed.1.min(force.1).max(clock.dt);
     let wanted = allowed.min(LONGEST) / recovery.share;
-    recovery.time = wanted.max(recovery.time - SLOWING * clock.dt);
+    // A host may have set the fluid in motion before the first step.
+    recovery.time = if clock.step <= 1 {
+        wanted
+    } else {
+        let slower = (recovery.time - SLOWING * clock.dt).min(LEAST_LEFT * recovery.time);
+        wanted.max(slower)
+    };
 }

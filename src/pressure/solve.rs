@@ -91,9 +91,9 @@ impl Convergence {
             Criterion::Mean => error.mean,
         };
         // In the same measure: the mean over its own limit as the other over η.
-        let by_mean = self.max_mean_density_error.map_or(0.0, |limit| {
-            error.mean * self.max_density_error / limit
-        });
+        let by_mean = self
+            .max_mean_density_error
+            .map_or(0.0, |limit| error.mean * self.max_density_error / limit);
         (judged.max(by_mean), error.row)
     }
 }

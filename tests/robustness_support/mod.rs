@@ -123,12 +123,19 @@ pub(crate) fn tank(method: Method, counts: [u32; 3], time: f64) -> Case {
 /// Half a metre of water with all defaults, 0.025 m of spacing in 3-D and so many rows in 2-D.
 pub(crate) fn pond(method: Method, rows: u32, volume: bool) -> Case {
     let spacing = 0.5 / f64::from(rows);
-    let counts = if volume { [rows / 2, rows, rows / 2] } else { [rows, rows, 0] };
+    let counts = if volume {
+        [rows / 2, rows, rows / 2]
+    } else {
+        [rows, rows, 0]
+    };
     Case {
         name: format!("pond {rows}{}", if volume { " 3-D" } else { "" }),
         scene: tank_scene("pond", counts, spacing, ""),
         method,
-        kind: Kind::Tank { depth: 0.5, time: 3.5 },
+        kind: Kind::Tank {
+            depth: 0.5,
+            time: 3.5,
+        },
         sound_speed: 10.0 * (2.0 * GRAVITY * 0.5f64).sqrt(),
     }
 }
@@ -143,7 +150,11 @@ pub(crate) fn column(method: Method, rows: u32, step: &str, time: f64) -> Case {
         "(name: \"column\", dimension: 2, spacing: {spacing}, {}
           bodies: [(shape: Box(min: (0, 0, 0), max: ({width}, {height}, 0)))],
           boundaries: [Tank(min: (0, 0, 0), max: ({long}, {}, 0))],",
-        if step.is_empty() { String::new() } else { format!("time_step: {step},") },
+        if step.is_empty() {
+            String::new()
+        } else {
+            format!("time_step: {step},")
+        },
         3.0 * height
     );
     Case {
@@ -423,7 +434,9 @@ fn standing_wave(simulation: &mut Simulation) -> Outcome {
     // Peaks of either sign, half a period apart.
     let peak = |from: f64, to: f64| {
         let within = series.iter().filter(|(t, _)| (from..to).contains(t));
-        within.fold((0.0, 0.0f64), |best, &(t, a)| if a.abs() > best.1 { (t, a.abs()) } else { best })
+        within.fold((0.0, 0.0f64), |best, &(t, a)| {
+            if a.abs() > best.1 { (t, a.abs()) } else { best }
+        })
     };
     let at = |n: f64| peak((n - 0.2) * period, (n + 0.2) * period);
     let (half, first, third) = (at(0.5), at(1.0), at(3.0));
