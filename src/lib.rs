@@ -30,7 +30,7 @@
 //! | --- | --- |
 //! | [`scene`] | the RON scene: types, checks, shapes into particles |
 //! | [`particle`] | the components of a particle |
-//! | [`material`], [`kernel`] | constants of a run; the smoothing kernel |
+//! | [`material`], [`kernel`], [`lattice`] | constants of a run; the smoothing kernel; waves on a lattice, and walls beside it |
 //! | [`step`] | phases, stages, the order as data, the schedule; [`Simulation`] and [`install`] |
 //!
 //! A step, phase by phase ([`Phase`]):

@@ -18,6 +18,7 @@ const SPLASH: &str = r#"(
     ],
     boundaries: [Tank(min: (0, 0, 0), max: (0.2, 0.4, 0.2))],
     time_step: Adaptive(max: 5e-3, initial: 2.9e-3),
+    pressure: Pcisph(warm_start: 0, recovery: 1, momentum: false, mean_density_error: None), // as published
     duration: 0.008,
     output: (frames_per_second: 1e6, formats: [Vtu, Ply], pictures: true),
 )

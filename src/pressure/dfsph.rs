@@ -105,7 +105,7 @@ pub fn install(world: &mut World, parameters: Dfsph) {
     world.init_resource::<DivergenceTerms>();
     world.insert_resource(DivergenceConvergence(Convergence {
         max_density_error: parameters.max_divergence_error,
-        max_mean_density_error: None,
+        mean_density_error: None,
         criterion: parameters.criterion,
         // The first measures the velocities as they are, without a force.
         min_iterations: parameters.min_divergence_iterations.saturating_add(1),

@@ -18,8 +18,8 @@
 //!
 //! Momentum: as the force is the gradient of the densities that pressure acts against (see
 //! [`force`](super::force)), the iteration descends a convex function, and Nesterov's acceleration with restarts applies.
-//! It is stable for eigenvalues of `D⁻¹ A` up to 4/(3 ω). The largest is 2.45 on a lattice of the default support, so
-//! ω = 0.4, which leaves room up to 3.3. Measured in a dam break of 15 000 particles, 0.6 s with DFSPH's defaults:
+//! It is stable for eigenvalues of `D⁻¹ A` up to 4/(3 ω). The largest is 2.15 in 2-D and 2.82 in 3-D on a lattice of the
+//! default support, so ω = 0.4, which leaves room up to 3.3; at wider supports it grows, and ω is bounded by it. Measured in a dam break of 15 000 particles, 0.6 s with DFSPH's defaults:
 //! 6761 : 4869 iterations, and 3988 with what pays only then: 0.6 in place of ½ of the last step's pressures, and steps that
 //! shorten from 20 iterations on. 60 layers of still water, four steps of IISPH at 0.01 %: 1109 : 207.
 
@@ -41,7 +41,7 @@ use crate::{
     step::Clock,
 };
 
-/// Largest ω that is stable with momentum on a lattice of the default support: `4/(3 · 2.45)`.
+/// Largest ω that a scene may ask for with momentum. On lattices that are not stable with it less is taken.
 pub const MAX_RELAXATION_WITH_MOMENTUM: f32 = 0.54;
 
 /// Largest ω with which momentum is ahead from the first iteration on. Few iterations leave short waves larger than they found
@@ -252,12 +252,16 @@ pub fn update_pressure(
         jacobi.start(means.is_some());
         iterates.0.resize(densities.0.len(), Iterate::default());
     }
-    let left_for_later = recovery.map_or(0.0, |recovery| recovery.left_for_later(dt));
+    let left = |found: f32| {
+        recovery.as_ref().map_or(0.0, |recovery| {
+            rest_density * recovery.left_for_later(dt, found / rest_density)
+        })
+    };
     let (positions, iterates) = (&mut positions.0, &mut iterates.0);
     solve.update(positions, iterates, &execution, |row, term, iterate| {
         let found = densities.0[row] - rest_density;
         let error = found + dt * rates.0[row];
-        let excess = error - left_for_later * found.max(0.0);
+        let excess = error - left(found);
         let answer = (responses.0[row], to_term * excess);
         let (term, step) = jacobi.correct(iterate, term, answer, first);
         Corrected {

@@ -50,7 +50,7 @@ pub fn solve_initial_pressure(world: &mut World) {
     warm_start::start(world, 0.0);
     let convergence = Convergence {
         max_density_error: limit,
-        max_mean_density_error: None,
+        mean_density_error: None,
         criterion: Criterion::Mean,
         min_iterations: 3,
         max_iterations: MAX_ITERATIONS,

@@ -3,7 +3,8 @@
 //! Every method writes the pressure term `p/ρ²` beside the positions and leaves the rest to [`pressure_force`]. Those
 //! that iterate do so in [`solve`], from what [`warm_start`] gives them; [`implicit`] is what the two have in common whose
 //! densities are predicted from velocities, and [`response`] how strongly a particle answers its own pressure. The first
-//! force may come along with viscosity ([`first_force`]).
+//! force may come along with viscosity ([`first_force`]). [`recovery`] says how much of the compression that a step finds it
+//! removes, and [`initial`] what the first step starts from.
 //!
 //! | method | file | solves for | iterates over |
 //! | --- | --- | --- | --- |
@@ -14,6 +15,7 @@
 
 pub mod dfsph;
 pub mod first_force;
+pub mod fluid_share;
 pub mod force;
 pub mod iisph;
 pub mod implicit;

@@ -22,6 +22,9 @@ use crate::{
 /// Decrease of τ over the time that passes [-].
 const SLOWING: f32 = 0.1;
 
+/// Compression that is left for later at most [-].
+const MOST_LEFT: f32 = 0.2;
+
 /// Part of τ that the next step keeps at least [-], so that a τ of fluid which nothing moved ends.
 const LEAST_LEFT: f32 = 0.97;
 
@@ -73,9 +76,13 @@ impl RecoveryTime {
         })
     }
 
-    /// Part of the compression found that a step of `dt` [s] leaves for later steps [-].
-    pub(super) fn left_for_later(&self, dt: f32) -> f32 {
-        1.0 - (dt / self.time).min(self.share)
+    /// Compression [-] that a step of `dt` [s] leaves for later of what it finds. More than [`MOST_LEFT`] is never left:
+    /// what an impact drives together would fill a wall.
+    #[inline]
+    pub(super) fn left_for_later(&self, dt: f32, found: f32) -> f32 {
+        let found = found.max(0.0);
+        let left = 1.0 - (dt / self.time).min(self.share);
+        left * found / (1.0 + found / MOST_LEFT)
     }
 }
 

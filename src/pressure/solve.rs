@@ -36,7 +36,7 @@ pub struct Convergence {
     /// Whether η limits the largest or the mean error.
     pub criterion: Criterion,
     /// Limit on the mean error beside that on the largest [-], if there is one.
-    pub max_mean_density_error: Option<f32>,
+    pub mean_density_error: Option<f32>,
     /// At least so many iterations.
     pub min_iterations: u32,
     /// At most so many.
@@ -59,7 +59,7 @@ impl Convergence {
                     ..
                 } = *$parameters;
                 Some(Self {
-                    max_mean_density_error: None,
+                    mean_density_error: None,
                     max_density_error,
                     criterion,
                     min_iterations,
@@ -71,7 +71,7 @@ impl Convergence {
         match method {
             PressureMethod::Sesph(_) => None,
             PressureMethod::Pcisph(pcisph) => Some(Self {
-                max_mean_density_error: pcisph.max_mean_density_error,
+                mean_density_error: pcisph.mean_density_error,
                 ..shared!(Pcisph, pcisph)?
             }),
             PressureMethod::Iisph(iisph) => shared!(Iisph, iisph),
@@ -92,7 +92,7 @@ impl Convergence {
         };
         // In the same measure: the mean over its own limit as the other over η.
         let by_mean = self
-            .max_mean_density_error
+            .mean_density_error
             .map_or(0.0, |limit| error.mean * self.max_density_error / limit);
         (judged.max(by_mean), error.row)
     }

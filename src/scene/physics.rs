@@ -201,7 +201,7 @@ impl Default for Viscosity {
 
 /// α of the numerical viscosity. Measured on still water, dam breaks and standing waves: `docs/decisions/still_water.md`.
 fn numerical_viscosity() -> f32 {
-    0.2
+    0.3
 }
 
 impl Default for DirectForcing {

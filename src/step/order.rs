@@ -237,7 +237,8 @@ mod tests {
 
     fn scene() -> Scene {
         ron::from_str(
-            "(name: \"t\", spacing: 0.1, bodies: [(shape: Box(min: (0, 0, 0), max: (1, 1, 1)))])",
+            "(name: \"t\", spacing: 0.1, pressure: Pcisph(()),
+              bodies: [(shape: Box(min: (0, 0, 0), max: (1, 1, 1)))])",
         )
         .expect("a scene")
     }

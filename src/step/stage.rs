@@ -181,11 +181,18 @@ impl Stage {
             wanted: |_| true,
             systems: |scene| {
                 let method = match scene.pressure {
-                    PressureMethod::Sesph(_) => (
-                        pressure::state_equation::compute_pressure,
-                        pressure::pressure_force,
-                    )
-                        .chain(),
+                    PressureMethod::Sesph(_) => {
+                        let method = (
+                            pressure::state_equation::compute_pressure,
+                            pressure::pressure_force,
+                        )
+                            .chain();
+                        if scene.boundaries.is_empty() {
+                            method
+                        } else {
+                            (method, pressure::fluid_share::weigh_pressures).chain()
+                        }
+                    }
                     PressureMethod::Pcisph(_) => (
                         pressure::solve::solve_pressure,
                         pressure::implicit::take_pressures,

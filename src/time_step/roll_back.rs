@@ -20,7 +20,7 @@ use crate::{
     integrate::Motion,
     material::Material,
     particle::{Density, Fluid, MeanPressure, Position, Pressure, Velocity},
-    pressure::warm_start::MeanPressures,
+    pressure::{recovery::RecoveryTime, warm_start::MeanPressures},
     reorder::{self, ReorderState},
     step::{Clock, Failure},
 };
@@ -31,6 +31,7 @@ pub struct KeptState {
     /// Whether there is one: not at the start, and not after it was gone back to.
     kept: bool,
     clock: Clock,
+    recovery: Option<RecoveryTime>,
     largest_error: f32,
     downwards: bool,
     /// In the order of the rows, as all columns.
@@ -66,11 +67,13 @@ pub fn keep_state(
     adaptive: Res<AdaptiveTimeStep>,
     reorder: Option<Res<ReorderState>>,
     means: Option<Res<MeanPressures>>,
+    recovery: Option<Res<RecoveryTime>>,
     clock: Res<Clock>,
 ) {
     let kept = &mut *kept;
     kept.kept = true;
     kept.clock = *clock;
+    kept.recovery = recovery.map(|recovery| *recovery);
     kept.largest_error = adaptive.largest_error;
     kept.downwards = reorder.is_some_and(|state| state.downwards);
     kept.entities.clear();
@@ -110,6 +113,9 @@ pub fn roll_back(world: &mut World) {
         let dt = adaptive.go_back(&clock, h, motion.max_speed, motion.max_acceleration);
         let older = world.resource_scope(|world, mut kept: Mut<KeptState>| {
             let restored = std::mem::take(&mut kept.kept) && restore(world, &kept);
+            if let (true, Some(recovery)) = (restored, kept.recovery) {
+                world.insert_resource(recovery);
+            }
             restored.then_some((kept.clock, kept.largest_error))
         });
         let (reached, largest_error) = older.unwrap_or((clock, adaptive.largest_error));

@@ -133,15 +133,11 @@ fn pressure(method: &PressureMethod) -> Checked {
         })?;
     }
     if let PressureMethod::Pcisph(Pcisph {
-        max_mean_density_error: Some(limit),
+        mean_density_error: Some(limit),
         ..
     }) = *method
     {
-        error_limit(
-            "pressure.max_mean_density_error",
-            "mean density error",
-            limit,
-        )?;
+        error_limit("pressure.mean_density_error", "mean density error", limit)?;
     }
     if let Some(WarmStart { share, steps }) = WarmStart::of(method) {
         ensure((0.0..=1.0).contains(&share), "pressure.warm_start", || {
