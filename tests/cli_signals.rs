@@ -377,6 +377,7 @@ fn threads_that_cannot_be_had_are_an_error() {
     let folder = folder();
     // Stacks of 2 MiB each: the loops' threads fit into the address space, as many again for systems do not, and none
     // of the second. What the limit cuts off differs from machine to machine; that it is told in words does not.
+    let mut told = 0;
     for limit in [700_000, 1_000_000, 1_300_000] {
         let output = Command::new("sh")
             .args(["-c", &format!("ulimit -v {limit}; exec \"$0\" \"$@\"")])
@@ -393,10 +394,16 @@ fn threads_that_cannot_be_had_are_an_error() {
             .output()
             .expect("sh starts");
         let errors = String::from_utf8_lossy(&output.stderr);
+        // Where the heap itself has no room left nothing can be told: the process is ended by a signal.
+        if output.status.code().is_none() {
+            continue;
+        }
         assert!(!errors.contains("panicked"), "{errors}");
         assert!(errors.contains("threads"), "{errors}");
         assert_eq!(output.status.code(), Some(2), "{errors}");
+        told += 1;
     }
+    assert!(told > 0, "no limit leaves room for an answer");
 }
 
 #[test]

@@ -21,7 +21,8 @@ const LAMINAR: &str = "Laminar(kinematic_viscosity: 0.005)";
 const ARTIFICIAL: &str = "Artificial(alpha: 0.2, sound_speed: 10)";
 const TAIT: &str = "Sesph((equation: Tait(stiffness: 10000)))";
 const GAS: &str = "Sesph((equation: Gas(stiffness: 50)))";
-const PCISPH: &str = "Pcisph((max_density_error: 0.005))";
+// What a step finds too dense it pushes out at once, so that there are forces to be balanced.
+const PCISPH: &str = "Pcisph((max_density_error: 0.005, recovery: 1))";
 const IISPH: &str = "Iisph((max_density_error: 0.0005))";
 const DFSPH: &str = "Dfsph((max_density_error: 0.0005))";
 

@@ -181,8 +181,7 @@ impl Default for Pcisph {
             warm_start: WARM_START,
             warm_start_steps: 1,
             momentum: true,
-            // Densities at predicted positions see less of a long wave than those that velocities predict.
-            recovery: 0.1,
+            recovery: RECOVERY,
             last_correction: false,
         }
     }
