@@ -129,8 +129,8 @@ pub(super) fn bytes_per_particle(scene: &Scene, neighbours: f32) -> Vec<(String,
         PressureMethod::Sesph(_) => {}
         PressureMethod::Pcisph(_) => {
             bytes.push((
-                "predicted positions and densities, responses".to_owned(),
-                24.0,
+                "predicted positions and densities, responses, terms, rates".to_owned(),
+                36.0,
             ));
         }
         PressureMethod::Iisph(_) => {
