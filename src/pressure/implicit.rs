@@ -128,6 +128,11 @@ impl Jacobi {
         self.count(if progress < 0.0 { 0 } else { self.since + 1 });
     }
 
+    /// The next correction has no momentum.
+    pub(super) fn rest(&mut self) {
+        (self.since, self.carried) = (0, 0.0);
+    }
+
     fn count(&mut self, since: u32) {
         self.since = since;
         if self.momentum {

@@ -47,6 +47,10 @@ use crate::{
 /// δ as a relaxation of a particle's own answer [-]: it assumes twice that of a full lattice.
 const RELAXATION: f32 = 0.5;
 
+/// Iterations from which on corrections have no momentum. Densities at predicted positions are not linear in the pressures: of
+/// two particles that meet momentum may go back and forth for ever.
+const CALM_FROM: u32 = 500;
+
 /// Iterations that the momentum is ahead by, as in [`dfsph`](super::dfsph).
 const HEAD_START: i32 = 10;
 
@@ -190,5 +194,9 @@ fn update_pressure(
             progress: step * excess,
         }
     });
-    jacobi.advance(solve.progress);
+    if solve.iterations < CALM_FROM {
+        jacobi.advance(solve.progress);
+    } else {
+        jacobi.rest();
+    }
 }
