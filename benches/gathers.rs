@@ -1,13 +1,13 @@
-//! How neighbours' positions are best laid out for a pass: an array of `Vec3` as the tables hold them, a packed copy of `Vec4`,
-//! or a column for each coordinate; with rows along the Z-curve and in no order.
+//! How neighbours' positions are best laid out for a pass: an array of `Vec3` as the tables hold them, a packed copy of
+//! `Vec4`, or a column for each coordinate; with rows along the Z-curve and in no order.
 //!
 //! ```text
 //! cargo bench --bench gathers               # 130 000 particles
 //! ```
 //!
-//! A pass sums `|x_i − x_j|²` over the lists of the corner dam break, as those do that want positions alone, or
-//! `(t_i + t_j) |x_i − x_j|²`, as the pressure force does; on one thread, nothing but gathers. Layouts take turns, and every figure
-//! is the least of its runs.
+//! A pass sums `|x_i − x_j|²` over the lists of the corner dam break, as those do that want positions alone, or `(t_i +
+//! t_j) |x_i − x_j|²`, as the pressure force does; on one thread, nothing but gathers. Layouts take turns, and every
+//! figure is the least of its runs.
 #![allow(clippy::print_stdout, reason = "a benchmark talks to its reader")]
 
 use std::{array::from_fn, hint::black_box, path::Path, time::Instant};

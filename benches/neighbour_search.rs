@@ -5,9 +5,9 @@
 //! The particles lie on a cubic lattice of spacing 1, displaced by up to 0.2 along each axis, and look for neighbours
 //! within 2: about 29. They start in Z-curve order. Between two runs each moves by up to 0.02 along each axis, the same
 //! for every method, and moves in parallel, as in a step: the threads are awake when the time begins. (A second thread
-//! that sleeps gets nothing of a loop of half a millisecond in every third to fifth run.) The methods take turns of five
-//! runs: a method finds the caches as it left them, as it would if it ran alone, and a disturbance of the machine meets all
-//! alike. The median over the runs counts.
+//! that sleeps gets nothing of a loop of half a millisecond in every third to fifth run.) The methods take turns of
+//! five runs: a method finds the caches as it left them, as it would if it ran alone, and a disturbance of the machine
+//! meets all alike. The median over the runs counts.
 //!
 //! Two crates for comparison, each built anew in every run, since they have no update, and both asked for
 //! unsorted rows only, written to one array a chunk of 1024 particles:

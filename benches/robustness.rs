@@ -1,8 +1,8 @@
-//! Where methods fail: `cargo bench --bench robustness`. Every row is a run that has to end with water at rest, an energy
-//! that does not rise, or a known answer.
+//! Where methods fail: `cargo bench --bench robustness`. Every row is a run that has to end with water at rest, an
+//! energy that does not rise, or a known answer.
 //!
-//! Arguments after `--`: words keep the cases and methods whose name holds one of them each, `--set PATH=VALUE` overrides a
-//! field of all scenes, `--quick` leaves out the largest. Prints one line a run.
+//! Arguments after `--`: words keep the cases and methods whose name holds one of them each, `--set PATH=VALUE`
+//! overrides a field of all scenes, `--quick` leaves out the largest. Prints one line a run.
 #![expect(clippy::print_stdout, reason = "a table for whoever runs it")]
 
 #[path = "../tests/robustness_support/mod.rs"]
@@ -26,7 +26,7 @@ fn main() {
         }
     }
     println!(
-        "{:<28} {:<8} {:>6} {:>6} {:>8}  measured",
+        "{:<28} {:<11} {:>6} {:>6} {:>8}  measured",
         "case", "method", "steps", "iter", "wall s"
     );
     for case in robustness::cases(quick) {
@@ -40,7 +40,7 @@ fn main() {
         let start = Instant::now();
         let outcome = case.run(&overrides);
         println!(
-            "{:<28} {:<8} {:>6} {:>6.1} {:>8.2}  {}",
+            "{:<28} {:<11} {:>6} {:>6.1} {:>8.2}  {}",
             case.name,
             case.method.name,
             outcome.steps,

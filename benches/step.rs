@@ -1,5 +1,5 @@
-//! What a step costs, and what bounds it: every method at three sizes, phase by phase; every pass over the neighbours against
-//! the memory and the arithmetic of this machine.
+//! What a step costs, and what bounds it: every method at three sizes, phase by phase; every pass over the neighbours
+//! against the memory and the arithmetic of this machine.
 //!
 //! ```text
 //! cargo bench --bench step                        # 30 000 and 130 000 particles

@@ -1,7 +1,7 @@
 //! Every pressure method against every case with a known answer: `cargo bench --bench validation`.
 //!
-//! Arguments after `--`: a number multiplies the spacing of every scene (0.5 doubles the resolution), a word keeps the cases
-//! and methods whose name holds it. Prints one line a figure: measured, known, error.
+//! Arguments after `--`: a number multiplies the spacing of every scene (0.5 doubles the resolution), a word keeps the
+//! cases and methods whose name holds it. Prints one line a figure: measured, known, error.
 #![expect(clippy::print_stdout, reason = "a table for whoever runs it")]
 
 #[path = "../tests/physics_support/mod.rs"]

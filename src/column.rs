@@ -6,14 +6,15 @@
 //!
 //! Option 1: borrow the one table there usually is and copy only when there are several. Option 2: always copy, into
 //! entries of four floats with a fourth that a neighbour loop wants beside the first three. We use 2: a neighbour is
-//! then one load of 16 bytes that never crosses a cache line, and the copy costs 3 ns a particle; and one code serves any
-//! number of tables. Gathers of 27 neighbours, ns a particle on one thread (`cargo bench --bench gathers`), from arrays of
-//! `Vec3`, of these entries, and from a column a coordinate: positions alone 23 : 25 : 144, with the fourth, as the pressure
-//! force wants it, 39 : 28 : 202; rows in no order 38 : 50 : 148 and 64 : 54 : 200.
+//! then one load of 16 bytes that never crosses a cache line, and the copy costs 3 ns a particle; and one code serves
+//! any number of tables. Gathers of 27 neighbours, ns a particle on one thread (`cargo bench --bench gathers`), from
+//! arrays of `Vec3`, of these entries, and from a column a coordinate: positions alone 23 : 25 : 144, with the fourth,
+//! as the pressure force wants it, 39 : 28 : 202; rows in no order 38 : 50 : 148 and 64 : 54 : 200.
 //!
-//! Coordinates are `f32` from the scene's origin: 10⁴ spacings away they are exact to 8e-4 of a spacing. Loops work with
-//! differences of neighbours, cells are found in `f64`, sums over all particles are in `f64`. A column that collapses there has
-//! the energy of one at the origin within 1 %, with every method; slow motion is lost where dt v is less than half of that.
+//! Coordinates are `f32` from the scene's origin: 10⁴ spacings away they are exact to 8e-4 of a spacing. Loops work
+//! with differences of neighbours, cells are found in `f64`, sums over all particles are in `f64`. A column that
+//! collapses there has the energy of one at the origin within 1 %, with every method; slow motion is lost where dt v is
+//! less than half of that.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
 
@@ -34,7 +35,8 @@ use crate::{
 /// that have no neighbour read it.
 pub const SENTINEL: Vec4 = Vec4::new(1e18, 1e18, 1e18, 0.0);
 
-/// Coordinates [m] and components of velocities [m/s] from which a step refuses a particle: squares overflow at 1e19, and
+/// Coordinates [m] and components of velocities [m/s] from which a step refuses a particle: squares overflow at 1e19,
+/// and
 /// [`SENTINEL`] must be further away than any particle.
 pub(crate) const TOO_LARGE: f32 = 1e17;
 

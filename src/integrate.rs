@@ -258,8 +258,8 @@ pub fn guard(
             Some(total.speed_squared.1),
         );
     }
-    // What pressure may do work with: motion, the pressure of the last step, compression that is pushed out, and what other
-    // forces drive together. A wall or a host that moves particles between steps does no work in it.
+    // What pressure may do work with: motion, the pressure of the last step, compression that is pushed out, and what
+    // other forces drive together. A wall or a host that moves particles between steps does no work in it.
     let (compression, row) = total.compression;
     let pushed = f64::from(compression * material.kernel.support_radius / clock.dt);
     let before = f64::from(motion.pressure_before / material.rest_density);

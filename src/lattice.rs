@@ -1,10 +1,10 @@
 //! What a method may count on where particles lie on their lattice at rest: waves on it, and walls beside it.
 //!
-//! A pressure method and a time step are stable on a fluid only if they are on the waves of its lattice. Under a pressure p
-//! a particle that is displaced by u feels `−2 p/ρ² Σ_j m H_ij (u_i − u_j)`, H the Hessian of the kernel: neighbouring rows
-//! swing against each other with `ω² = s p/(ρ dx²)`, s about 8 at a support of 2. Semi-implicit Euler follows them up to
-//! `ω dt = 2`; beyond it rows pair up within a few steps, whatever the pressure method. The analysis is von Neumann's, as
-//! in Violeau & Leroy 2014 for a state equation.
+//! A pressure method and a time step are stable on a fluid only if they are on the waves of its lattice. Under a
+//! pressure p a particle that is displaced by u feels `−2 p/ρ² Σ_j m H_ij (u_i − u_j)`, H the Hessian of the kernel:
+//! neighbouring rows swing against each other with `ω² = s p/(ρ dx²)`, s about 8 at a support of 2. Semi-implicit Euler
+//! follows them up to `ω dt = 2`; beyond it rows pair up within a few steps, whatever the pressure method. The analysis
+//! is von Neumann's, as in Violeau & Leroy 2014 for a state equation.
 
 use std::f64::consts::PI;
 
@@ -77,8 +77,9 @@ impl Lattice {
         }
     }
 
-    /// Largest eigenvalue of the pressure system on this lattice, over its diagonal [-]: `|Σ_j ∇W_ij sin(k·x_ij)|²` over
-    /// `Σ_j |∇W_ij|²`. A Jacobi iteration is stable for relaxations below 2 over it, with momentum below 4/3 over it.
+    /// Largest eigenvalue of the pressure system on this lattice, over its diagonal [-]: `|Σ_j ∇W_ij sin(k·x_ij)|²`
+    /// over `Σ_j |∇W_ij|²`. A Jacobi iteration is stable for relaxations below 2 over it, with momentum below 4/3 over
+    /// it.
     pub fn largest_eigenvalue(&self) -> f64 {
         let diagonal: f64 = (self.pairs.iter())
             .map(|pair| pair.slope * pair.slope * pair.x.length_squared())
@@ -91,8 +92,8 @@ impl Lattice {
         })
     }
 
-    /// Longest stable time step under a pressure p, as the number of spacings that `sqrt(p/ρ)` covers in it [-]: 0.71 in
-    /// 2-D and 0.68 in 3-D at a support of 2.
+    /// Longest stable time step under a pressure p, as the number of spacings that `sqrt(p/ρ)` covers in it [-]: 0.71
+    /// in 2-D and 0.68 in 3-D at a support of 2.
     pub fn pressure_step(&self) -> f64 {
         let stiffness = self.over_waves(|k| {
             let matrix = self.pairs.iter().fold(DMat3::ZERO, |sum, pair| {
@@ -128,8 +129,8 @@ impl Lattice {
         largest
     }
 
-    /// What makes a layer of samples act as the lattice behind it would (see [`BesideWall`]). The layer is as dense as a row of
-    /// the lattice, its samples are `distance` from the first row, each stands for `volume` (in spacings).
+    /// What makes a layer of samples act as the lattice behind it would (see [`BesideWall`]). The layer is as dense as
+    /// a row of the lattice, its samples are `distance` from the first row, each stands for `volume` (in spacings).
     pub fn beside_wall(&self, distance: f64, volume: f64) -> BesideWall {
         let kernel = CubicSpline::new(self.dimension, self.support as f32);
         let rows = 0..(self.support.ceil() as u32 - 1).max(1);
@@ -162,10 +163,11 @@ impl Lattice {
 /// What makes a wall of samples act on a lattice beside it as a lattice that goes on would.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BesideWall {
-    /// Factor of the gradients of the walls' kernels [-]. With it a constant pressure exerts no force beside a wall: what
-    /// the wall pushes, the fluid pushes back.
+    /// Factor of the gradients of the walls' kernels [-]. With it a constant pressure exerts no force beside a wall:
+    /// what the wall pushes, the fluid pushes back.
     pub push: f32,
-    /// Part of a particle's force along the wall that is missing, for each part of its kernel that lies in the wall [-].
+    /// Part of a particle's force along the wall that is missing, for each part of its kernel that lies in the wall
+    /// [-].
     pub slide: f32,
 }
 

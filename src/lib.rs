@@ -19,7 +19,8 @@
 //! assert!(report.time > 0.0 && report.max_density_error < 0.01);
 //! ```
 //!
-//! A host with a [`World`](bevy_ecs::world::World) of its own calls [`install`] and then [`take_step`], or runs the schedule
+//! A host with a [`World`](bevy_ecs::world::World) of its own calls [`install`] and then [`take_step`], or runs the
+//! schedule
 //! [`Step`]; see `examples/embed.rs`.
 //!
 //! # The map

@@ -35,8 +35,8 @@ pub struct Pressure(pub f32);
 #[repr(transparent)]
 pub struct MeanPressure(pub f32);
 
-/// Lasting number of a fluid particle, by which frames name it: given in the order of spawning, from 0, and never again in
-/// the same world. An [`Entity`]'s index would be given to another particle as soon as this one is gone.
+/// Lasting number of a fluid particle, by which frames name it: given in the order of spawning, from 0, and never again
+/// in the same world. An [`Entity`]'s index would be given to another particle as soon as this one is gone.
 ///
 /// Inserting it gives a new number, whatever the value. Particles that were spawned before the scene was installed get
 /// theirs then.

@@ -1,5 +1,5 @@
-//! What a host may do wrong: every step is refused with the reason and the right particle, nothing is lost, and the next
-//! step can be taken.
+//! What a host may do wrong: every step is refused with the reason and the right particle, nothing is lost, and the
+//! next step can be taken.
 
 mod common;
 

@@ -1,4 +1,5 @@
-//! Mesh files: all formats give the same boundary, and what cannot be one is refused with the file and what would be right.
+//! Mesh files: all formats give the same boundary, and what cannot be one is refused with the file and what would be
+//! right.
 
 #[path = "mesh_support/mod.rs"]
 mod meshes;
@@ -239,8 +240,9 @@ fn load(file: &str, rest: &str, spacing: f32) -> Result<Mesh, String> {
     Mesh::load(&boundary, spacing).map_err(|error| error.to_string())
 }
 
-/// Every way in which a file may say the same is read as it: the format's own rules (lines that go on, comments, byte order
-/// marks, solids without names), and what programs write (NaN for normals, seams in the last digits, coordinates of a map).
+/// Every way in which a file may say the same is read as it: the format's own rules (lines that go on, comments, byte
+/// order marks, solids without names), and what programs write (NaN for normals, seams in the last digits, coordinates
+/// of a map).
 #[test]
 fn one_block_written_in_many_ways_is_read_as_one_block() {
     let mut read = 0;
@@ -328,8 +330,8 @@ fn shells_bound_solids_and_cavities_or_are_refused() {
     }
 }
 
-/// Two blocks, one of them turned about, moved over and about the other: refused if they meet or if one is in the other and
-/// wound alike; otherwise each is solid, however they are wound. Asked at the corners of a lattice.
+/// Two blocks, one of them turned about, moved over and about the other: refused if they meet or if one is in the other
+/// and wound alike; otherwise each is solid, however they are wound. Asked at the corners of a lattice.
 #[test]
 fn two_blocks_anywhere_are_two_solids_or_refused() {
     let files = Files::new();

@@ -197,8 +197,9 @@ fn implicit_methods_keep_the_mean_density_error_under_their_limit() {
     }
 }
 
-/// Every dt is under the limits that the module `time_step` lists, from the speeds and accelerations of the step before;
-/// and no particle moves more than h/2, measured from its positions. 1e-5 relative for rounding of the products.
+/// Every dt is under the limits that the module `time_step` lists, from the speeds and accelerations of the step
+/// before; and no particle moves more than h/2, measured from its positions. 1e-5 relative for rounding of the
+/// products.
 #[test]
 fn time_step_obeys_its_limits_and_nothing_moves_more_than_half_the_support() {
     for method in [

@@ -46,11 +46,11 @@ fn accelerations(text: &str, field: impl Fn(Vec3) -> Vec3, dt: f32) -> Vec<(Part
 
 /// The answer is a = ν ∇²u = −ν k² u, fitted over the lattice two supports off its surface: Σ a u / Σ u².
 ///
-/// At a support of four spacings, where the sum is near its integral, within 10 %: 0.01 h² in the denominator takes 3 to
-/// 5 % off, the smoothing of a wave of 48 spacings 1 %, the lattice 3 %. At the default support of two spacings a square
-/// lattice is stiff along its diagonals and soft along its axes: only diagonal neighbours resist a shear along an axis.
-/// There the answer is the lattice's own sum, 0.6475 (2-D) and 0.6971 (3-D) of ν k², to 1 %.
-/// dt ν k² is 1e-3, large enough that rounding of the velocity does not count.
+/// At a support of four spacings, where the sum is near its integral, within 10 %: 0.01 h² in the denominator takes 3
+/// to 5 % off, the smoothing of a wave of 48 spacings 1 %, the lattice 3 %. At the default support of two spacings a
+/// square lattice is stiff along its diagonals and soft along its axes: only diagonal neighbours resist a shear along
+/// an axis. There the answer is the lattice's own sum, 0.6475 (2-D) and 0.6971 (3-D) of ν k², to 1 %. dt ν k² is 1e-3,
+/// large enough that rounding of the velocity does not count.
 #[test]
 fn laminar_viscosity_is_nu_times_the_laplacian() {
     let viscosity = 0.01_f32;
@@ -229,8 +229,8 @@ fn surface_tension_attracts_and_no_more_than_at_the_spacing() {
     }
 }
 
-/// In the lattice every pull has its opposite: rounding of pulls of the size of `single` is left. At a face, an edge and
-/// a corner the sum points inwards.
+/// In the lattice every pull has its opposite: rounding of pulls of the size of `single` is left. At a face, an edge
+/// and a corner the sum points inwards.
 #[test]
 fn surface_tension_pulls_the_surface_inwards_and_leaves_the_interior() {
     let fluid = "None, surface_tension: BeckerTeschner(kappa: 0.01)";
@@ -288,8 +288,9 @@ fn squareness(particles: &[Particle]) -> (f32, f32) {
     (wave.length() / size, farthest)
 }
 
-/// A square of 16 × 16 spacings without gravity becomes round under surface tension and viscosity: the fourfold harmonic
-/// falls below a third of the square's, and the corners come in from 10.6 spacings towards 9.0, the disc of equal area.
+/// A square of 16 × 16 spacings without gravity becomes round under surface tension and viscosity: the fourfold
+/// harmonic falls below a third of the square's, and the corners come in from 10.6 spacings towards 9.0, the disc of
+/// equal area.
 #[test]
 fn square_drop_becomes_round() {
     becomes_round("Dfsph");

@@ -285,8 +285,8 @@ fn sharp_and_jutting_corners_hold_water() {
     }
 }
 
-/// Water is pressed into the edge of a wedge, 9° to 33°, however the wedge lies: none gets out, be it through a face, through
-/// the edge, or where the edge meets the ends.
+/// Water is pressed into the edge of a wedge, 9° to 33°, however the wedge lies: none gets out, be it through a face,
+/// through the edge, or where the edge meets the ends.
 #[test]
 fn acute_wedges_hold_water_whichever_way_they_lie() {
     const DX: f32 = 0.02;
@@ -343,8 +343,8 @@ fn acute_wedges_hold_water_whichever_way_they_lie() {
     }
 }
 
-/// A box without lid whose triangles have corners of their own, off by a little of 1/100 spacing, and whose sides have other
-/// corners along the floor than it has: no water gets out through the seams.
+/// A box without lid whose triangles have corners of their own, off by a little of 1/100 spacing, and whose sides have
+/// other corners along the floor than it has: no water gets out through the seams.
 #[test]
 fn seams_hold_water() {
     const DX: f32 = 0.04;

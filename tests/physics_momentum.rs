@@ -29,8 +29,8 @@ const DFSPH: &str = "Dfsph((max_density_error: 0.0005))";
 /// A ball (a disc in 2-D) with a jittered lattice, thrown and spun, with viscosity and surface tension.
 ///
 /// Tolerances, all relative to the speeds of the motion (2.6 m/s) and the blob's size: a velocity is rounded to 6e-8 of
-/// its size every step, in directions that do not add up, so the mean of hundreds of particles over 300 steps stays well
-/// within 1e-6 × 2.6 m/s; and positions within 1e-6 m. Angular momentum: 1e-5 of its start, as its arms are short
+/// its size every step, in directions that do not add up, so the mean of hundreds of particles over 300 steps stays
+/// well within 1e-6 × 2.6 m/s; and positions within 1e-6 m. Angular momentum: 1e-5 of its start, as its arms are short
 /// against the positions that are rounded.
 #[track_caller]
 fn momenta_are_kept(dimension: u32, pressure: &str, viscosity: &str) {

@@ -1,5 +1,5 @@
-//! Fluid at rest: the density of a lattice, and water that begins without pressure. Still water with its pressure is among
-//! the known answers, `validation.rs`.
+//! Fluid at rest: the density of a lattice, and water that begins without pressure. Still water with its pressure is
+//! among the known answers, `validation.rs`.
 
 #[path = "physics_support/mod.rs"]
 mod support;
@@ -68,8 +68,8 @@ fn lattice_at_rest_has_the_rest_density_in_the_interior() {
 }
 
 /// The volumes of boundary particles are calibrated on an infinite flat wall; a face that ends in edges differs by what
-/// the volumes there lose. In edges and corners a lattice may start a few per cent under its rest density (it then feels
-/// no pressure), but if it started over it, the wall would throw it off.
+/// the volumes there lose. In edges and corners a lattice may start a few per cent under its rest density (it then
+/// feels no pressure), but if it started over it, the wall would throw it off.
 #[test]
 fn lattice_at_a_wall_has_the_rest_density() {
     for dimension in [2, 3] {
@@ -99,8 +99,8 @@ fn still_water(depth: u32, width: u32, pressure: &str) -> String {
     )
 }
 
-/// Nothing lifts water: it starts at rest, and what it has of energy is its weight. Ninety layers fall onto pressure that is
-/// not there yet; pushed out in ever shorter steps, their compression gave them 0.4 to 1.6 times their energy.
+/// Nothing lifts water: it starts at rest, and what it has of energy is its weight. Ninety layers fall onto pressure
+/// that is not there yet; pushed out in ever shorter steps, their compression gave them 0.4 to 1.6 times their energy.
 #[test]
 fn deep_water_gains_no_energy_as_its_weight_arrives_at_the_floor() {
     for (pressure, limit) in [
@@ -142,8 +142,9 @@ fn momentum_saves_iterations_in_deep_water() {
     assert!(3 * with < without, "{with} against {without}");
 }
 
-/// Where steps end after a few iterations of unlike number, waves may be driven: with momentum from the first on, half of
-/// these runs, which differ in the order of their sums alone, go up and down with 1 to 2 % of sqrt(g H) for a second or two.
+/// Where steps end after a few iterations of unlike number, waves may be driven: with momentum from the first on, half
+/// of these runs, which differ in the order of their sums alone, go up and down with 1 to 2 % of sqrt(g H) for a second
+/// or two.
 #[test]
 fn still_water_stands_whatever_the_rounding() {
     let path =
@@ -173,8 +174,8 @@ fn still_water_stands_whatever_the_rounding() {
     }
 }
 
-/// What a wall has of a density does no work in the fluid, and is no pressure: beside a side wall it was 1.4 to 1.6 times
-/// that of the same depth.
+/// What a wall has of a density does no work in the fluid, and is no pressure: beside a side wall it was 1.4 to 1.6
+/// times that of the same depth.
 #[test]
 fn pressure_at_a_wall_is_that_of_its_depth() {
     let text = still_water(30, 15, "Iisph()").replace(

@@ -353,9 +353,9 @@ fn fast_lone_particles_do_not_pass_a_slanted_plane() {
 }
 
 /// A lone particle falls 0.2 m onto a floor and a block. With PCISPH it must end under one spacing from the surface,
-/// without a vertical speed of more than a tenth of its fall's: farther away, a wall that repels by the density it lends
-/// would hold it. With an equation of state a wall is a spring without friction and the particle bounces for ever: it
-/// must keep under the height it fell from.
+/// without a vertical speed of more than a tenth of its fall's: farther away, a wall that repels by the density it
+/// lends would hold it. With an equation of state a wall is a spring without friction and the particle bounces for
+/// ever: it must keep under the height it fell from.
 #[test]
 fn lone_particle_falls_onto_the_wall_and_rests_there() {
     for dimension in [2, 3] {

@@ -273,8 +273,8 @@ fn where_nothing_happens_the_time_step_grows_to_its_limit_and_nothing_is_taken_b
         };
         let mut simulation = simulation(&scene);
         let mut dt = 0.0;
-        // Growing by 0.2 % it takes 145 steps from the first to the largest, and a few more where DFSPH starts with many
-        // iterations.
+        // Growing by 0.2 % it takes 145 steps from the first to the largest, and a few more where DFSPH starts with
+        // many iterations.
         for _ in 0..250 {
             let report = simulation
                 .step()

@@ -483,8 +483,8 @@ fn start(scene: &str) -> Result<f32, String> {
     Ok(plan.start_density.expect("few particles").max_error)
 }
 
-/// Two bodies in 2-D and 3-D whose lattices are shifted, and bodies at solids of every thickness, which have one layer of
-/// samples in their middle: what starts compressed is refused with its depth and place, all else starts at rest.
+/// Two bodies in 2-D and 3-D whose lattices are shifted, and bodies at solids of every thickness, which have one layer
+/// of samples in their middle: what starts compressed is refused with its depth and place, all else starts at rest.
 #[test]
 fn fluid_starts_at_rest_or_is_refused_with_depth_and_place() {
     let (mut refused, mut taken) = (0, 0);

@@ -75,10 +75,10 @@ macro_rules! for_every_method {
     };
 }
 
-// The target, 2 % of the slope and 1 % of sqrt(g H) for the mean speed, is met by every method. Layers are further off at
-// half depth, as the surface settles half a spacing lower, and within three spacings of the floor, where pressures alternate
-// from layer to layer (at 60 layers: 1.1 % and 6 %). The sound of the start, when the water falls onto pressure
-// that is not there yet, is damped by viscosity alone: SESPH's speeds are what is left of it.
+// The target, 2 % of the slope and 1 % of sqrt(g H) for the mean speed, is met by every method. Layers are further off
+// at half depth, as the surface settles half a spacing lower, and within three spacings of the floor, where pressures
+// alternate from layer to layer (at 60 layers: 1.1 % and 6 %). The sound of the start, when the water falls onto
+// pressure that is not there yet, is damped by viscosity alone: SESPH's speeds are what is left of it.
 const IN_THE_PLANE: Bounds = &[
     ("-dp/dy", [0.02; 5]),
     ("p at half depth", [0.04; 5]),
@@ -97,11 +97,11 @@ const IN_SPACE: Bounds = &[
     ("largest speed", [0.05, 0.05, 0.07, 0.045, 0.045]),
 ];
 
-// The target, 1 % of the semi-major axis at the end, is met within 0.01 % by IISPH and DFSPH; the others are 1.1 % off. It is
-// met with 0.15 % at 80 particles along a radius. What is left is the
-// sum of the density: a square lattice that is drawn out 1.44 times along an axis at constant area has 5.5 % more of it than
-// at rest. Pressure follows that sum: 38 to 48 % too much of it pushes the lattice back, in every method alike, and then,
-// with the drop ahead of the ellipse, there is none. Nothing pulls it together again.
+// The target, 1 % of the semi-major axis at the end, is met within 0.01 % by IISPH and DFSPH; the others are 1.1 % off.
+// It is met with 0.15 % at 80 particles along a radius. What is left is the sum of the density: a square lattice that
+// is drawn out 1.44 times along an axis at constant area has 5.5 % more of it than at rest. Pressure follows that sum:
+// 38 to 48 % too much of it pushes the lattice back, in every method alike, and then, with the drop ahead of the
+// ellipse, there is none. Nothing pulls it together again.
 const DROP: Bounds = &[
     ("semi-major axis at 0.0008", [0.01; 5]),
     ("semi-major axis at 0.0038", [0.011; 5]),
@@ -113,11 +113,11 @@ const DROP: Bounds = &[
 ];
 
 // All methods agree to 2 %, and are as much as 22 % ahead of Koshizuka & Oka where they are within 5 % of the fronts of
-// Martin & Moyce after T = 1.5: in the same units the experiments are 10 % apart (T = 2.7: 3.00 and 3.30 L), and 17 % with
-// the clock of the latter shifted. Ritter's bound holds for all.
+// Martin & Moyce after T = 1.5: in the same units the experiments are 10 % apart (T = 2.7: 3.00 and 3.30 L), and 17 %
+// with the clock of the latter shifted. Ritter's bound holds for all.
 const KOSHIZUKA_OKA: Bounds = &[("front", [0.23; 5]), ("largest way", [1.0; 5])];
-// Since walls push as the fluid does, fronts of 2 : 1 columns lie within 1 % of the converged one; the experiment's early ones lag
-// behind it by as much as 9.4 %.
+// Since walls push as the fluid does, fronts of 2 : 1 columns lie within 1 % of the converged one; the experiment's
+// early ones lag behind it by as much as 9.4 %.
 const MARTIN_MOYCE: Bounds = &[
     ("front", [0.1; 5]),
     ("height", [0.15; 5]),

@@ -1,18 +1,18 @@
 //! The last resort at a wall: no particle passes the layer of samples.
 //!
 //! Pressure keeps the fluid off a wall, but a particle on its own has no pressure there: its density, wall included, is
-//! below the rest density until it lies in the wall. Spray would leak. So after integration a particle that is more than
-//! a quarter of the spacing behind the wall's face, where fluid under pressure does not get, is set back to there along
-//! the normal and loses the velocity into the wall; the velocity along the wall stays.
+//! below the rest density until it lies in the wall. Spray would leak. So after integration a particle that is more
+//! than a quarter of the spacing behind the wall's face, where fluid under pressure does not get, is set back to there
+//! along the normal and loses the velocity into the wall; the velocity along the wall stays.
 //!
-//! A sample speaks for the particles above it: those whose distance along the face is under 1.15 spacings. The middle of
-//! four samples is 0.71 away, the last row of a face beside a tank's edge 0.83; the second row around a convex edge, which
-//! must not be heard on the other side, at least 1.2. In a corner all faces are obeyed at once: the particle is put to the
-//! nearest place in front of them. One face after the other would take it from side to side in an acute one, and leave it
-//! behind the last. Where there is no such place it stays where it was.
+//! A sample speaks for the particles above it: those whose distance along the face is under 1.15 spacings. The middle
+//! of four samples is 0.71 away, the last row of a face beside a tank's edge 0.83; the second row around a convex edge,
+//! which must not be heard on the other side, at least 1.2. In a corner all faces are obeyed at once: the particle is
+//! put to the nearest place in front of them. One face after the other would take it from side to side in an acute one,
+//! and leave it behind the last. Where there is no such place it stays where it was.
 //!
-//! It speaks only for particles that were in front of it at the start of the step: those behind it are on the other side
-//! of a thin wall, and this one would pull them through.
+//! It speaks only for particles that were in front of it at the start of the step: those behind it are on the other
+//! side of a thin wall, and this one would pull them through.
 
 use bevy_ecs::prelude::*;
 use glam::{Mat3, Vec3, Vec4};
@@ -29,7 +29,8 @@ use crate::{
 const PENETRATION: f32 = 0.25;
 /// Distance along the face up to which a sample counts, in spacings.
 const SIDEWAYS: f32 = 1.15;
-/// Samples that one particle obeys at most: three faces meet in a corner, and samples in its edges have normals between.
+/// Samples that one particle obeys at most: three faces meet in a corner, and samples in its edges have normals
+/// between.
 const CORRECTIONS: usize = 8;
 /// A face is obeyed if a particle is beyond it by less, in spacings.
 const ROUNDING: f32 = 1e-4;

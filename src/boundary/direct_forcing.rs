@@ -1,22 +1,22 @@
-//! Direct forcing (Becker, Tessendorf & Teschner 2009), combined with frozen boundary particles as in Ihmsen et al. 2010:
-//! what the paper's glass and river scenes use.
+//! Direct forcing (Becker, Tessendorf & Teschner 2009), combined with frozen boundary particles as in Ihmsen et al.
+//! 2010: what the paper's glass and river scenes use.
 //!
-//! A particle nearer than r0 to boundary particles b is put back along their mean normal,
-//! `x_i += (Σ_b w_ib (r0 − |x_i − x_b|) / Σ_b w_ib) n_i/|n_i|`, with `w_ib = max(0, (r0 − |x_i − x_b|)/r0)` and
-//! `n_i = Σ_b w_ib n_b`. That is done to the predicted positions in every iteration of PCISPH, so that pressure is solved
-//! for the places that particles can take, and with every method to the positions after integration.
+//! A particle nearer than r0 to boundary particles b is put back along their mean normal, `x_i += (Σ_b w_ib (r0 − |x_i
+//! − x_b|) / Σ_b w_ib) n_i/|n_i|`, with `w_ib = max(0, (r0 − |x_i − x_b|)/r0)` and `n_i = Σ_b w_ib n_b`. That is done
+//! to the predicted positions in every iteration of PCISPH, so that pressure is solved for the places that particles
+//! can take, and with every method to the positions after integration.
 //!
 //! Frozen particles contribute to density and pressure like fluid particles that do not move: half a spacing behind the
 //! face, with the volume m/ρ0 of one, which at the default support makes a lattice at the wall exactly as dense as at
 //! rest. Where samples are denser than a lattice, at edges and in thin walls, the volume is smaller in proportion. The
 //! pressure that pushes back is the fluid particle's own, as in [`pressure_force`](crate::pressure::pressure_force).
 //!
-//! It does not take the place of [`contact`](super::contact), which follows it: the correction is an average over samples
-//! and vanishes a distance r0 behind them, so that water 10 spacings deep pressed particles through it.
+//! It does not take the place of [`contact`](super::contact), which follows it: the correction is an average over
+//! samples and vanishes a distance r0 behind them, so that water 10 spacings deep pressed particles through it.
 //!
-//! Deviations. Only boundary particles count in front of which a particle was at the start of the step: those of the far
-//! side of a thin wall would pull it through. A particle that was put back loses the velocity into the wall and keeps
-//! that away from it; with the tangential part alone, as published, fluid sticks to ceilings.
+//! Deviations. Only boundary particles count in front of which a particle was at the start of the step: those of the
+//! far side of a thin wall would pull it through. A particle that was put back loses the velocity into the wall and
+//! keeps that away from it; with the tangential part alone, as published, fluid sticks to ceilings.
 
 use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};
@@ -46,7 +46,8 @@ impl DirectForcing {
         }
     }
 
-    /// How a particle at `x` that came from `start` is put back [m], and the unit normal along which; none if it is not.
+    /// How a particle at `x` that came from `start` is put back [m], and the unit normal along which; none if it is
+    /// not.
     fn correction(
         &self,
         boundary: &BoundarySamples,

@@ -2,8 +2,8 @@
 //!
 //! From each accepted point the candidates just beyond the least distance are looked at, and the one that also lies
 //! closest to other points is taken next. On flat and curved surfaces nearest neighbours are then 0.90 to 1.16 spacings
-//! apart, 0.98 in the mean. Option 2, candidates in random order (Poisson-disk sampling), fills as completely, but has its
-//! nearest neighbours anywhere between one and two times the least distance.
+//! apart, 0.98 in the mean. Option 2, candidates in random order (Poisson-disk sampling), fills as completely, but has
+//! its nearest neighbours anywhere between one and two times the least distance.
 
 use std::collections::HashMap;
 
@@ -83,8 +83,8 @@ impl Front {
         free
     }
 
-    /// Whether an accepted sample faces much the same way as one and lies, along its face, within a distance of at most the
-    /// least distance or a little more [m].
+    /// Whether an accepted sample faces much the same way as one and lies, along its face, within a distance of at most
+    /// the least distance or a little more [m].
     pub(super) fn speaks_for(&self, sample: &BoundarySample, distance: f32) -> bool {
         around(self.cell(sample.position))
             .filter_map(|cell| self.cells.get(&cell))

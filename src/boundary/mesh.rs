@@ -1,15 +1,15 @@
 //! Triangle meshes into particles: one layer at the spacing, as deep in the solid as the layers of the other shapes.
 //!
-//! The layer is the mesh itself with its vertices moved into the solid by [`layer_depth`](super::layer_depth) from every
-//! face around them, so that it meets in edges and corners as those of a tank do. What comes out too near to another
-//! part of the surface is left out. Then samples are spread evenly over it ([`Front`]): along sharp and border edges
-//! first, then over the faces. In an acute valley the layers of its faces meet far behind its edge, where no sample is of
-//! use: there each face has its layer to itself, and the edge one of its own, which comes last.
+//! The layer is the mesh itself with its vertices moved into the solid by [`layer_depth`](super::layer_depth) from
+//! every face around them, so that it meets in edges and corners as those of a tank do. What comes out too near to
+//! another part of the surface is left out. Then samples are spread evenly over it ([`Front`]): along sharp and border
+//! edges first, then over the faces. In an acute valley the layers of its faces meet far behind its edge, where no
+//! sample is of use: there each face has its layer to itself, and the edge one of its own, which comes last.
 //!
 //! Where a solid is thinner than two layers none of this layer is left. There the samples are centres of the largest
-//! balls that fit into the solid and touch its surface (by shrinking balls: Ma, Bae & Choi 2012), for each side with its
-//! own normals. Two sides in one place share its volume, since that follows from how dense the samples are. A sheet, whose
-//! both sides are wet, is sampled in itself, every sample twice.
+//! balls that fit into the solid and touch its surface (by shrinking balls: Ma, Bae & Choi 2012), for each side with
+//! its own normals. Two sides in one place share its volume, since that follows from how dense the samples are. A
+//! sheet, whose both sides are wet, is sampled in itself, every sample twice.
 
 use glam::{DMat3, DVec3};
 
@@ -27,11 +27,11 @@ const CANDIDATES: f64 = 6.0;
 const LONGEST_MITRE: f64 = 2.5;
 /// A sample is at least so deep behind the surface [depths].
 const DEEP: f64 = 0.98;
-/// A part of a face without a sample of the face's own this near, along it, is not guarded [spacings]: contact hears those
-/// up to 1.15.
+/// A part of a face without a sample of the face's own this near, along it, is not guarded [spacings]: contact hears
+/// those up to 1.15.
 const OWN: f32 = 1.05;
-/// A part of the surface without a sample of its side this near is not guarded [spacings]. The layers of a built-in tank
-/// and box leave 0.90 and 1.04.
+/// A part of the surface without a sample of its side this near is not guarded [spacings]. The layers of a built-in
+/// tank and box leave 0.90 and 1.04.
 const GUARDED: f32 = 1.15;
 
 /// Appends the samples of a mesh.
@@ -228,8 +228,9 @@ impl<'a> Layer<'a> {
         front.advance(&candidates, right);
     }
 
-    /// Samples where faces meet at too sharp an angle for a common layer. Those of other faces speak there for a place, and
-    /// keep nothing from this one's wall; so each face gets samples of its own, then the edges and vertices between.
+    /// Samples where faces meet at too sharp an angle for a common layer. Those of other faces speak there for a place,
+    /// and keep nothing from this one's wall; so each face gets samples of its own, then the edges and vertices
+    /// between.
     fn guard_valleys(
         &self,
         front: &mut Front,

@@ -1,8 +1,8 @@
 //! Solid boundaries as particles (Akinci et al. 2012): sampled once, with the volume that each stands for.
 //!
 //! A wall adds `ρ0 V_b W` to the density of the fluid near it, which makes pressure push the fluid away. The particles
-//! are entities; loops read a packed copy, and an index of their own that is built once, since they do not move. What they
-//! add to the sums of the fluid is found once a step ([`sums`]).
+//! are entities; loops read a packed copy, and an index of their own that is built once, since they do not move. What
+//! they add to the sums of the fluid is found once a step ([`sums`]).
 
 pub mod contact;
 mod count;
@@ -152,8 +152,8 @@ fn check(world: &mut World) -> Result<(), BoundaryError> {
     Ok(())
 }
 
-/// Takes the boundary particles of a world over again, after a host has spawned, moved or despawned some. After an error
-/// the walls stay as they were for the fluid.
+/// Takes the boundary particles of a world over again, after a host has spawned, moved or despawned some. After an
+/// error the walls stay as they were for the fluid.
 pub fn refresh_boundary(world: &mut World, scene: &Scene) -> Result<(), BoundaryError> {
     let Some(execution) = world.get_resource::<Execution>().cloned() else {
         return Err(BoundaryError::NotInstalled);

@@ -4,9 +4,9 @@
 //! particle itself has: its density takes `ρ0 Σ_b V_b W_ib`, its pressure force `ρ0 t_i Σ_b V_b ∇W_ib`, its Dρ/Dt
 //! `ρ0 v_i · Σ_b V_b ∇W_ib`, since walls do not move. So no other pass at these positions goes over the boundary.
 //!
-//! The gradients are multiplied by the push of [`BesideWall`], 1.75 in 2-D at a support of 2: with it a constant pressure
-//! exerts no force at a wall. Without it only pressures are at rest that alternate from row to row, since rows k and k ± 2
-//! alone are coupled at that support; still water fell with 0.35 g in its first step, row by row.
+//! The gradients are multiplied by the push of [`BesideWall`], 1.75 in 2-D at a support of 2: with it a constant
+//! pressure exerts no force at a wall. Without it only pressures are at rest that alternate from row to row, since rows
+//! k and k ± 2 alone are coupled at that support; still water fell with 0.35 g in its first step, row by row.
 
 use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};
@@ -22,7 +22,8 @@ use crate::{
 /// Least part of a force along a wall that is taken to be there [-]: in a corner the parts of several walls add up.
 const LEAST_ALONG: f32 = 0.5;
 
-/// Of every particle `Σ_b V_b ∇W_ib` [m⁻¹], times the walls' push, and, as fourth entry, `Σ_b V_b W_ib` [-]. In scenes with walls.
+/// Per particle `Σ_b V_b ∇W_ib` [m⁻¹] times the walls' push and, as fourth entry, `Σ_b V_b W_ib` [-]. In scenes with
+/// walls.
 #[derive(Resource, Debug)]
 pub struct WallSums {
     sums: Vec<Vec4>,
@@ -61,10 +62,11 @@ impl<'a> Walls<'a> {
             .map_or(Vec3::ZERO, |sums| sums.truncate())
     }
 
-    /// A force of the fluid on a row, made up for what the walls leave out of it.
+    /// A force of the fluid on a row, corrected for the part that is missing beside walls.
     ///
-    /// A wall's samples push along its normal alone. Of the force along the wall a particle lacks the part of its kernel that
-    /// lies in the wall, and would slide along it: still water had a layer at every side wall that fell with 0.16 g.
+    /// A wall's samples push along its normal alone. Of the force along the wall a particle lacks the part of its
+    /// kernel that lies in the wall, and would slide along it: still water had a layer at every side wall that fell
+    /// with 0.16 g.
     #[inline(always)]
     pub fn made_up(self, row: usize, force: Vec3) -> Vec3 {
         let Some(sums) = self.sums.get(row).filter(|sums| sums.w > 0.0) else {

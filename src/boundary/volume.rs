@@ -1,6 +1,6 @@
 //! The volume that a boundary particle stands for: `V_b = 1/Σ_k W_bk` over the boundary, itself included (Akinci et al.
-//! 2012, eq. 4). It is smaller where the sampling is denser, so edges and overlapping shapes push no harder. With direct
-//! forcing it is scaled so that a sample in a flat layer has the volume m/ρ0 of a fluid particle.
+//! 2012, eq. 4). It is smaller where the sampling is denser, so edges and overlapping shapes push no harder. With
+//! direct forcing it is scaled so that a sample in a flat layer has the volume m/ρ0 of a fluid particle.
 
 use glam::Vec4;
 

@@ -56,7 +56,8 @@ impl Claims {
     /// Makes the folder `root` ready: it exists, nobody else writes there, and what an older run left is moved aside;
     /// gives the folder where that is now, too.
     ///
-    /// `planned` are files, relative to the folder, that will be written there. If one is somebody's own the folder is refused.
+    /// `planned` are files, relative to the folder, that will be written there. If one is somebody's own the folder is
+    /// refused.
     pub(super) fn start(
         root: &Path,
         writer: &Writer,

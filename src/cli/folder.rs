@@ -213,7 +213,7 @@ fn numbered_files(folder: &Path, extension: &str) -> Result<Vec<(u64, PathBuf)>,
 const LONGEST_NAME: usize = 120;
 
 /// The name of a scene or a study as a file name: what could leave the folder or upset a shell becomes `_`. Names that
-/// would be called the same are told apart by a number, which follows from the name.
+/// would have the same folder get a number that is computed from the name.
 fn file_name(name: &str) -> String {
     let mut plain: String = name
         .chars()

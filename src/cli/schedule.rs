@@ -111,8 +111,8 @@ impl FrameClock {
         is_due
     }
 
-    /// Takes note that the run went back to `time`: a frame after it is due again. The last suffices, as a run goes back
-    /// over one step that may have had a frame.
+    /// Takes note that the run went back to `time`: a frame after it is due again. The last suffices, as a run goes
+    /// back over one step that may have had a frame.
     pub(super) fn set_back(&mut self, time: f64) {
         if let Some((_, next)) = self.last.take_if(|last| last.0 > time) {
             self.next = next;

@@ -1,5 +1,5 @@
-//! Surface tension as pairwise cohesion: `a_i = −(κ/m) Σ_j m (x_i − x_j) W(max(|x_ij|, spacing))` (Becker & Teschner 2007,
-//! eq. 14; particles nearer than the spacing attract no more than there). κ in m³/s² (m²/s² in 2-D).
+//! Surface tension as pairwise cohesion: `a_i = −(κ/m) Σ_j m (x_i − x_j) W(max(|x_ij|, spacing))` (Becker & Teschner
+//! 2007, eq. 14; particles nearer than the spacing attract no more than there). κ in m³/s² (m²/s² in 2-D).
 
 use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};

@@ -8,8 +8,8 @@
 //! particles approach, 0 elsewhere (Becker & Teschner 2007, eq. 10, with h the support radius as there).
 //!
 //! Numerical, beside the laminar one: artificial viscosity of every pair with `c = sqrt(p/ρ)`, p the mean of the two
-//! pressures of the last step. Waves of a lattice under pressure have that speed, and a square lattice melts with it into a
-//! denser one; a speed that follows pressure damps both in the same number of steps at every depth and spacing.
+//! pressures of the last step. Waves of a lattice under pressure have that speed, and a square lattice melts with it
+//! into a denser one; a speed that follows pressure damps both in the same number of steps at every depth and spacing.
 //!
 //! None acts between fluid and boundary: walls are free-slip.
 
@@ -99,8 +99,9 @@ pub fn apply_artificial_viscosity(
     apply_friction::<true, false>(columns, &material, &mut sums, (strength, 0.0));
 }
 
-/// Adds `s Σ_j m/(ρ_i + ρ_j) (v_ij · x_ij)/(|x_ij|² + 0.01 h²) ∇W_ij`. The first strength is s in m²/s, with `APPROACHING`
-/// only of pairs that approach; with `NUMERICAL` the second times the root of a pair's two terms comes to it.
+/// Adds `s Σ_j m/(ρ_i + ρ_j) (v_ij · x_ij)/(|x_ij|² + 0.01 h²) ∇W_ij`. The first strength is s in m²/s, with
+/// `APPROACHING` only of pairs that approach; with `NUMERICAL` the second times the root of a pair's two terms comes to
+/// it.
 fn apply_friction<const APPROACHING: bool, const NUMERICAL: bool>(
     (accelerations, velocities, densities): (&mut Accelerations, &mut Velocities, &Densities),
     material: &Material,

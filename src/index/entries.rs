@@ -1,16 +1,16 @@
 //! Rows side by side with the other rows of their cell, and a copy of where they are.
 //!
-//! Around a cell of eight points lie about 216 candidates, so every position would be fetched 27 times by its row. It is
-//! fetched once, into the order of the cells, and candidates are whole vectors from then on. It costs 12 bytes
-//! an entry.
+//! Around a cell of eight points lie about 216 candidates, so every position would be fetched 27 times by its row. It
+//! is fetched once, into the order of the cells, and candidates are whole vectors from then on. It costs 12 bytes an
+//! entry.
 //!
-//! Positions and rows are columns in blocks: all of x, then of y, z and the rows. A dense structure has one block, so that
-//! cells side by side are one run. Compact hashing has a block for every used cell, a structure of arrays per cell: a cell
-//! is one stretch of memory and not four. Moving points between cells took a third less time for it; the query did not
-//! change beyond the noise.
+//! Positions and rows are columns in blocks: all of x, then of y, z and the rows. A dense structure has one block, so
+//! that cells side by side are one run. Compact hashing has a block for every used cell, a structure of arrays per
+//! cell: a cell is one stretch of memory and not four. Moving points between cells took a third less time for it; the
+//! query did not change beyond the noise.
 //!
-//! To sort the rows themselves in every step instead would make the copy superfluous, but an entity's row costs 400 ns to
-//! move (see `reorder.rs`), thirty times the copy.
+//! To sort the rows themselves in every step instead would make the copy superfluous, but an entity's row costs 400 ns
+//! to move (see `reorder.rs`), thirty times the copy.
 
 use std::ops::{Deref, DerefMut};
 
@@ -52,8 +52,8 @@ pub(super) fn prefetch_block(block: &[u32]) {
     block.iter().step_by(WORDS_A_LINE).for_each(prefetch);
 }
 
-/// Words that begin with a cache line, so that a vector of a block's column, which is one of 16 words where a cell has eight
-/// points, is one line and not two.
+/// Words that begin with a cache line, so that a vector of a block's column, which is one of 16 words where a cell has
+/// eight points, is one line and not two.
 #[derive(Debug, Default, Clone)]
 pub(super) struct Words {
     lines: Vec<Line>,

@@ -48,12 +48,12 @@ impl Grid {
         }
     }
 
-    /// The points that are certainly in `cell`, by a test in `f32`: all but those so near its border that rounding might
-    /// decide. Two million cells from the origin there are none.
+    /// The points that are certainly in `cell`, by a test in `f32`: all but those so near its border that rounding
+    /// might decide. Two million cells from the origin there are none.
     #[inline(always)]
     pub(super) fn interior(&self, cell: IVec3) -> Cube {
-        // Four roundings of half a last place each, of the edge, the product, the centre and the distance from it; as much
-        // is kept in reserve for the cell itself.
+        // Four roundings of half a last place each, of the edge, the product, the centre and the distance from it; as
+        // much is kept in reserve for the cell itself.
         let center = cell.as_vec3() + 0.5;
         let border = 2.0 * f32::EPSILON * (center.abs().max_element() + 2.0);
         let size = self.cell_size as f32;

@@ -7,9 +7,9 @@
 //! - A parallel reduction inserts the references into the grid (4.2.1).
 //! - The query goes through the sorted handles in parallel (4.2.2); points of a cell share their candidates.
 //!
-//! Deviations. The handles are sorted, not the particles with all their attributes: rows are reordered along the Z-curve
-//! as for the other structures, not by cell index. The table is complete (see `table.rs`), and positions are copied
-//! into the order of the cells (see `entries.rs`).
+//! Deviations. The handles are sorted, not the particles with all their attributes: rows are reordered along the
+//! Z-curve as for the other structures, not by cell index. The table is complete (see `table.rs`), and positions are
+//! copied into the order of the cells (see `entries.rs`).
 
 use glam::{IVec3, Vec4};
 use rayon::prelude::*;

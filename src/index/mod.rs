@@ -68,8 +68,8 @@ pub trait SpatialIndex: Send + Sync + 'static {
     /// away may be among them.
     fn runs(&self, center: IVec3, out: &mut Vec<Run>);
 
-    /// The same around the cell of a group of `place`, by what a structure knows of its places: to look up even the cell
-    /// itself takes compact hashing 13 % of a query.
+    /// The same around the cell of a group of `place`, by what a structure knows of its places: to look up even the
+    /// cell itself takes compact hashing 13 % of a query.
     fn runs_around(&self, place: usize, center: IVec3, out: &mut Vec<Run>) {
         let _ = place;
         self.runs(center, out);

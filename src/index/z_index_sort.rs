@@ -9,10 +9,10 @@
 //! - Handles are nearly sorted in the order of the last step (4.3.2: about 2 % of the points change their cell), and are
 //!   brought back into order by insertion.
 //!
-//! Deviation: insertion in one sweep. Option 1: insertion sort as it stands; a point that crosses a high-order plane of the
-//! Z-curve is shifted through much of the array, 69 shifts a point where 2 % change. Option 2: handles whose key
-//! changed are taken out, sorted, and merged with the rest. Option 3: all are sorted anew. One thread,
-//! 131 072 points, ns a point:
+//! Deviation: insertion in one sweep. Option 1: insertion sort as it stands; a point that crosses a high-order plane of
+//! the Z-curve is shifted through much of the array, 69 shifts a point where 2 % change. Option 2: handles whose key
+//! changed are taken out, sorted, and merged with the rest. Option 3: all are sorted anew. One thread, 131 072 points,
+//! ns a point:
 //!
 //! | changed | 1: insertion sort | 2: one sweep | 3: full sort |
 //! | --- | --- | --- | --- |

@@ -6,7 +6,8 @@ use glam::{DVec3, Vec3};
 /// the foremost particle of the connected fluid. `None` without particles near the floor.
 ///
 /// Counted is what is less than `4 spacing` above the floor; the fluid ends where the next particle is more than a
-/// support radius of `2 spacing` ahead. Option 1 was the foremost particle of all: a drop thrown ahead is then the front.
+/// support radius of `2 spacing` ahead. Option 1 was the foremost particle of all: a drop thrown ahead is then the
+/// front.
 pub fn front(positions: impl IntoIterator<Item = Vec3>, spacing: f32) -> Option<f32> {
     let near_floor = |x: &Vec3| x.y < 4.0 * spacing;
     let mut along: Vec<f32> = positions
@@ -31,7 +32,8 @@ pub fn height(
     above.map(|x| x.y + 0.5 * spacing).max_by(f32::total_cmp)
 }
 
-/// Semi-axes along x and y [m] of a filled ellipse in the plane, from the second moments about its centre: `a² = 4⟨x²⟩`.
+/// Semi-axes along x and y [m] of a filled ellipse in the plane, from the second moments about its centre: `a² =
+/// 4⟨x²⟩`.
 ///
 /// Option 1 was the outermost particles: a single one that leaves the surface is then the axis. All particles have a
 /// say in the moments.

@@ -1,8 +1,8 @@
 //! Triangle meshes: read from a file, placed in the scene, asked for distances and for what a ray meets.
 //!
 //! Whether a point is in the solid is the sign of its offset from the nearest point of the surface along the
-//! angle-weighted pseudonormal there (Bærentzen & Aanæs 2005), which is right for every closed mesh and, unlike counting
-//! crossings of a ray, local: it serves open meshes, too.
+//! angle-weighted pseudonormal there (Bærentzen & Aanæs 2005), which is right for every closed mesh and, unlike
+//! counting crossings of a ray, local: it serves open meshes, too.
 //!
 //! Option 2 was the geometry library parry, which has all of this; it would add some thirty crates to the library of an
 //! embedder.
@@ -88,8 +88,8 @@ pub struct Nearest {
 }
 
 impl Mesh {
-    /// Reads and places a mesh, for particles at a spacing [m]: seams of up to 1/100 of it are closed. Fails if the file is
-    /// no mesh or its surface does not say where the solid is.
+    /// Reads and places a mesh, for particles at a spacing [m]: seams of up to 1/100 of it are closed. Fails if the
+    /// file is no mesh or its surface does not say where the solid is.
     pub fn load(boundary: &MeshBoundary, spacing: f32) -> Result<Self, MeshError> {
         let file = Path::new(&boundary.file);
         let refuse = |message: String| MeshError::Unusable {

@@ -1,7 +1,7 @@
 //! Wavefront OBJ: vertices and faces, in double precision; all objects of a file as one surface.
 //!
-//! Option 2 was the crate `tobj`, which knows neither lines that `\` continues nor `#` after numbers, cuts every face as a
-//! fan and does not say in which line an error is. What a boundary needs of the format is two of its statements.
+//! Option 2 was the crate `tobj`, which knows neither lines that `\` continues nor `#` after numbers, cuts every face
+//! as a fan and does not say in which line an error is. What a boundary needs of the format is two of its statements.
 
 use glam::DVec3;
 
@@ -90,8 +90,8 @@ pub(super) fn read(bytes: &[u8]) -> Result<Soup, String> {
     Ok(soup)
 }
 
-/// Statements of a file without their comments, with the numbers of their first lines: a line that ends in `\` goes on in
-/// the next.
+/// Statements of a file without their comments, with the numbers of their first lines: a line that ends in `\` goes on
+/// in the next.
 fn statements(text: &str) -> impl Iterator<Item = (usize, String)> {
     let mut lines = lines(text);
     std::iter::from_fn(move || {

@@ -1,8 +1,8 @@
 //! Polygons into triangles.
 //!
-//! A polygon that its first corner sees all of is cut as a fan. Others are triangulated by `spade` (constrained Delaunay)
-//! in the coordinate plane that they face most. Ear clipping (`earcutr`) was the other option: it drops corners in the
-//! middle of a straight side, and the next face, which has them, would then not be joined to this one.
+//! A polygon that its first corner sees all of is cut as a fan. Others are triangulated by `spade` (constrained
+//! Delaunay) in the coordinate plane that they face most. Ear clipping (`earcutr`) was the other option: it drops
+//! corners in the middle of a straight side, and the next face, which has them, would then not be joined to this one.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -165,8 +165,8 @@ mod tests {
         })
     }
 
-    /// A comb, a star and an L whose sides have more corners, turned every way and started at every corner: triangles cover
-    /// them once, all corners are used, and every side belongs to one triangle.
+    /// A comb, a star and an L whose sides have more corners, turned every way and started at every corner: triangles
+    /// cover them once, all corners are used, and every side belongs to one triangle.
     #[test]
     fn concave_polygons_are_covered_once_with_all_their_corners() {
         let comb = [

@@ -1,9 +1,9 @@
 //! Whether a closed surface says everywhere which side is solid.
 //!
-//! Each shell, a part that hangs together, must bound a solid, or a cavity in one: on one side of every shell the surface
-//! winds once around a point, on the other not at all. Shells side by side may be wound either way, which is made the same
-//! here. Shells that cross, lie in one place, or lie in another that is wound the same way are refused: what such a file
-//! means, a union or a cavity, only its author knows.
+//! Each shell, a part that hangs together, must bound a solid, or a cavity in one: on one side of every shell the
+//! surface winds once around a point, on the other not at all. Shells side by side may be wound either way, which is
+//! made the same here. Shells that cross, lie in one place, or lie in another that is wound the same way are refused:
+//! what such a file means, a union or a cavity, only its author knows.
 
 use std::collections::BTreeMap;
 

@@ -1,8 +1,8 @@
 //! Vertices in one place become one.
 //!
-//! First those with the same coordinates: STL repeats them a triangle. Then, along what is left of borders, those nearer
-//! than a tolerance: many programs write the corners of one seam with different last digits. Only borders are searched, so
-//! the sides of a closed plate stay two, however thin it is.
+//! First those with the same coordinates: STL repeats them a triangle. Then, along what is left of borders, those
+//! nearer than a tolerance: many programs write the corners of one seam with different last digits. Only borders are
+//! searched, so the sides of a closed plate stay two, however thin it is.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 

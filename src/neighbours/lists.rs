@@ -106,9 +106,9 @@ impl NeighbourLists {
 
     /// Hints that the list of `row` is about to be read: 48 of its entries at most.
     ///
-    /// Lists lie in the order of the cells, rows in that of the last reordering, and as particles move the one goes ever
-    /// less along with the other: a loop over rows waited for the lists half of its time. Of a dam break's first 0.45 s (PCISPH,
-    /// two threads, 103 ms a step) asking ahead took 28 %.
+    /// Lists lie in the order of the cells, rows in that of the last reordering, and as particles move the one goes
+    /// ever less along with the other: a loop over rows waited for the lists half of its time. Of a dam break's first
+    /// 0.45 s (PCISPH, two threads, 103 ms a step) asking ahead took 28 %.
     #[inline(always)]
     pub(crate) fn prefetch(&self, row: usize) {
         let (start, len) = self.spans.get(row).unwrap_or_default();

@@ -6,8 +6,8 @@
 //!
 //! Not done, and why. Half the search, every pair tested once and written to both lists: the tests are a sixth of the
 //! query by a profile, so half of them is less than what scattered writes to lists of other cells, their counting in a
-//! first pass and their sorting would cost. Lists of 16-bit offsets: a density pass over them took 10 % less time
-//! in a trial, at half the memory; but rows along the Z-curve are further apart than 32 767 wherever it crosses one of its
+//! first pass and their sorting would cost. Lists of 16-bit offsets: a density pass over them took 10 % less time in a
+//! trial, at half the memory; but rows along the Z-curve are further apart than 32 767 wherever it crosses one of its
 //! large borders, so every list would need a second form, and every loop a branch for it.
 
 mod lists;

@@ -96,8 +96,8 @@ thread_local! {
 }
 
 impl Scratch {
-    /// Takes the candidates around `cell` that are near enough to any of `members`, points of that cell, and room for as
-    /// many hits. Without members all are.
+    /// Takes the candidates around `cell` that are near enough to any of `members`, points of that cell, and room for
+    /// as many hits. Without members all are.
     #[inline(always)]
     fn fetch<S: Simd>(
         &mut self,

@@ -34,9 +34,9 @@ const COLUMNS: [&str; 13] = [
 
 /// Writes `history.csv`: a row a step, wall time of the phases in milliseconds (`rebuild_index_ms`, …).
 ///
-/// `steps_taken_back` is 0 in the row of a step. Where the run went back (`time_step: Adaptive`) it is not, and the row is of no
-/// step: `step` and `t_s` are those where the run stands again, the rest is of the step that went wrong. The rows above
-/// it with a later `step` are of steps that were taken back; they stay, the rows below take their place.
+/// `steps_taken_back` is 0 in the row of a step. Where the run went back (`time_step: Adaptive`) it is not, and the row
+/// is of no step: `step` and `t_s` are those where the run stands again, the rest is of the step that went wrong. The
+/// rows above it with a later `step` are of steps that were taken back; they stay, the rows below take their place.
 ///
 /// Only whole rows ever go to the file: what an interruption leaves is valid. Rows that wait are written by
 /// [`flush`](Self::flush) or when the history is dropped.
@@ -57,8 +57,8 @@ impl History {
         Self::start(path, &header())
     }
 
-    /// Goes on with the history of a run that resumes after a step: the rows up to the last of that step stay. A missing
-    /// file, or one with other columns, is started afresh.
+    /// Goes on with the history of a run that resumes after a step: the rows up to the last of that step stay. A
+    /// missing file, or one with other columns, is started afresh.
     ///
     /// # Errors
     /// When the system refuses.

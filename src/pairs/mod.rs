@@ -2,9 +2,9 @@
 //!
 //! A pass says what one particle adds up over its fluid and its boundary neighbours, eight at a time ([`PairSum`]);
 //! [`PairsWithSlopes::sum`] runs it over all rows in parallel, with stored lists or with neighbours found on the spot. The
-//! loop fetches the neighbours' positions, a third of its time, and hands a [`Pair`] to the pass: several sums in one pass
-//! fetch them once. What comes out goes to takers, one a chunk of rows ([`putting`], [`adding`], [`both`]). After the density
-//! pass the kernel's slopes are known, too (see [`PairSlopes`]).
+//! loop fetches the neighbours' positions, a third of its time, and hands a [`Pair`] to the pass: several sums in one
+//! pass fetch them once. What comes out goes to takers, one a chunk of rows ([`putting`], [`adding`], [`both`]). After
+//! the density pass the kernel's slopes are known, too (see [`PairSlopes`]).
 
 mod pass;
 mod rows;
@@ -90,8 +90,8 @@ impl Pairs<'_> {
         &self.positions
     }
 
-    /// Runs `pass` over all rows, at the positions of the step, and keeps the slopes of the pairs, unless the scene has no
-    /// place for them.
+    /// Runs `pass` over all rows, at the positions of the step, and keeps the slopes of the pairs, unless the scene has
+    /// no place for them.
     pub fn sum_and_keep<P: PairSum, T: FnMut(usize, P::Output)>(
         &self,
         pass: &P,
@@ -108,7 +108,8 @@ impl Pairs<'_> {
         }
     }
 
-    /// Runs `pass` with the step's neighbours at any positions, which a sentinel ends, into `out`, which has one entry a row.
+    /// Runs `pass` with the step's neighbours at any positions, which a sentinel ends, into `out`, which has one entry
+    /// a row.
     pub fn sum_at<P: PairSum>(&self, fluid: &[Vec4], pass: &P, out: &mut [P::Output]) {
         let places = self.places(fluid);
         sum(pass, self.source(), places, out, &self.execution);

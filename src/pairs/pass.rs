@@ -17,8 +17,8 @@ pub trait PairSum: Copy + Sync {
     const BOUNDARY: bool = false;
     /// Whether it wants to know how many neighbours there are.
     const COUNTS: bool = false;
-    /// Whether slopes are all it takes of a pair. Where they are known positions are not fetched then, and the rest of the
-    /// pair is zero.
+    /// Whether slopes are all it takes of a pair. Where they are known positions are not fetched then, and the rest of
+    /// the pair is zero.
     const SLOPES_ALONE: bool = false;
 
     /// Before the first neighbour of row `i`, which is at `own`.

@@ -1,4 +1,5 @@
-//! Where the sums of a pass go: takers, one a chunk of rows, that are called with a row's place in the chunk and its sum.
+//! Where the sums of a pass go: takers, one a chunk of rows, that are called with a row's place in the chunk and its
+//! sum.
 
 use std::ops::AddAssign;
 

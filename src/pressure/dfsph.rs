@@ -1,17 +1,17 @@
-//! DFSPH (Bender & Koschier 2015, *Divergence-Free SPH*; 2017): the velocities are freed of compression before the forces
-//! act on them, and then of the density error that they would lead to.
+//! DFSPH (Bender & Koschier 2015, *Divergence-Free SPH*; 2017): the velocities are freed of compression before the
+//! forces act on them, and then of the density error that they would lead to.
 //!
-//! Both solves are the Jacobi iteration of [`implicit`]. The first ([`solve_divergence`], their
-//! Algorithm 2) solves `Dρ_i/Dt(v + dv(τ)) ≤ 0` for impulses τ = dt p/ρ² and changes the velocities of the step; the
-//! second (their Algorithm 3) is IISPH's. Density, diagonal and Dρ/Dt of the velocities come from one pass over the
-//! neighbours, so that velocities without much divergence cost nothing more. The pressure of a particle is that of both.
+//! Both solves are the Jacobi iteration of [`implicit`]. The first ([`solve_divergence`], their Algorithm 2) solves
+//! `Dρ_i/Dt(v + dv(τ)) ≤ 0` for impulses τ = dt p/ρ² and changes the velocities of the step; the second (their
+//! Algorithm 3) is IISPH's. Density, diagonal and Dρ/Dt of the velocities come from one pass over the neighbours, so
+//! that velocities without much divergence cost nothing more. The pressure of a particle is that of both.
 //!
-//! Deviations. The solves follow each other in another place of the loop: neighbours are found at the start of a step, so what
-//! is the end of the paper's is the start of ours. A correction may be taken back by a later one, as long as the sum does
-//! not pull: with every correction bounded by itself, an overshoot stays. So the iteration is relaxed, and has momentum: the
-//! ω = 1 of the paper lets the shortest waves grow (see [`implicit`]). The divergence solve starts from zero: what a step
-//! has to remove has little to do with what the last one removed.
-//! Particles keep the pressures of both solves together, and the second starts from a share of those before (see
+//! Deviations. The solves follow each other in another place of the loop: neighbours are found at the start of a step,
+//! so what is the end of the paper's is the start of ours. A correction may be taken back by a later one, as long as
+//! the sum does not pull: with every correction bounded by itself, an overshoot stays. So the iteration is relaxed, and
+//! has momentum: the ω = 1 of the paper lets the shortest waves grow (see [`implicit`]). The divergence solve starts
+//! from zero: what a step has to remove has little to do with what the last one removed. Particles keep the pressures
+//! of both solves together, and the second starts from a share of those before (see
 //! [`warm_start`](super::warm_start)). A dam break gains no energy by that, whatever the share, since too little density is
 //! judged too (see [`solve`](super::solve)).
 
@@ -50,11 +50,12 @@ pub use super::iisph::iteration;
 #[derive(ScheduleLabel, Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct DivergenceIteration;
 
-/// Iterations that the momentum is ahead by, after the second, or at once if the solve starts from means. The density error
-/// that is left from step to step is a long wave, which first iterations without momentum hardly touch. The corner dam break
-/// of 130 000 particles, 0.5 s in steps of 1 ms at 0.01 %, takes 11.4 iterations a step at 0 and 9.1 at 10. From the first iteration on it takes 8.1, but what ends at two, as
-/// steps do at 1 %, then leaves more divergence than it removed, and still water moves with 0.28 % of sqrt(g H), not 0.16.
-/// IISPH, which iterates three or four times, cannot have it: its still water moves with 3 % of sqrt(g H).
+/// Iterations that the momentum is ahead by, after the second, or at once if the solve starts from means. The density
+/// error that is left from step to step is a long wave, which first iterations without momentum hardly touch. The
+/// corner dam break of 130 000 particles, 0.5 s in steps of 1 ms at 0.01 %, takes 11.4 iterations a step at 0 and 9.1
+/// at 10. From the first iteration on it takes 8.1, but what ends at two, as steps do at 1 %, then leaves more
+/// divergence than it removed, and still water moves with 0.28 % of sqrt(g H), not 0.16. IISPH, which iterates three or
+/// four times, cannot have it: its still water moves with 3 % of sqrt(g H).
 const HEAD_START: i32 = 10;
 
 /// When the divergence solve ends.

@@ -1,13 +1,14 @@
 //! The first pressure force of a step, summed along with viscosity where the pressure solve follows that.
 //!
-//! Iterations that start from a share of earlier pressures start with their force, and nothing between viscosity and the solve
-//! changes it. Both passes want the same pairs, so one fetches lists, slopes and positions for both; the sums are the same to the
-//! bit. The corner dam break of 130 000 particles, a step in alternating runs: IISPH 26.9 : 24.9 ms, DFSPH at a mean error of 1 %
-//! 26.0 : 24.9.
+//! Iterations that start from a share of earlier pressures start with their force, and nothing between viscosity and
+//! the solve changes it. Both passes want the same pairs, so one fetches lists, slopes and positions for both; the sums
+//! are the same to the bit. The corner dam break of 130 000 particles, a step in alternating runs: IISPH 26.9 : 24.9
+//! ms, DFSPH at a mean error of 1 % 26.0 : 24.9.
 //!
-//! The time of the force is then booked to the phase of viscosity. Each has its own pass where an order runs either more than
-//! once or not in every step, or has a stage between them that makes more than forces, and where iterations start from
-//! nothing. Pressures or densities that a host changes between the two phases count from the first correction on.
+//! The time of the force is then booked to the phase of viscosity. Each has its own pass where an order runs either
+//! more than once or not in every step, or has a stage between them that makes more than forces, and where iterations
+//! start from nothing. Pressures or densities that a host changes between the two phases count from the first
+//! correction on.
 
 use bevy_ecs::{
     prelude::*,
@@ -49,8 +50,8 @@ pub(crate) fn is_possible(scene: &Scene) -> bool {
         && WarmStart::of(&scene.pressure).is_some_and(|start| start.share > 0.0)
 }
 
-/// What puts the terms that the solve starts from beside the positions, before viscosity (phase `Forces`). A host's system that
-/// wants no order against it may read positions: they stay what they are.
+/// What puts the terms that the solve starts from beside the positions, before viscosity (phase `Forces`). A host's
+/// system that wants no order against it may read positions: they stay what they are.
 pub(crate) fn start() -> ScheduleConfigs<ScheduleSystem> {
     start_solve
         .run_if(resource_exists::<FirstForce>)

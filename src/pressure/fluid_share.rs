@@ -2,12 +2,13 @@
 //!
 //! A particle at a wall has a part `1 − γ` of its density from the wall, `γ_i = 1 − Σ_b V_b W_ib`, and a stretch of the
 //! fluid does not thin that part out. So of the term t that acts in the force only γ works as pressure does in a fluid,
-//! `t = p/(γ ρ²)`: that is Ferrand et al. 2013 (*Unified semi-analytical wall boundary conditions*, after Kulasegaram et al.
-//! 2004), whose density `Σ_j m W_ij / γ_i` is at rest where ours is.
+//! `t = p/(γ ρ²)`: that is Ferrand et al. 2013 (*Unified semi-analytical wall boundary conditions*, after Kulasegaram
+//! et al. 2004), whose density `Σ_j m W_ij / γ_i` is at rest where ours is.
 //!
-//! The equation of state gives `ρ² t`, and [`weigh_pressures`] turns it into p. Methods that solve for the pressure need
-//! none of it: their walls push as the fluid does ([`BesideWall`](crate::lattice::BesideWall)). Without it still water had 1.43 times its pressure beside a wall in the plane (1.08 with it), and in a tank of 8 × 8 particles the pressure
-//! rose 17 to 20 % too fast (1 to 4 %).
+//! The equation of state gives `ρ² t`, and [`weigh_pressures`] turns it into p. Methods that solve for the pressure
+//! need none of it: their walls push as the fluid does ([`BesideWall`](crate::lattice::BesideWall)). Without it still
+//! water had 1.43 times its pressure beside a wall in the plane (1.08 with it), and in a tank of 8 × 8 particles the
+//! pressure rose 17 to 20 % too fast (1 to 4 %).
 
 use bevy_ecs::prelude::*;
 

@@ -6,10 +6,10 @@
 //! [`PressureIteration`](super::solve::PressureIteration), takes two. See [`implicit`] for the system. At least two
 //! iterations are done, and the mean error ends them.
 //!
-//! Deviations. ω is 0.4 and corrections have momentum; iterations start from 0.8 of the last pressures, and a step removes a
-//! part of the compression that it finds ([`recovery`](super::recovery)). The paper's method is `momentum: false, relaxation:
-//! 0.5, warm_start: 0.5, recovery: 1, max_density_error: 1e-3`. The mean is of compressions
-//! only: where particles at the surface have too few neighbours, the signed mean falls below zero and every limit is met. It
+//! Deviations. ω is 0.4 and corrections have momentum; iterations start from 0.8 of the last pressures, and a step
+//! removes a part of the compression that it finds ([`recovery`](super::recovery)). The paper's method is `momentum:
+//! false, relaxation: 0.5, warm_start: 0.5, recovery: 1, max_density_error: 1e-3`. The mean is of compressions only:
+//! where particles at the surface have too few neighbours, the signed mean falls below zero and every limit is met. It
 //! counts too little density, too, in particles that have a pressure (see [`solve`](super::solve)). Walls act by the
 //! particle's own term, once (see [`force`](super::force)), and count in the diagonal as they do in the force.
 

@@ -1,27 +1,28 @@
 //! What IISPH and DFSPH share: one linear system, and a Jacobi iteration on it.
 //!
-//! With the pressure force of [`force`](super::force), pressure terms `t = p/ρ²` and the velocities v* without pressure,
-//! `ρ_i + dt Dρ_i/Dt(v* + dt a(t)) = ρ0` is linear in t, with
+//! With the pressure force of [`force`](super::force), pressure terms `t = p/ρ²` and the velocities v* without
+//! pressure, `ρ_i + dt Dρ_i/Dt(v* + dt a(t)) = ρ0` is linear in t, with
 //!
 //! `Dρ_i/Dt(v) = Σ_j m (v_i − v_j)·∇W_ij + Σ_b ρ0 V_b v_i·∇W_ib`.
 //!
-//! What particle i answers to its own term is `dt² D_i`, `D_i = |Σ_j m ∇W_ij + Σ_b ρ0 V_b ∇W_ib|² + Σ_j |m ∇W_ij|²`: walls
-//! count in the particle's own motion and not in that of its neighbours, as they do not move (see
+//! What particle i answers to its own term is `dt² D_i`, `D_i = |Σ_j m ∇W_ij + Σ_b ρ0 V_b ∇W_ib|² + Σ_j |m ∇W_ij|²`:
+//! walls count in the particle's own motion and not in that of its neighbours, as they do not move (see
 //! [`response`](super::response)). A relaxed Jacobi iteration
 //! is `t_i ← max(0, t_i + ω (ρ*_i − ρ0)/(dt² D_i))`: two passes over the neighbours, force and rate.
 //!
-//! This is IISPH's iteration (Ihmsen et al. 2014) with p/ρ² for p, `a_ii = −dt² D_i/ρ_i²`, and its sums over d_ij taken as
-//! accelerations, `d_ii p_i + Σ_j d_ij p_j = dt² a_i`: no coefficient but D is stored. And it is DFSPH's (Bender & Koschier
-//! 2015), whose α_i is `ρ_i/D_i`, with the sum of the corrections κ kept and bounded instead of every one.
+//! This is IISPH's iteration (Ihmsen et al. 2014) with p/ρ² for p, `a_ii = −dt² D_i/ρ_i²`, and its sums over d_ij taken
+//! as accelerations, `d_ii p_i + Σ_j d_ij p_j = dt² a_i`: no coefficient but D is stored. And it is DFSPH's (Bender &
+//! Koschier 2015), whose α_i is `ρ_i/D_i`, with the sum of the corrections κ kept and bounded instead of every one.
 //!
 //! One thing goes past both papers.
 //!
 //! Momentum: as the force is the gradient of the densities that pressure acts against (see
 //! [`force`](super::force)), the iteration descends a convex function, and Nesterov's acceleration with restarts applies.
-//! It is stable for eigenvalues of `D⁻¹ A` up to 4/(3 ω). The largest is 2.15 in 2-D and 2.82 in 3-D on a lattice of the
-//! default support, so ω = 0.4, which leaves room up to 3.3; at wider supports it grows, and ω is bounded by it. Measured in a dam break of 15 000 particles, 0.6 s with DFSPH's defaults:
-//! 6761 : 4869 iterations, and 3988 with what pays only then: 0.6 in place of ½ of the last step's pressures, and steps that
-//! shorten from 20 iterations on. 60 layers of still water, four steps of IISPH at 0.01 %: 1109 : 207.
+//! It is stable for eigenvalues of `D⁻¹ A` up to 4/(3 ω). The largest is 2.15 in 2-D and 2.82 in 3-D on a lattice of
+//! the default support, so ω = 0.4, which leaves room up to 3.3; at wider supports it grows, and ω is bounded by it.
+//! Measured in a dam break of 15 000 particles, 0.6 s with DFSPH's defaults: 6761 : 4869 iterations, and 3988 with what
+//! pays only then: 0.6 in place of ½ of the last step's pressures, and steps that shorten from 20 iterations on. 60
+//! layers of still water, four steps of IISPH at 0.01 %: 1109 : 207.
 
 use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};
@@ -44,13 +45,14 @@ use crate::{
 /// Largest ω that a scene may ask for with momentum. On lattices that are not stable with it less is taken.
 pub const MAX_RELAXATION_WITH_MOMENTUM: f32 = 0.54;
 
-/// Largest ω with which momentum is ahead from the first iteration on. Few iterations leave short waves larger than they found
-/// them if both are large, and means carry those from step to step. The corner dam break of 130 000 particles with DFSPH, at
-/// 1 % with two to six iterations and at 0.01 %: whole with 0.36 to 0.42, with 0.45 not at 0.01 %, with 0.5 not with three
-/// iterations either.
+/// Largest ω with which momentum is ahead from the first iteration on. Few iterations leave short waves larger than
+/// they found them if both are large, and means carry those from step to step. The corner dam break of 130 000
+/// particles with DFSPH, at 1 % with two to six iterations and at 0.01 %: whole with 0.36 to 0.42, with 0.45 not at
+/// 0.01 %, with 0.5 not with three iterations either.
 const MAX_RELAXATION_AT_ONCE: f32 = 0.42;
 
-/// Largest relaxation times the largest eigenvalue of the scene's lattice [-]: nine tenths of what is stable, 4/3 and 2.
+/// Largest relaxation times the largest eigenvalue of the scene's lattice [-]: nine tenths of what is stable, 4/3 and
+/// 2.
 const WITH_MOMENTUM: f32 = 1.2;
 const WITHOUT_MOMENTUM: f32 = 1.8;
 
@@ -85,8 +87,8 @@ pub struct Iterate {
 pub struct Iterates(pub Vec<Iterate>);
 
 impl Jacobi {
-    /// Corrects the term that acted, by the error that it left and the response that removes one. Gives the next term, and how
-    /// far the correction went.
+    /// Corrects the term that acted, by the error that it left and the response that removes one. Gives the next term,
+    /// and how far the correction went.
     ///
     /// With momentum the next is `t_k + k/(k + 3) (t_k − t_{k−1})` (Nesterov 1983).
     #[inline]
@@ -155,8 +157,8 @@ pub struct PredictedVelocities(pub Vec<Vec4>);
 #[derive(Resource, Debug, Default)]
 pub struct DensityRates(pub Vec<f32>);
 
-/// Inserts what the iteration needs. A head start is how many iterations the momentum counts as done ahead; below zero, how
-/// many it begins later than it could, with the second.
+/// Inserts what the iteration needs. A head start is how many iterations the momentum counts as done ahead; below zero,
+/// how many it begins later than it could, with the second.
 pub fn install(world: &mut World, relaxation: f32, momentum: bool, head_start: i32) {
     let material = world.resource::<Material>();
     let support = material.kernel.support_radius / material.spacing;
@@ -296,9 +298,9 @@ pub fn take_pressures(
 
 /// Sums Dρ/Dt, in a pass `SHARED` with sums that take positions, or in its own.
 ///
-/// In its own it sums `(v_i − v_j)·(x_i − x_j)` by components and those only at the end, so that no vector is transposed: 19.9 ns
-/// a row for 22.4 with two threads, 16.2 for 18.9 where velocities are in a near cache. In a shared pass positions are there
-/// in lanes, and to load them once more takes 2.6 ns.
+/// In its own it sums `(v_i − v_j)·(x_i − x_j)` by components and those only at the end, so that no vector is
+/// transposed: 19.9 ns a row for 22.4 with two threads, 16.2 for 18.9 where velocities are in a near cache. In a shared
+/// pass positions are there in lanes, and to load them once more takes 2.6 ns.
 #[derive(Clone, Copy)]
 pub struct DensityRate<'a, const SHARED: bool> {
     positions: &'a [Vec4],

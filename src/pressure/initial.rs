@@ -1,8 +1,9 @@
 //! The pressure that a scene starts with, solved for once before its first step.
 //!
-//! A start without pressure is a shock: water falls until its weight arrives at the floor, row by row, and is thrown back
-//! (1.7 to 7.8 m/s in 80 to 240 rows that should be at rest). So where steps start from earlier pressures the first starts
-//! from those that let nothing be compressed, with the iteration of [`implicit`](super::implicit) for every method.
+//! A start without pressure is a shock: water falls until its weight arrives at the floor, row by row, and is thrown
+//! back (1.7 to 7.8 m/s in 80 to 240 rows that should be at rest). So where steps start from earlier pressures the
+//! first starts from those that let nothing be compressed, with the iteration of [`implicit`](super::implicit) for
+//! every method.
 
 use bevy_ecs::{prelude::*, schedule::ScheduleLabel};
 use glam::Vec4;
@@ -69,8 +70,8 @@ pub fn solve_initial_pressure(world: &mut World) {
     world.resource_mut::<PredictedVelocities>().0 = Vec::new();
 }
 
-/// Mean compression [-] by a step in which the fluid falls with the part [`UNCARRIED`] of the largest acceleration, over
-/// its whole extent; none if nothing pulls at it.
+/// Mean compression [-] by a step in which the fluid falls with the part [`UNCARRIED`] of the largest acceleration,
+/// over its whole extent; none if nothing pulls at it.
 fn limit(world: &World, dt: f32) -> Option<f32> {
     let positions = world.resource::<Positions>().points();
     let corners = (Vec4::INFINITY, Vec4::NEG_INFINITY);

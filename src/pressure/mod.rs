@@ -1,10 +1,10 @@
 //! Pressure: one file a method, over the same force.
 //!
 //! Every method writes the pressure term `p/ρ²` beside the positions and leaves the rest to [`pressure_force`]. Those
-//! that iterate do so in [`solve`], from what [`warm_start`] gives them; [`implicit`] is what the two have in common whose
-//! densities are predicted from velocities, and [`response`] how strongly a particle answers its own pressure. The first
-//! force may come along with viscosity ([`first_force`]). [`recovery`] says how much of the compression that a step finds it
-//! removes, and [`initial`] what the first step starts from.
+//! that iterate do so in [`solve`], from what [`warm_start`] gives them; [`implicit`] is what the two have in common
+//! whose densities are predicted from velocities, and [`response`] how strongly a particle answers its own pressure.
+//! The first force may come along with viscosity ([`first_force`]). [`recovery`] says how much of the compression that
+//! a step finds it removes, and [`initial`] what the first step starts from.
 //!
 //! | method | file | solves for | iterates over |
 //! | --- | --- | --- | --- |
@@ -45,13 +45,13 @@ pub struct PressureSolve {
     pub iterations: u32,
     /// Iterations of the divergence solve; 0 for methods without one.
     pub divergence_iterations: u32,
-    /// Whether the force of the pressure terms beside the positions is to be summed: not before the first correction of a cold
-    /// start, and not where it is known.
+    /// Whether the force of the pressure terms beside the positions is to be summed: not before the first correction of
+    /// a cold start, and not where it is known.
     wants_force: bool,
     /// Density error that remains.
     pub error: DensityError,
-    /// What a solve has to get right: the part of it that this step has to remove, and where pressures may be too high also
-    /// the density that is missing in particles that have one.
+    /// What a solve has to get right: the part of it that this step has to remove, and where pressures may be too high
+    /// also the density that is missing in particles that have one.
     residual: DensityError,
     /// Whether pressures may be too high.
     both_ways: bool,

@@ -1,25 +1,27 @@
 //! PCISPH (paper 5.2, Algorithm 2; Solenthaler & Pajarola 2009): pressures are corrected until the predicted density is
 //! near the rest density.
 //!
-//! Each iteration is one run of [`PressureIteration`](super::solve::PressureIteration): pressure force at the positions of the step; predict velocity and
-//! position with it; density at the predicted positions, over the step's neighbour lists with updated distances;
-//! `p += δ (ρ* − ρ0)`, not below zero. It ends when the density error is below η and three iterations are done.
-//! `δ = 1/(β (|Σ_j ∇W_ij|² + Σ_j |∇W_ij|²))`, `β = 2 (m dt/ρ0)²`, for a particle of a full lattice.
+//! Each iteration is one run of [`PressureIteration`](super::solve::PressureIteration): pressure force at the positions
+//! of the step; predict velocity and position with it; density at the predicted positions, over the step's neighbour
+//! lists with updated distances; `p += δ (ρ* − ρ0)`, not below zero. It ends when the density error is below η and
+//! three iterations are done. `δ = 1/(β (|Σ_j ∇W_ij|² + Σ_j |∇W_ij|²))`, `β = 2 (m dt/ρ0)²`, for a particle of a full
+//! lattice.
 //!
-//! Deviations. δ is made for a particle of a full lattice. One at the surface, most of all beside walls, answers its own
-//! pressure more strongly, D of [`response`](super::response) against `2 m²` times the lattice's sums; where so, its
-//! pressure swings between zero and too much, and which of the two acts is the parity of the iterations. There δ is divided by that. In still water of 16
-//! layers single particles jumped with 4 to 11 % of sqrt(g H) where only walls were taken into account, in 24 runs that differ
-//! by rounding; now the fastest have 3.0 to 3.9 %, in 12. Nothing changes elsewhere, nor do iterations and errors of a dam break.
+//! Deviations. δ is made for a particle of a full lattice. One at the surface, most of all beside walls, answers its
+//! own pressure more strongly, D of [`response`](super::response) against `2 m²` times the lattice's sums; where so,
+//! its pressure swings between zero and too much, and which of the two acts is the parity of the iterations. There δ is
+//! divided by that. In still water of 16 layers single particles jumped with 4 to 11 % of sqrt(g H) where only walls
+//! were taken into account, in 24 runs that differ by rounding; now the fastest have 3.0 to 3.9 %, in 12. Nothing
+//! changes elsewhere, nor do iterations and errors of a dam break.
 //!
-//! Algorithm 2 corrects pressure and force once more after the prediction that met η, so the state it steps
-//! to was never predicted. In still water that was mostly harmless and now and then 20 to 30 % over the rest density.
-//! Here the step goes to the prediction that met η: the limit holds, and the neighbours are processed once less. A scene
-//! that wants Algorithm 2 to the letter says `last_correction: true` ([`Pcisph`]).
+//! Algorithm 2 corrects pressure and force once more after the prediction that met η, so the state it steps to was
+//! never predicted. In still water that was mostly harmless and now and then 20 to 30 % over the rest density. Here the
+//! step goes to the prediction that met η: the limit holds, and the neighbours are processed once less. A scene that
+//! wants Algorithm 2 to the letter says `last_correction: true` ([`Pcisph`]).
 //!
 //! Iterations start from 0.8 of the last pressures, their corrections have momentum, a step removes a part of the
-//! compression that it finds ([`recovery`](super::recovery)), and the mean error is limited, too. Algorithm 2 to the letter is
-//! `warm_start: 0, momentum: false, recovery: 1, mean_density_error: None, last_correction: true`.
+//! compression that it finds ([`recovery`](super::recovery)), and the mean error is limited, too. Algorithm 2 to the
+//! letter is `warm_start: 0, momentum: false, recovery: 1, mean_density_error: None, last_correction: true`.
 
 use bevy_ecs::{prelude::*, schedule::ScheduleConfigs, system::ScheduleSystem};
 
@@ -47,8 +49,8 @@ use crate::{
 /// δ as a relaxation of a particle's own answer [-]: it assumes twice that of a full lattice.
 const RELAXATION: f32 = 0.5;
 
-/// Iterations from which on corrections have no momentum. Densities at predicted positions are not linear in the pressures: of
-/// two particles that meet momentum may go back and forth for ever.
+/// Iterations from which on corrections have no momentum. Densities at predicted positions are not linear in the
+/// pressures: of two particles that meet momentum may go back and forth for ever.
 const CALM_FROM: u32 = 500;
 
 /// Iterations that the momentum is ahead by, as in [`dfsph`](super::dfsph).

@@ -2,12 +2,12 @@
 //!
 //! A solve that removes within its step what it finds moves particles with a speed of error/dt and leaves that speed in
 //! the state. Here a step removes what it would add, and of what it finds the part dt/τ. τ is the time step that speeds
-//! and forces allow, over the scene's `recovery`; it does not follow a time step that is shorter, and falls slowly: a single
-//! fast particle that shortened both would raise the speed of all.
+//! and forces allow, over the scene's `recovery`; it does not follow a time step that is shorter, and falls slowly: a
+//! single fast particle that shortened both would raise the speed of all.
 //!
 //! Of a wave whose error the iterations leave by the part R, a step that starts from the share w of the last pressures
-//! leaves no growing remainder for any R up to 1 if w and `recovery` are together at most 1 (eigenvalues of the recurrence
-//! in pressure, divergence and density error; `docs/decisions/still_water.md`).
+//! leaves no growing remainder for any R up to 1 if w and `recovery` are together at most 1 (eigenvalues of the
+//! recurrence in pressure, divergence and density error; `docs/decisions/still_water.md`).
 
 use bevy_ecs::prelude::*;
 
@@ -76,8 +76,8 @@ impl RecoveryTime {
         })
     }
 
-    /// Compression [-] that a step of `dt` [s] leaves for later of what it finds. More than [`MOST_LEFT`] is never left:
-    /// what an impact drives together would fill a wall.
+    /// Compression [-] that a step of `dt` [s] leaves for later of what it finds. More than [`MOST_LEFT`] is never
+    /// left: what an impact drives together would fill a wall.
     #[inline]
     pub(super) fn left_for_later(&self, dt: f32, found: f32) -> f32 {
         let found = found.max(0.0);

@@ -81,9 +81,9 @@ impl Convergence {
 
     /// The error that is limited, and the row that has the largest.
     ///
-    /// Pressures that start at zero come from below; those of the last step, or with momentum, may be too high, and a step
-    /// that takes them as long as nothing is compressed pumps energy: a dam break had 0.2 % more of it after 0.05 s. There a
-    /// particle with a pressure must not be under its rest density either.
+    /// Pressures that start at zero come from below; those of the last step, or with momentum, may be too high, and a
+    /// step that takes them as long as nothing is compressed pumps energy: a dam break had 0.2 % more of it after 0.05
+    /// s. There a particle with a pressure must not be under its rest density either.
     fn judged(&self, solve: &PressureSolve) -> (f32, usize) {
         let error = solve.residual;
         let judged = match self.criterion {
@@ -162,10 +162,10 @@ pub fn solve_pressure(world: &mut World) {
 
 /// Iterations in which the error must fall where a time step may be shorter; the median step takes 3 to 10.
 ///
-/// As long as it falls the step is as long as it was, however many it takes: what the density has too much at its start is
-/// pushed out within it, with a speed that grows as 1/dt. Halved whenever 50 iterations did not do, still water of 30 layers,
-/// whose weight takes hundreds to arrive at the floor, went from 5 ms to 0.035 ms and jumped with 8 sqrt(g H) (IISPH, 0.1 %
-/// mean error), and water of 90 layers with 230.
+/// As long as it falls the step is as long as it was, however many it takes: what the density has too much at its start
+/// is pushed out within it, with a speed that grows as 1/dt. Halved whenever 50 iterations did not do, still water of
+/// 30 layers, whose weight takes hundreds to arrive at the floor, went from 5 ms to 0.035 ms and jumped with 8 sqrt(g
+/// H) (IISPH, 0.1 % mean error), and water of 90 layers with 230.
 const PATIENCE: u32 = 25;
 
 /// How iterations end.
@@ -179,8 +179,8 @@ pub(super) enum End {
     Stalled,
 }
 
-/// Runs `iteration` until the error comes under its limit, or the iterations are too many, or `patience` of them in a row
-/// have not made it less.
+/// Runs `iteration` until the error comes under its limit, or the iterations are too many, or `patience` of them in a
+/// row have not made it less.
 pub(super) fn iterate(
     world: &mut World,
     iteration: impl ScheduleLabel,

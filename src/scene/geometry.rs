@@ -86,9 +86,9 @@ pub enum Shape {
 
 /// A solid boundary, sampled with one layer of particles at the spacing, about half a spacing inside the solid.
 ///
-/// Fluid must start at least half a spacing (from a particle's centre) off it; where there are tanks, inside one. A solid
-/// that is thinner than twice the depth of its layer of samples, about 1.2 spacings, counts as that thick, and so do the
-/// walls of a tank. In 2-D a box's or tank's z range only has to hold 0; centres and normals have z = 0.
+/// Fluid must start at least half a spacing (from a particle's centre) off it; where there are tanks, inside one. A
+/// solid that is thinner than twice the depth of its layer of samples, about 1.2 spacings, counts as that thick, and so
+/// do the walls of a tank. In 2-D a box's or tank's z range only has to hold 0; centres and normals have z = 0.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum BoundaryShape {
@@ -131,8 +131,8 @@ pub enum BoundaryShape {
 
 /// A triangle mesh as a boundary: sampled evenly at the spacing, like the other shapes inside the solid.
 ///
-/// A mesh's point p is put at `translation + rotation · (scale · p)`, in double precision, so the coordinates of a map can
-/// be moved to the origin. Vertices on borders that are up to 1/100 spacing apart are taken for one.
+/// A mesh's point p is put at `translation + rotation · (scale · p)`, in double precision, so the coordinates of a map
+/// can be moved to the origin. Vertices on borders that are up to 1/100 spacing apart are taken for one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MeshBoundary {
@@ -166,8 +166,8 @@ pub enum MeshSide {
     Outside,
     /// The mesh is closed and fluid is in it, as in a tank. Shells as above, with fluid in the place of the solid.
     Inside,
-    /// Fluid is where triangles are seen counter-clockwise, the solid behind them. The mesh may be open, as a terrain is;
-    /// past its border there is nothing.
+    /// Fluid is where triangles are seen counter-clockwise, the solid behind them. The mesh may be open, as a terrain
+    /// is; past its border there is nothing.
     Front,
     /// A sheet with fluid on both sides, or thin walls that need not be closed. It acts as a wall as thick as twice the
     /// depth of the layer of samples, about 1.2 spacings.

@@ -101,7 +101,8 @@ impl Override {
                 "`{here}` has no entry `{}`; it has {length}, numbered from 0",
                 steps[done]
             ))),
-            // An optional struct that the scene leaves out: the path's rest makes one, if its other fields have defaults.
+            // An optional struct that the scene leaves out: the path's rest makes one, if its other fields have
+            // defaults.
             Some(Lost::NothingInside { at }) if &text[at.span.clone()] == "None" => {
                 let (open, close) = (steps[done..].iter().rev())
                     .fold((String::new(), String::new()), |(open, close), step| {

@@ -24,8 +24,8 @@ pub enum Viscosity {
     Laminar {
         /// Kinematic viscosity ν [m²/s].
         kinematic_viscosity: f32,
-        /// α of a numerical viscosity beside it, `α h c/(2 (d + 2))` with `c = sqrt(p/ρ)` of each pair, the speed of the waves
-        /// of a lattice under pressure [-]. It damps those and fades with the spacing; 0: none.
+        /// α of a numerical viscosity beside it, `α h c/(2 (d + 2))` with `c = sqrt(p/ρ)` of each pair, the speed of
+        /// the waves of a lattice under pressure [-]. It damps those and fades with the spacing; 0: none.
         #[serde(default = "numerical_viscosity")]
         numerical: f32,
     },
@@ -199,7 +199,8 @@ impl Default for Viscosity {
     }
 }
 
-/// α of the numerical viscosity. Measured on still water, dam breaks and standing waves: `docs/decisions/still_water.md`.
+/// α of the numerical viscosity. Measured on still water, dam breaks and standing waves:
+/// `docs/decisions/still_water.md`.
 fn numerical_viscosity() -> f32 {
     0.3
 }
@@ -268,6 +269,7 @@ pub enum Executor {
     Auto,
     /// Systems that touch different data run side by side: a host's own beside the engine's, which are one chain.
     Parallel,
-    /// One system at a time, in the pool of the loops (see [`take_step`](crate::take_step)): the faster with few particles.
+    /// One system at a time, in the pool of the loops (see [`take_step`](crate::take_step)): the faster with few
+    /// particles.
     SingleThreaded,
 }

@@ -44,17 +44,18 @@ pub enum StateEquation {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Pcisph {
-    /// Limit η on the density error `(ρ − ρ0)/ρ0` [-].
+    /// Limit η on the density error `(ρ − ρ0)/ρ0` [-]. With `recovery` below 1 it limits what a step leaves of the
+    /// compression that it has to remove; compression that is left for later steps comes on top.
     pub max_density_error: f32,
     /// Whether η limits the largest or the mean error.
     pub criterion: Criterion,
-    /// Limit on the mean error beside that on the largest [-], if there is one (the paper has none): a body whose particles
-    /// are all compressed by a little less than η has fallen by that part of its height.
+    /// Limit on the mean error beside that on the largest [-], if there is one (the paper has none): a body whose
+    /// particles are all compressed by a little less than η has fallen by that part of its height.
     pub mean_density_error: Option<f32>,
     /// At least so many iterations (paper 5.2: 3).
     pub min_iterations: u32,
-    /// The step fails, or goes on, after so many. Still water of 90 layers takes 600, once, when its weight arrives at the
-    /// floor.
+    /// The step fails, or goes on, after so many. Still water of 90 layers takes 600, once, when its weight arrives at
+    /// the floor.
     pub max_iterations: u32,
     /// What happens when `max_iterations` do not reach η.
     pub not_converged: NotConverged,
@@ -65,11 +66,12 @@ pub struct Pcisph {
     pub warm_start_steps: u32,
     /// Whether corrections have momentum (see [`implicit`](crate::pressure::implicit)). The paper's have none.
     pub momentum: bool,
-    /// Part of the compression found at the start of a step that the step removes at most [-]; the paper's 1 removes all (see
+    /// Part of the compression found at the start of a step that the step removes at most [-]; the paper's 1 removes
+    /// all (see
     /// [`recovery`](crate::pressure::recovery)). Not more than 1 less `warm_start` is stable however few the iterations.
     pub recovery: f32,
-    /// Whether pressures are corrected once more after the prediction that met η, and the step is taken with their force:
-    /// the paper's Algorithm 2 to the letter. Without it the step goes to the prediction itself, and η holds for it.
+    /// Whether pressures are corrected once more after the prediction that met η, and the step is taken with their
+    /// force: the paper's Algorithm 2 to the letter. Without it the step goes to the prediction itself.
     pub last_correction: bool,
 }
 
@@ -118,8 +120,8 @@ pub struct Dfsph {
     /// What happens when `max_iterations` do not reach η.
     pub not_converged: NotConverged,
     /// Share of the pressures before that the iterations start from [-]. Still water moves with 1 % of sqrt(g H) at
-    /// 0.9, with 0.05 % at 0.7 and below; a dam break takes 3988 iterations at 0.6 and 3673 at 0.7; at the end of the elliptic
-    /// drop its axis is 0.98 % off at ½, 0.99 at 0.6, 1.01 at 0.7.
+    /// 0.9, with 0.05 % at 0.7 and below; a dam break takes 3988 iterations at 0.6 and 3673 at 0.7; at the end of the
+    /// elliptic drop its axis is 0.98 % off at ½, 0.99 at 0.6, 1.01 at 0.7.
     pub warm_start: f32,
     /// Steps whose pressures these are the mean of.
     pub warm_start_steps: u32,
@@ -164,8 +166,8 @@ impl Default for PressureMethod {
     }
 }
 
-/// Share of the last pressures that every method starts from [-], and share of the compression found that a step removes.
-/// Measured on tanks of 10 to 240 rows and columns of 40 and 80: `docs/decisions/still_water.md`.
+/// Share of the last pressures that every method starts from [-], and share of the compression found that a step
+/// removes. Measured on tanks of 10 to 240 rows and columns of 40 and 80: `docs/decisions/still_water.md`.
 const WARM_START: f32 = 0.8;
 const RECOVERY: f32 = 0.3;
 

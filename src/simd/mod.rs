@@ -5,9 +5,9 @@
 //! with fused multiply-add give the same bits. AVX-512 changes no arithmetic; it tests sixteen candidates at once
 //! and compacts the hits, which gives the same lists.
 //!
-//! Tried and dropped: sixteen lanes, one vector of AVX-512 or two of AVX2, which gives the same bits on all machines, too.
-//! With AVX-512 a density pass took 15 % less, but a step 0 to 5 %, since most passes wait for loads; and compact hashing,
-//! whose cells have eight points, compared them 1.4 times as long with AVX-512 and three times with AVX2.
+//! Tried and dropped: sixteen lanes, one vector of AVX-512 or two of AVX2, which gives the same bits on all machines,
+//! too. With AVX-512 a density pass took 15 % less, but a step 0 to 5 %, since most passes wait for loads; and compact
+//! hashing, whose cells have eight points, compared them 1.4 times as long with AVX-512 and three times with AVX2.
 
 mod portable;
 #[cfg(target_arch = "x86_64")]
@@ -83,15 +83,16 @@ pub trait Simd: Copy {
     fn compress(self, a: Self::F, mask: u32) -> Self::F;
     /// The same of rows, into memory.
     fn compress_rows(self, rows: Self::Rows, mask: u32) -> [u32; LANES];
-    /// Moves the entries of a block of four columns from `place` on up by one, the last out, and puts one there. The length of
-    /// a column is a multiple of four.
+    /// Moves the entries of a block of four columns from `place` on up by one, the last out, and puts one there. The
+    /// length of a column is a multiple of four.
     fn insert(self, block: &mut [u32], place: usize, entry: [u32; 4]);
     /// Four columns at eight rows. A row beyond the table reads its last entry.
     fn gather(self, table: &[Vec4], rows: Self::Rows) -> [Self::F; 4];
     /// A vector in both halves.
     fn splat_vector(self, x: Vec4) -> Self::F;
-    /// `sum + Σ_k factor_k (a − a_k) (b − b_k)` with `own` a and b, over eight rows of two tables, component by component: the
-    /// first four rows in the lower half, the others in the upper. A row beyond the shorter table reads its last row in both.
+    /// `sum + Σ_k factor_k (a − a_k) (b − b_k)` with `own` a and b, over eight rows of two tables, component by
+    /// component: the first four rows in the lower half, the others in the upper. A row beyond the shorter table reads
+    /// its last row in both.
     fn add_products(
         self,
         tables: [&[Vec4]; 2],
@@ -178,8 +179,8 @@ pub struct Candidates {
     len: usize,
 }
 
-/// Candidates that there is room for at once: more than the cells around a point hold in most scenes, so that the buffers of a
-/// thread do not grow step by step, whenever it finds its first work.
+/// Candidates that there is room for at once: more than the cells around a point hold in most scenes, so that the
+/// buffers of a thread do not grow step by step, whenever it finds its first work.
 pub(crate) const FIRST_ROOM: usize = 1024;
 
 impl Candidates {

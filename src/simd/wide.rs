@@ -118,8 +118,8 @@ impl Wide for __m512 {
 
     #[inline(always)]
     unsafe fn compress(a: Self, mask: u32, to: *mut u32) {
-        // SAFETY: the caller has AVX-512 F and room for sixteen words. In a register first: a compressing store to memory
-        // is slow on some processors.
+        // SAFETY: the caller has AVX-512 F and room for sixteen words. In a register first: a compressing store to
+        // memory is slow on some processors.
         unsafe { _mm512_storeu_ps(to.cast(), _mm512_maskz_compress_ps(mask as u16, a)) }
     }
 }
@@ -145,8 +145,8 @@ pub(super) unsafe fn take_near<V: Wide>(
     let ends_by = last_column
         .and_then(|words| words.checked_sub(V::LANES))
         .unwrap_or(0);
-    // SAFETY: the caller has the instructions. Loads start within a run, in one of four columns, and read a vector: by the
-    // assertion in the loop there still are words a vector after the run in the last column. Stores start at
+    // SAFETY: the caller has the instructions. Loads start within a run, in one of four columns, and read a vector: by
+    // the assertion in the loop there still are words a vector after the run in the last column. Stores start at
     // `count`, which is at most the number of entries seen, and every column has room for a vector more than there are
     // entries in all runs.
     unsafe {
@@ -193,8 +193,8 @@ pub(super) unsafe fn collect_hits<V: Wide>(
     assert!(x.len() == len && y.len() == len && z.len() == len);
     assert!(len.is_multiple_of(V::LANES) && hits.len() >= len + V::LANES);
     let mut count = 0;
-    // SAFETY: the caller has the instructions. Loads end at `len`, a multiple of the lanes; stores start at `count ≤ len`,
-    // and `hits` has a vector more than that.
+    // SAFETY: the caller has the instructions. Loads end at `len`, a multiple of the lanes; stores start at `count ≤
+    // len`, and `hits` has a vector more than that.
     unsafe {
         let center = probe.center.map(|x| V::splat(x));
         let limit = V::splat(probe.radius_squared);

@@ -50,8 +50,8 @@ impl Avx2 {
         assert!(entries > 0, "a table ends with a sentinel");
         let last = (entries - 1).min(MAX_ROW) as i32;
         let mut offsets = [0; LANES];
-        // SAFETY: `self` proves that the machine has AVX2; there is room for eight words. An offset of a row up to `MAX_ROW`
-        // fits one.
+        // SAFETY: `self` proves that the machine has AVX2; there is room for eight words. An offset of a row up to
+        // `MAX_ROW` fits one.
         unsafe {
             let rows = _mm256_min_epu32(rows, _mm256_set1_epi32(last));
             _mm256_storeu_si256(offsets.as_mut_ptr().cast(), _mm256_slli_epi32::<4>(rows));
@@ -229,8 +229,8 @@ impl Simd for Avx2 {
         let pitch = block.len() / 4;
         assert!(pitch.is_multiple_of(FOUR));
         let words: *mut __m128i = block.as_mut_ptr().cast();
-        // SAFETY: `self` proves that the machine has AVX2. Columns are whole vectors of four words; loads of the words before
-        // them begin one word earlier, but for the first of each column.
+        // SAFETY: `self` proves that the machine has AVX2. Columns are whole vectors of four words; loads of the words
+        // before them begin one word earlier, but for the first of each column.
         unsafe {
             let place = _mm_set1_epi32(place as i32);
             for four in (0..pitch / FOUR).rev() {
@@ -262,7 +262,8 @@ impl Simd for Avx2 {
     fn gather(self, table: &[Vec4], rows: __m256i) -> [__m256; 4] {
         let base = table.as_ptr().cast();
         let offsets = self.offsets(rows, table.len());
-        // SAFETY: `self` proves that the machine has AVX2. The offsets are those of entries of the table, sixteen bytes each.
+        // SAFETY: `self` proves that the machine has AVX2. The offsets are those of entries of the table, sixteen bytes
+        // each.
         unsafe {
             let two = |k| self.two(base, reload(&offsets, k));
             let (a, b, c, d) = (two(0), two(1), two(2), two(3));
@@ -297,8 +298,8 @@ impl Simd for Avx2 {
     ) -> __m256 {
         let offsets = self.offsets(rows, a.len().min(b.len()));
         let [a, b] = [a, b].map(|table| table.as_ptr().cast());
-        // SAFETY: `self` proves that the machine has AVX2 and FMA. The offsets are those of entries of both tables, sixteen
-        // bytes each.
+        // SAFETY: `self` proves that the machine has AVX2 and FMA. The offsets are those of entries of both tables,
+        // sixteen bytes each.
         unsafe {
             let product = |k| {
                 let places = reload(&offsets, k);

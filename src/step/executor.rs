@@ -12,14 +12,14 @@ use crate::execution::Execution;
 
 /// Runs systems one after the other, or beside each other where they may.
 ///
-/// A thread of the loops' pool never waits for bevy's threads: those wait for the pool, which may have no other thread. So
-/// a parallel step that a host starts within the pool runs its systems one after the other, with the same results.
+/// A thread of the loops' pool never waits for bevy's threads: those wait for the pool, which may have no other thread.
+/// So a parallel step that a host starts within the pool runs its systems one after the other, with the same results.
 pub(super) struct StepExecutor {
     in_turn: SingleThreadedExecutor,
     parallel: Option<MultiThreadedExecutor>,
     applies_final_deferred: bool,
-    /// Whether the last run did not come to its end: a system panicked, and the executor still counts those as done that
-    /// ran before it.
+    /// Whether the last run did not come to its end: a system panicked, and the executor still counts those as done
+    /// that ran before it.
     unfinished: bool,
 }
 

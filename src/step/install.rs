@@ -249,13 +249,15 @@ fn insert_forces(world: &mut World, scene: &Scene) {
 /// Takes one step of the scene that is installed in `world`. After an error the world holds the last good state. Fails,
 /// too, if no scene is installed, or if a panic that the host caught took a part of it away.
 ///
-/// Where its systems run one after the other ([`Executor`](crate::scene::Executor)) all of the step runs in the pool of the
-/// loops, which then wake no thread each; in a world with data that is bound to a thread it runs on the thread that calls.
+/// Where its systems run one after the other ([`Executor`](crate::scene::Executor)) all of the step runs in the pool of
+/// the loops, which then wake no thread each; in a world with data that is bound to a thread it runs on the thread that
+/// calls.
 ///
 /// # Panics
 ///
-/// If a system of the host's panics. The tables then hold the last good state, and the next step can be taken: the state
-/// before the step or, where systems run beside each other, that after it, since the engine's own go on to the end.
+/// If a system of the host's panics. The tables then hold the last good state, and the next step can be taken: the
+/// state before the step or, where systems run beside each other, that after it, since the engine's own go on to the
+/// end.
 pub fn take_step(world: &mut World) -> Result<StepReport, StepError> {
     if let Some(reason) = what_is_missing(world) {
         let clock = world.get_resource::<Clock>().copied().unwrap_or_default();

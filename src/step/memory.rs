@@ -148,8 +148,9 @@ pub(super) fn bytes_per_particle(scene: &Scene, neighbours: f32) -> Vec<(String,
     bytes
 }
 
-/// What the scene's spatial index takes, measured with eight particles a cell [bytes a particle]; the dense structures
-/// take 4 bytes more for every empty cell of the box, spatial hashing two hash cells of 1.5 times a full cell.
+/// What the scene's spatial index takes, measured with eight particles per cell [bytes per particle]; the dense
+/// structures take 4 bytes more for every empty cell of the box, spatial hashing two hash cells of 1.5 times a full
+/// cell.
 fn index_bytes(scene: &Scene) -> f64 {
     match scene.index.structure {
         IndexStructure::UniformGrid => 25.0,

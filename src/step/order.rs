@@ -26,8 +26,8 @@ pub struct Order {
 pub enum OrderItem {
     /// A stage by its name.
     Run(String),
-    /// Stages that run in the first and then in every so-manieth step; and in one that finds other particles in the rows,
-    /// since a host spawned, despawned or tagged some.
+    /// Stages that run in the first and then in every so-manieth step; and in one that finds other particles in the
+    /// rows, since a host spawned, despawned or tagged some.
     Every(u32, Vec<OrderItem>),
     /// Stages that run so many times in a row.
     Repeat(u32, Vec<OrderItem>),

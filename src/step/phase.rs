@@ -15,8 +15,8 @@ pub enum Phase {
     FindNeighbours,
     /// Density with its boundary contribution (paper eq. 1).
     Density,
-    /// Gravity, viscosity, surface tension, as the scene asks (paper 5); with viscosity also the first pressure force, where
-    /// iterations start with one (see [`first_force`](crate::pressure::first_force)).
+    /// Gravity, viscosity, surface tension, as the scene asks (paper 5); with viscosity also the first pressure force,
+    /// where iterations start with one (see [`first_force`](crate::pressure::first_force)).
     Forces,
     /// State equation, or iterations until the density error is small (paper 5.1, 5.2).
     Pressure,

@@ -1,5 +1,5 @@
-//! What a scene would run, without running it. Memory is taken for the particles of small scenes alone, to ask how dense
-//! they start.
+//! What a scene would run, without running it. Memory is taken for the particles of small scenes alone, to ask how
+//! dense they start.
 
 use glam::{DVec3, Vec3};
 

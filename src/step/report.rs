@@ -17,8 +17,8 @@ use crate::{
     time_step::{AdaptiveTimeStep, Shock, TakenBack},
 };
 
-/// What one step did. A step that was taken back is counted in no measure of the next, but is reported: number and time are
-/// those where the run stands now, length, errors and iterations those of the step that went wrong, and so are the
+/// What one step did. A step that was taken back is counted in no measure of the next, but is reported: number and time
+/// are those where the run stands now, length, errors and iterations those of the step that went wrong, and so are the
 /// energies and the speed if it came so far, else those of the step before.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct StepReport {

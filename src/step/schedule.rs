@@ -43,9 +43,10 @@ pub(super) struct InTurn;
 
 /// Fluid particles below which the step's own executor is single-threaded, unless the scene says which.
 ///
-/// The parallel executor overlaps a host's own systems beside ours; ours are one chain, and the loops inside them are parallel
-/// either way. It runs systems on threads of its own, so that every loop has to wake the pool: a step of PCISPH takes 2.3
-/// times as long so as in the pool with 1 000 particles, 1.25 times with 8 000, 1.025 times with 130 000.
+/// The parallel executor overlaps a host's own systems beside ours; ours are one chain, and the loops inside them are
+/// parallel either way. It runs systems on threads of its own, so that every loop has to wake the pool: a step of
+/// PCISPH takes 2.3 times as long so as in the pool with 1 000 particles, 1.25 times with 8 000, 1.025 times with 130
+/// 000.
 const PARALLEL_FROM: usize = 30_000;
 
 /// The schedules of a scene, built and not yet in the world.
@@ -232,7 +233,8 @@ fn add_stages(
     }
 }
 
-/// Whether the pressure solve follows viscosity in every step, both run once, and no more than forces are made between them.
+/// Whether the pressure solve follows viscosity in every step, both run once, and no more than forces are made between
+/// them.
 fn follows_viscosity(items: &[OrderItem], scene: &Scene) -> bool {
     fn count(items: &[OrderItem], searched: &str) -> usize {
         let of_item = |item: &OrderItem| match item {

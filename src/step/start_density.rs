@@ -1,8 +1,8 @@
 //! How dense a scene's fluid is at its start: what `check` prints, and what is refused.
 //!
-//! Fluid that is compressed at the start explodes: at half as much again as its rest density no method finds a pressure. The
-//! check of places knows about lattices and plain solids alone. What else can bring particles near to each other, or walls
-//! near to them (thin parts of meshes, walls that lie side by side), shows here.
+//! Fluid that is compressed at the start explodes: at half as much again as its rest density no method finds a
+//! pressure. The check of places knows about lattices and plain solids alone. What else can bring particles near to
+//! each other, or walls near to them (thin parts of meshes, walls that lie side by side), shows here.
 
 use glam::{Vec3, Vec4};
 
@@ -23,8 +23,8 @@ use crate::{
 /// should take.
 const MOST_PARTICLES: f64 = 1e6;
 
-/// The largest error that is let through. Lattices in corners have 0.008, with a support of four spacings 0.08, beside meshes
-/// 0.02; half a plate of 0.8 spacings has 0.15.
+/// The largest error that is let through. Lattices in corners have 0.008, with a support of four spacings 0.08, beside
+/// meshes 0.02; half a plate of 0.8 spacings has 0.15.
 pub(super) const LARGEST_ERROR: f32 = 0.1;
 
 /// How far the density of the fluid is above the rest density at the start.

@@ -26,8 +26,8 @@ pub enum Measure {
     LargestDensityError,
     /// Entries of all fluid neighbour lists [-]; none if neighbours are not stored.
     Pairs,
-    /// Candidates in the cells around the fluid's particles [-], a particle itself among its own: the distances that the
-    /// paper's query computes.
+    /// Candidates in the cells around the fluid's particles [-], a particle itself among its own: the distances that
+    /// the paper's query computes.
     TestedPairs,
     /// Distances computed for an entry [-].
     TestedRatio,

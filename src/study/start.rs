@@ -1,8 +1,8 @@
 //! The state that the variants of a case set out from.
 //!
 //! Option 1: every variant is simulated from the scene's beginning. Option 2: one simulation leads into motion, its
-//! positions and velocities are handed to all variants. We use 2: the variants then measure the same motion, where those
-//! of different methods would have drifted apart, and a case costs one lead-in and not one a variant. What is not
+//! positions and velocities are handed to all variants. We use 2: the variants then measure the same motion, where
+//! those of different methods would have drifted apart, and a case costs one lead-in and not one a variant. What is not
 //! handed over is the history: indices are built anew, warm starts begin at zero; a study's `warm_up` is for that.
 
 use bevy_ecs::prelude::*;

@@ -11,9 +11,9 @@
 //! stands where it stood two steps before ([`roll_back`](super::roll_back)) and goes on with
 //! min(0.2 sqrt(h/a_max), 0.08 h/v_max).
 //!
-//! Deviations. The error that a pressure method limits is not taken for η: one that limits the largest error would never
-//! see it reach 4.5 η, one that limits the mean to 0.01 % would always. With an equation of state the error does not
-//! depend on the time step, so there it neither grows nor shrinks it. A step that fails (not finite, too fast,
+//! Deviations. The error that a pressure method limits is not taken for η: one that limits the largest error would
+//! never see it reach 4.5 η, one that limits the mean to 0.01 % would always. With an equation of state the error does
+//! not depend on the time step, so there it neither grows nor shrinks it. A step that fails (not finite, too fast,
 //! over-compressed, not converged) is gone back from as from a shock. The time step behind a step taken back is at most
 //! half of that step's, so that going back comes to an end: at the scene's least time step, or after
 //! [`MOST_IN_A_ROW`] times before the place is passed, the step fails as it does without this scheme.

@@ -9,8 +9,8 @@
 //! | sound | 0.4 h/c | Becker & Teschner 2007, eq. 18 |
 //! | pressure | half of what waves of a lattice under the largest pressure allow | [`lattice`](crate::lattice) |
 //!
-//! These are the limits of `Cfl`. Speeds and forces are those of the step before. Methods that iterate add a limit: what an
-//! iteration costs is fixed, how many a step needs grows faster than its length, so a step that took more than
+//! These are the limits of `Cfl`. Speeds and forces are those of the step before. Methods that iterate add a limit:
+//! what an iteration costs is fixed, how many a step needs grows faster than its length, so a step that took more than
 //! [`ITERATIONS`] is followed by a shorter one, and one whose error does not fall is halved before anything moves.
 
 pub mod adaptive;
@@ -32,14 +32,15 @@ use crate::{
 const FORCE_FACTOR: f32 = 0.25;
 const VISCOSITY_FACTOR: f32 = 1.0 / 32.0;
 const SOUND_FACTOR: f32 = 0.4;
-/// Part of the longest step in which a lattice is stable under its pressure. The first row beside a wall, and fluid under an
-/// impact, have more pressure than their depth.
+/// Part of the longest step in which a lattice is stable under its pressure. The first row beside a wall, and fluid
+/// under an impact, have more pressure than their depth.
 const PRESSURE_FACTOR: f32 = 0.5;
 /// A step is at most so much longer than the one before: after an impact it grows back gently.
 const GROWTH: f32 = 1.1;
 
-/// Pressure iterations above which the next step is shorter. Measured in a dam break with 10, 20, 30 and 50: the same work in
-/// PCISPH, whose densities are truer in short steps; in IISPH and DFSPH, whose momentum carries further, a tenth less from 20 on.
+/// Pressure iterations above which the next step is shorter. Measured in a dam break with 10, 20, 30 and 50: the same
+/// work in PCISPH, whose densities are truer in short steps; in IISPH and DFSPH, whose momentum carries further, a
+/// tenth less from 20 on.
 const ITERATIONS: u32 = 10;
 const ITERATIONS_WITH_MOMENTUM: u32 = 20;
 const SHRINKAGE: f32 = 0.9;
@@ -52,7 +53,8 @@ pub struct TimeStepControl {
     iterations: u32,
     /// What viscosity and sound allow [s]: constant through a run.
     constant_limit: f32,
-    /// Spacings that `sqrt(p/ρ)` covers in the longest step that pressure allows [-]. With an equation of state sound is faster.
+    /// Spacings that `sqrt(p/ρ)` covers in the longest step that pressure allows [-]. With an equation of state sound
+    /// is faster.
     pressure_step: f32,
 }
 
@@ -82,8 +84,8 @@ pub fn constant_limits(scene: &Scene) -> Vec<Limit> {
     limits
 }
 
-/// Limits that a run is under from its first step on: those that never change, gravity, and the speed at the start, with
-/// which nothing may move more than h/2.
+/// Limits that a run is under from its first step on: those that never change, gravity, and the speed at the start,
+/// with which nothing may move more than h/2.
 pub(crate) fn certain_limits(scene: &Scene) -> Vec<Limit> {
     let h = scene.support_radius();
     let mut limits = constant_limits(scene);
@@ -114,7 +116,8 @@ pub(crate) fn pressure_limit(pressure_step: f32, material: &Material, pressure: 
     PRESSURE_FACTOR * pressure_step * material.spacing / (pressure / material.rest_density).sqrt()
 }
 
-/// Spacings that `sqrt(p/ρ)` may cover in a stable step of a scene [-]; any with an equation of state, whose sound is faster.
+/// Spacings that `sqrt(p/ρ)` may cover in a stable step of a scene [-]; any with an equation of state, whose sound is
+/// faster.
 pub(crate) fn pressure_step(scene: &Scene) -> f32 {
     match scene.pressure {
         PressureMethod::Sesph(_) => f32::INFINITY,

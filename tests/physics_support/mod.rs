@@ -70,8 +70,8 @@ pub(crate) fn run(
 }
 
 /// Lets a lone particle, in the place of those there are, fly for so many steps from a place with a velocity [m, m/s].
-/// `observe` sees where it is and says whether to go on. At nearly h/2 a step a wall that pushes back a little faster breaks
-/// the limit: with `may_be_refused` that is the end.
+/// `observe` sees where it is and says whether to go on. At nearly h/2 a step a wall that pushes back a little faster
+/// breaks the limit: with `may_be_refused` that is the end.
 pub(crate) fn shoot(
     jet: &mut Simulation,
     (start, velocity): (Vec3, Vec3),

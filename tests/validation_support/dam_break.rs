@@ -110,7 +110,8 @@ fn martin_moyce(scene: &Scene, dam: &mut Simulation) -> Vec<Figure> {
         .map(|[tau, height]| [tau * 2.0_f64.sqrt(), 2.0 * height])
         .collect();
     let mut figures = compare("front", &found.front, &front, CLOCK_AT_START);
-    // The shift is known of the table of fronts alone: with it, the heights of every method are some 5 % above the table's.
+    // The shift is known of the table of fronts alone: with it, the heights of every method are some 5 % above the
+    // table's.
     figures.extend(compare("height", &found.height, &heights, 0.0));
     figures.push(Figure::residual(
         "largest way of the front [Ritter's]",

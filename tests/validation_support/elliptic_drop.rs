@@ -12,8 +12,8 @@ pub(crate) const CASE: Case = Case {
     measure,
 };
 
-/// Semi-major axis at the published times, and the pressure within 0.2 m of the centre, by the mean of both up to the second
-/// of them: pressure waves run through the drop, and a step of an incompressible method is no instant.
+/// Semi-major axis at the published times, and the pressure within 0.2 m of the centre, by the mean of both up to the
+/// second of them: pressure waves run through the drop, and a step of an incompressible method is no instant.
 fn measure(_: &Scene, drop: &mut Simulation) -> Vec<Figure> {
     let file = "elliptic_drop_analytic.csv";
     let axis = reference(file, ["t_s", "b"]);

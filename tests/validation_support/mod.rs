@@ -1,5 +1,5 @@
-//! Cases with known answers, each a scene of `assets/scenes/validation`, a run and the figures that are compared: for the
-//! tests, which run the scenes as they are, and for `cargo bench --bench validation`, which prints all figures.
+//! Cases with known answers, each a scene of `assets/scenes/validation`, a run and the figures that are compared: for
+//! the tests, which run the scenes as they are, and for `cargo bench --bench validation`, which prints all figures.
 #![allow(
     dead_code,
     reason = "every test file is a crate of its own and uses a part of this one"

@@ -1,5 +1,5 @@
-//! Links from every used cell to those around it, kept exact: a query that follows them computes no hash and compares no
-//! coordinates.
+//! Links from every used cell to those around it, kept exact: a query that follows them computes no hash and compares
+//! no coordinates.
 //!
 //! They are of the used cell's first spatial cell. A used cell that holds several is found by its table for the others.
 

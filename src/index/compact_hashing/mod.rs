@@ -11,22 +11,23 @@
 //!   cells that follow each other are near each other (4.5.4).
 //! - The query goes over the used cells in parallel (4.5.2).
 //!
-//! Deviations. Entries hold a copy of their positions (see `entries.rs`); one loop over the entries both
-//! compares and copies. A used cell keeps its spatial coordinates: candidates are taken from it only where they are the ones that were asked for, so
-//! two neighbouring cells that share a hash cell are not seen twice. When more than a quarter of the points changed
-//! their cell (a host spawned in the middle of the rows), all are inserted anew.
+//! Deviations. Entries hold a copy of their positions (see `entries.rs`); one loop over the entries both compares and
+//! copies. A used cell keeps its spatial coordinates: candidates are taken from it only where they are the ones that
+//! were asked for, so two neighbouring cells that share a hash cell are not seen twice. When more than a quarter of the
+//! points changed their cell (a host spawned in the middle of the rows), all are inserted anew.
 //!
 //! A used cell links to the used cells around it, so that a query computes no hash (see `links.rs`); who comes or goes
-//! tells the 26 around. Two used cells of a hundred hold several spatial cells, and to tell their points apart by position
-//! for each of 27 queries took a seventh of all: the points of one of the cells come first and are counted, and those of
-//! another, which are mostly the rest, are told by the last. Blocks begin with a cache line, and those around the next cell
-//! are asked for ahead: with two threads the query of 131 072 points took a tenth less, of a million a seventh.
+//! tells the 26 around. Two used cells of a hundred hold several spatial cells, and to tell their points apart by
+//! position for each of 27 queries took a seventh of all: the points of one of the cells come first and are counted,
+//! and those of another, which are mostly the rest, are told by the last. Blocks begin with a cache line, and those
+//! around the next cell are prefetched: with two threads the query of 131 072 points took a tenth less, of a million a
+//! seventh.
 //!
 //! Tried and dropped: look-ups remembered by each thread for the cells nearby (a quarter of the query, where links take
-//! a tenth; for cells of h/2, which have no links, 9.7 µs a point for 8.6 without), links that are looked up and set by the
-//! query that needs them (a quarter), a bit for every place of the table that is in use (no difference), unknown cells
-//! looked up together, so that their loads overlap (slower), what is around every cell near walls kept with the walls (12 % of
-//! their search, 3 % of the whole, for 50 bytes a wall particle).
+//! a tenth; for cells of h/2, which have no links, 9.7 µs a point for 8.6 without), links that are looked up and set by
+//! the query that needs them (a quarter), a bit for every place of the table that is in use (no difference), unknown
+//! cells looked up together, so that their loads overlap (slower), what is around every cell near walls kept with the
+//! walls (12 % of their search, 3 % of the whole, for 50 bytes a wall particle).
 
 mod comparison;
 mod links;
@@ -63,8 +64,8 @@ pub struct CompactHashing {
     hash: CellHash,
     /// For every hash its used cell, or `EMPTY`.
     table: Vec<u32>,
-    /// Cells that may have a point within reach, a bit each by a hash of its own: most cells of a fluid are far from any
-    /// wall, and this is one question for 27. Bits stay when points go, until the next rebuild.
+    /// Cells that may have a point within reach, a bit each by a hash of its own: most cells of a fluid are far from
+    /// any wall, and this is one question for 27. Bits stay when points go, until the next rebuild.
     reached: Vec<u64>,
     cells: Vec<UsedCell>,
     links: Links,
@@ -102,8 +103,8 @@ struct UsedCell {
     kin: Count,
 }
 
-/// A number of points. In parallel loops a thread counts in the simple used cells of the blocks that are its own, and looks
-/// at no others: what it reads does not depend on the other threads.
+/// A number of points. In parallel loops a thread counts in the simple used cells of the blocks that are its own, and
+/// looks at no others: what it reads does not depend on the other threads.
 #[derive(Debug)]
 struct Count(AtomicU32);
 
@@ -141,8 +142,8 @@ impl UsedCell {
 impl CompactHashing {
     /// An empty index that expects `particles_a_cell` where there is fluid.
     pub fn new(grid: Grid, particles_a_cell: f32) -> Self {
-        // A compressed or unlucky cell need not move, nor be of several blocks, which are looked through one by one: half as
-        // many again made the search of a jittered lattice 6 % slower.
+        // A compressed or unlucky cell need not move, nor be of several blocks, which are looked through one by one:
+        // half as many again made the search of a jittered lattice 6 % slower.
         let reserved = (2.0 * particles_a_cell).ceil().clamp(2.0, 1024.0) as usize;
         Self {
             links: Links::new(&grid),
@@ -184,8 +185,8 @@ impl CompactHashing {
         Some((handle, self.cells.get(handle as usize)?))
     }
 
-    /// Of the `len` entries from block `first` on, those of the same spatial cell as the one at `from`, which are side by
-    /// side, end here.
+    /// Of the `len` entries from block `first` on, those of the same spatial cell as the one at `from`, which are side
+    /// by side, end here.
     #[inline]
     fn end_of_alike(&self, (first, len): (u32, u32), from: u32, cell: IVec3) -> u32 {
         let alike = |k: &u32| self.pool.cell(&self.grid, first, *k) == cell;
@@ -461,8 +462,8 @@ impl SpatialIndex for CompactHashing {
         }
     }
 
-    /// Of the used cells before it most were asked for before. The query of a million points gains a tenth to a fifth, one of
-    /// 13 000, which the caches hold, loses up to a tenth.
+    /// Of the used cells before it most were asked for before. The query of a million points gains a tenth to a fifth,
+    /// one of 13 000, which the caches hold, loses up to a tenth.
     fn prefetch_around(&self, place: usize) {
         if place >= self.cells.len() || self.links.each() == 0 {
             return;

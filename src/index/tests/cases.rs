@@ -194,7 +194,8 @@ fn the_smallest_table_makes_cells_collide_and_the_flags_follow() {
     let mut large = CompactHashing::new(grid.clone(), 8.0);
     let mut small = CompactHashing::with_smallest_table(grid, 8.0);
     let mut numbers = Numbers(2);
-    // Fast, so that all are inserted anew, then slowly, so that points leave and come: both of a used cell at once, too.
+    // Fast, so that all are inserted anew, then slowly, so that points leave and come: both of a used cell at once,
+    // too.
     for step in 0..200 {
         for index in [&mut large, &mut small] {
             update(index, &points);

@@ -116,8 +116,8 @@ pub(super) fn places(scene: &Scene, meshes: &[Option<Mesh>]) -> Checked {
     all_apart(&bodies, spacing)
 }
 
-/// No two bodies overlap or are nearer than a lattice. Along the axis on which the bodies are spread most, each is held against those only that begin
-/// before it ends.
+/// No two bodies overlap or are nearer than a lattice. Along the axis on which the bodies are spread most, each is held
+/// against those only that begin before it ends.
 fn all_apart(bodies: &[Particles], spacing: f64) -> Checked {
     let middles = bodies.iter().map(|body| 0.5 * (body.min + body.max));
     let mean = middles.clone().sum::<DVec3>() / bodies.len().max(1) as f64;
@@ -183,8 +183,8 @@ fn in_domain(scene: &Scene, body: &Particles) -> Checked {
     })
 }
 
-/// A body is inside one tank, or there is none; and it lies in no tank's walls, which are as thick as a sheet: their one
-/// layer of samples lies in the middle.
+/// A body is inside one tank, or there is none; and it lies in no tank's walls, which are as thick as a sheet: their
+/// one layer of samples lies in the middle.
 fn in_a_tank(scene: &Scene, body: &Particles) -> Checked {
     let spacing = f64::from(scene.spacing);
     let tolerance = body.tolerance;

@@ -4,8 +4,8 @@ use super::{Checked, ensure};
 use crate::scene::{Adaptive, Cfl, Scene, TimeStep};
 use crate::time_step;
 
-/// The least time step must leave room for the limits that are certain: viscosity and sound, gravity, and the speed at the
-/// start.
+/// The least time step must leave room for the limits that are certain: viscosity and sound, gravity, and the speed at
+/// the start.
 pub(super) fn least_time_step(scene: &Scene) -> Checked {
     let min = match scene.time_step {
         TimeStep::Cfl(Cfl { min, .. }) | TimeStep::Adaptive(Adaptive { min, .. }) => min,

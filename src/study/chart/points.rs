@@ -119,8 +119,8 @@ fn panel(
     Ok(())
 }
 
-/// The rows with both figures above zero, by series in the order of the study. A series without such a row is there, too, so
-/// that it has the same colour in all panels.
+/// The rows with both figures above zero, by series in the order of the study. A series without such a row is there,
+/// too, so that it has the same colour in all panels.
 fn series(table: &Table, x: usize, y: usize) -> Vec<Series> {
     let mut all: Vec<Series> = Vec::new();
     for (k, row) in table.rows.iter().enumerate() {
