@@ -51,7 +51,7 @@ fn lists_of_every_step_are_those_of_brute_force() {
         let mut lists = NeighbourLists::default();
         let fluid = Search::among_themselves(&of, positions.points());
         search(&fluid, &mut lists, &execution).expect("short lists");
-        let found = &world.resource::<FluidNeighbours>().0;
+        let found = &world.resource::<FluidNeighbours>().lists;
         assert_same(found, &lists, positions.rows(), step);
         let boundary = Search {
             among: &walls_of,

@@ -9,8 +9,8 @@ use common::{bits_after, dam, run, simulation};
 use glam::Vec3;
 use overfall::{
     Simulation,
-    pressure::warm_start::MeanPressures,
     scene::{Dfsph, Iisph, PressureMethod, Scene, TimeStep},
+    state::MeanPressures,
     state::particle::{Fluid, MeanPressure, Position, Pressure},
 };
 

@@ -2,7 +2,7 @@
 
 use bevy_ecs::prelude::*;
 
-use super::install::InstallError;
+use super::error::InstallError;
 use crate::{
     boundary::{self, direct_forcing::DirectForcing, sums::WallSums},
     index::{self, BoundarySamples, z_curve},
@@ -85,7 +85,7 @@ impl Walls {
             )
         }));
         world.insert_resource(samples);
-        world.insert_resource(WallSums::new(sampling::beside_wall(scene)));
+        world.insert_resource(WallSums::new(scene.pressure.solver().beside_wall(scene)));
         if let BoundaryHandling::DirectForcing(parameters) = scene.boundary_handling {
             let direct = DirectForcing::new(parameters, world.resource::<Material>());
             world.insert_resource(direct);

@@ -5,14 +5,15 @@ use bevy_ecs::{prelude::*, schedule::ScheduleLabel};
 use rayon::prelude::*;
 
 use super::{
-    PressureSolve, first_force,
+    convergence::Convergence,
+    first_force,
     warm_start::{self, WarmStart},
 };
 use crate::{
-    scene::{Criterion, Dfsph, Iisph, NotConverged, Pcisph, PressureMethod},
+    scene::NotConverged,
     state::{
         Accelerations, Clock, Execution, Failure, FailureCause, Material, PressureAccelerations,
-        Velocities,
+        PressureSolve, Velocities,
     },
     time_step::{AdaptiveTimeStep, TimeStepControl},
 };
@@ -27,81 +28,6 @@ pub struct PressureIteration;
 /// The force of the last correction, where a scene of PCISPH wants the paper's Algorithm 2 to the letter.
 #[derive(ScheduleLabel, Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct LastCorrection;
-
-/// When a method's iterations end.
-#[derive(Resource, Debug, Clone, Copy, PartialEq)]
-pub struct Convergence {
-    /// Limit η on the density error `(ρ − ρ0)/ρ0` [-].
-    pub max_density_error: f32,
-    /// Whether η limits the largest or the mean error.
-    pub criterion: Criterion,
-    /// Limit on the mean error beside that on the largest [-], if there is one.
-    pub mean_density_error: Option<f32>,
-    /// At least so many iterations.
-    pub min_iterations: u32,
-    /// At most so many.
-    pub max_iterations: u32,
-    /// What happens when `max_iterations` do not reach η.
-    pub not_converged: NotConverged,
-}
-
-impl Convergence {
-    /// The convergence of a scene's method; none if it does not iterate.
-    pub fn of(method: &PressureMethod) -> Option<Self> {
-        macro_rules! shared {
-            ($method:ident, $parameters:ident) => {{
-                let $method {
-                    max_density_error,
-                    criterion,
-                    min_iterations,
-                    max_iterations,
-                    not_converged,
-                    ..
-                } = *$parameters;
-                Some(Self {
-                    mean_density_error: None,
-                    max_density_error,
-                    criterion,
-                    min_iterations,
-                    max_iterations,
-                    not_converged,
-                })
-            }};
-        }
-        match method {
-            PressureMethod::Sesph(_) => None,
-            PressureMethod::Pcisph(pcisph) => Some(Self {
-                mean_density_error: pcisph.mean_density_error,
-                ..shared!(Pcisph, pcisph)?
-            }),
-            PressureMethod::Iisph(iisph) => shared!(Iisph, iisph),
-            PressureMethod::Dfsph(dfsph) => shared!(Dfsph, dfsph),
-        }
-    }
-
-    /// The error that is limited, and the row that has the largest.
-    ///
-    /// Pressures that start at zero come from below; those of the last step, or with momentum, may be too high, and a
-    /// step that takes them as long as nothing is compressed pumps energy: a dam break had 0.2 % more of it after 0.05
-    /// s. There a particle with a pressure must not be under its rest density either.
-    fn judged(&self, solve: &PressureSolve) -> (f32, usize) {
-        let error = solve.residual;
-        let judged = match self.criterion {
-            Criterion::Largest => error.largest,
-            Criterion::Mean => error.mean,
-        };
-        // In the same measure: the mean over its own limit as the other over η.
-        let by_mean = self
-            .mean_density_error
-            .map_or(0.0, |limit| error.mean * self.max_density_error / limit);
-        (judged.max(by_mean), error.row)
-    }
-}
-
-/// Whether the iteration begins with a force.
-pub(super) fn wants_force(solve: Res<PressureSolve>) -> bool {
-    solve.wants_force
-}
 
 /// Iterates until the density error is small enough (phase `Pressure`).
 ///

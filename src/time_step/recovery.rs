@@ -11,11 +11,11 @@
 
 use bevy_ecs::prelude::*;
 
+use super::limits::motion_limits;
 use crate::{
     integrate::Motion,
-    scene::{PressureMethod, Scene},
+    scene::Scene,
     state::{Clock, Material},
-    time_step,
 };
 
 /// Decrease of τ over the time that passes [-].
@@ -42,28 +42,20 @@ pub struct RecoveryTime {
     time: f32,
 }
 
-/// Part of the compression found that a step of a scene's method removes at most [-]; none if it does not iterate.
-pub(crate) fn share(method: &PressureMethod) -> Option<f32> {
-    match method {
-        PressureMethod::Sesph(_) => None,
-        PressureMethod::Pcisph(pcisph) => Some(pcisph.recovery),
-        PressureMethod::Iisph(iisph) => Some(iisph.recovery),
-        PressureMethod::Dfsph(dfsph) => Some(dfsph.recovery),
-    }
-}
-
 impl RecoveryTime {
     /// Compression that is found stays.
-    pub(super) const NEVER: Self = Self {
+    pub(crate) const NEVER: Self = Self {
         share: 0.0,
         time: LONGEST,
     };
 
-    /// What a scene starts with; none if its steps remove all that they find.
-    pub(crate) fn of(scene: &Scene) -> Option<Self> {
-        let share = share(&scene.pressure).filter(|share| *share < 1.0)?;
+    /// What a scene starts with whose steps remove at most this share of what they find; none if they remove all.
+    pub(crate) fn new(share: f32, scene: &Scene) -> Option<Self> {
+        if share >= 1.0 {
+            return None;
+        }
         let h = scene.support_radius();
-        let [speed, force] = time_step::motion_limits(
+        let [speed, force] = motion_limits(
             SPEED_FACTOR,
             h,
             scene.max_initial_speed(),
@@ -78,7 +70,7 @@ impl RecoveryTime {
     /// Compression [-] that a step of `dt` [s] leaves for later of what it finds. More than [`MOST_LEFT`] is never
     /// left: what an impact drives together would fill a wall.
     #[inline]
-    pub(super) fn left_for_later(&self, dt: f32, found: f32) -> f32 {
+    pub(crate) fn left_for_later(&self, dt: f32, found: f32) -> f32 {
         let found = found.max(0.0);
         let left = 1.0 - (dt / self.time).min(self.share);
         left * found / (1.0 + found / MOST_LEFT)
@@ -93,8 +85,7 @@ pub fn choose_recovery_time(
     clock: Res<Clock>,
 ) {
     let h = material.kernel.support_radius;
-    let [speed, force] =
-        time_step::motion_limits(SPEED_FACTOR, h, motion.max_speed, motion.max_acceleration);
+    let [speed, force] = motion_limits(SPEED_FACTOR, h, motion.max_speed, motion.max_acceleration);
     let allowed = speed.1.min(force.1).max(clock.dt);
     let wanted = allowed.min(LONGEST) / recovery.share;
     // A host may have set the fluid in motion before the first step.

@@ -5,11 +5,73 @@
 
 use bevy_ecs::prelude::*;
 
-use super::{Corrected, PressureSolve};
-use crate::{
-    scene::StateEquation,
-    state::{Densities, Execution, Material, Positions, Pressures},
+use super::{
+    fluid_share,
+    force::pressure_force,
+    solver::{PressureSolver, Requirement},
 };
+use crate::{
+    density,
+    lattice::BesideWall,
+    scene::{Scene, Sesph, StateEquation},
+    state::{
+        Column, Corrected, Densities, Execution, Limit, Material, Positions, PressureSolve,
+        Pressures, Systems,
+    },
+};
+
+/// Part of the time in which sound crosses the support radius that a step may take [-] (Becker & Teschner 2007,
+/// eq. 18).
+const SOUND_FACTOR: f32 = 0.4;
+
+impl PressureSolver for Sesph {
+    fn requirements(&self) -> Vec<Requirement> {
+        let (stiffness, unit) = match self.equation {
+            StateEquation::Tait { stiffness } => (stiffness, "Pa"),
+            StateEquation::Gas { stiffness } => (stiffness, "m²/s²"),
+        };
+        vec![Requirement::Positive(
+            "pressure.equation.stiffness",
+            stiffness,
+            unit,
+        )]
+    }
+
+    fn limits(&self, scene: &Scene) -> Vec<Limit> {
+        let sound_speed = EquationOfState(self.equation).sound_speed(scene.fluid.rest_density);
+        vec![("sound", SOUND_FACTOR * scene.support_radius() / sound_speed)]
+    }
+
+    /// An equation of state stores energy in the density, whose gradient the force has to be: there walls push as they
+    /// are.
+    fn beside_wall(&self, _: &Scene) -> BesideWall {
+        BesideWall {
+            push: 1.0,
+            slide: 0.0,
+        }
+    }
+
+    fn columns(&self) -> &'static [Column] {
+        &[]
+    }
+
+    fn install(&self, world: &mut World) {
+        world.insert_resource(EquationOfState(self.equation));
+    }
+
+    fn density(&self) -> Systems {
+        density::compute_density.into_configs()
+    }
+
+    fn solve(&self, scene: &Scene) -> Systems {
+        let method = (compute_pressure, pressure_force).chain();
+        if scene.boundaries.is_empty() {
+            method
+        } else {
+            (method, fluid_share::weigh_pressures).chain()
+        }
+    }
+}
 
 /// The scene's equation of state.
 #[derive(Resource, Debug, Clone, Copy, PartialEq)]
