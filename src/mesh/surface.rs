@@ -1,63 +1,13 @@
-//! Triangle meshes: read from a file, placed in the scene, asked for distances and for what a ray meets.
-//!
-//! Whether a point is in the solid is the sign of its offset from the nearest point of the surface along the
-//! angle-weighted pseudonormal there (Bærentzen & Aanæs 2005), which is right for every closed mesh and, unlike
-//! counting crossings of a ray, local: it serves open meshes, too.
-//!
-//! Option 2 was the geometry library parry, which has all of this; it would add some thirty crates to the library of an
-//! embedder.
+//! A mesh in the scene: asked for distances and for what a ray meets.
 
-mod bvh;
-mod obj;
-mod polygon;
-mod read;
-mod shells;
-mod stl;
-mod topology;
-mod triangle;
-mod weld;
+use glam::DVec3;
 
-use std::path::{Path, PathBuf};
-
-use glam::{DMat3, DQuat, DVec3, EulerRot};
-
-use crate::scene::{MeshBoundary, MeshSide};
-use bvh::Bvh;
-use topology::Topology;
-use triangle::Feature;
-use weld::weld;
-
-/// Why a mesh cannot be a boundary. The message names the file and what would be right.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum MeshError {
-    /// The file cannot be opened.
-    #[error("cannot read the mesh {}: {source}", .file.display())]
-    Unreadable {
-        /// The file.
-        file: PathBuf,
-        /// What the operating system says.
-        source: std::io::Error,
-    },
-    /// The file's text or bytes are no mesh, or not one that bounds a solid.
-    #[error("the mesh {}: {message}", .file.display())]
-    Unusable {
-        /// The file.
-        file: PathBuf,
-        /// What is wrong and what would be right.
-        message: String,
-    },
-}
-
-/// Triangles of no file.
-#[derive(Debug, Default)]
-struct Soup {
-    vertices: Vec<DVec3>,
-    triangles: Vec<[u32; 3]>,
-}
-
-/// Vertices on borders that are so near become one; surfaces that are so near touch [spacings].
-pub(crate) const TOLERANCE: f64 = 0.01;
+use super::{
+    bvh::Bvh,
+    topology::Topology,
+    triangle::{self, Feature},
+};
+use crate::scene::MeshSide;
 
 /// A mesh in the scene: its normals point from the solid into the fluid.
 #[derive(Debug, PartialEq)]
@@ -70,8 +20,8 @@ pub struct Mesh {
     pub(crate) normals: Vec<DVec3>,
     /// Which side is solid.
     pub(crate) side: MeshSide,
-    topology: Topology,
-    bvh: Bvh,
+    pub(super) topology: Topology,
+    pub(super) bvh: Bvh,
 }
 
 /// The point of a mesh nearest to another.
@@ -88,62 +38,6 @@ pub struct Nearest {
 }
 
 impl Mesh {
-    /// Reads and places a mesh, for particles at a spacing [m]: seams of up to 1/100 of it are closed. Fails if the
-    /// file is no mesh or its surface does not say where the solid is.
-    pub fn load(boundary: &MeshBoundary, spacing: f32) -> Result<Self, MeshError> {
-        let file = Path::new(&boundary.file);
-        let refuse = |message: String| MeshError::Unusable {
-            file: file.to_owned(),
-            message,
-        };
-        let mut soup = read::read(file)?;
-        let place = placement(boundary);
-        for vertex in &mut soup.vertices {
-            *vertex = place.0 * *vertex + place.1;
-        }
-        Self::new(soup, boundary.side, TOLERANCE * f64::from(spacing)).map_err(refuse)
-    }
-
-    fn new(soup: Soup, side: MeshSide, tolerance: f64) -> Result<Self, String> {
-        let mut soup = weld(soup, tolerance)?;
-        let fault = topology::fault(&soup, tolerance);
-        let closed = matches!(side, MeshSide::Outside | MeshSide::Inside);
-        if let (true, Some(fault)) = (closed, fault) {
-            return Err(fault);
-        }
-        if closed {
-            shells::orient(&mut soup, side == MeshSide::Inside, tolerance)?;
-        }
-        let normals = soup.triangles.iter().map(|corners| {
-            let [a, b, c] = corners.map(|corner| soup.vertices[corner as usize]);
-            (b - a).cross(c - a).normalize_or_zero()
-        });
-        let normals: Vec<DVec3> = normals.collect();
-        // Slivers count for what is connected to what, but have no surface to speak of.
-        let topology = Topology::new(&soup, &normals);
-        let kept: Vec<usize> = (0..normals.len())
-            .filter(|&triangle| normals[triangle] != DVec3::ZERO)
-            .collect();
-        if kept.is_empty() {
-            return Err(format!(
-                "none of its {} triangles has an area; export the surface with its faces",
-                normals.len()
-            ));
-        }
-        let triangles: Vec<[u32; 3]> = kept.iter().map(|&k| soup.triangles[k]).collect();
-        let normals: Vec<DVec3> = kept.iter().map(|&k| normals[k]).collect();
-        let topology = topology.of(&kept);
-        let bvh = Bvh::new(&soup.vertices, &triangles);
-        Ok(Self {
-            vertices: soup.vertices,
-            triangles,
-            normals,
-            side,
-            topology,
-            bvh,
-        })
-    }
-
     /// Corners of a triangle [m].
     pub(crate) fn corners(&self, triangle: usize) -> [DVec3; 3] {
         self.triangles[triangle].map(|corner| self.vertices[corner as usize])
@@ -243,12 +137,4 @@ pub(crate) struct FeatureEdge {
     pub(crate) normal: DVec3,
     /// How much farther along the normal than along theirs a place is that is behind all as far.
     pub(crate) mitre: f64,
-}
-
-/// Scaled, then turned about x, y and z in this order, then moved.
-fn placement(boundary: &MeshBoundary) -> (DMat3, DVec3) {
-    let turn = boundary.rotation * (std::f64::consts::PI / 180.0);
-    let turn = DQuat::from_euler(EulerRot::ZYX, turn.z, turn.y, turn.x);
-    let scale = DMat3::from_diagonal(DVec3::splat(boundary.scale));
-    (DMat3::from_quat(turn) * scale, boundary.translation)
 }
