@@ -1,23 +1,8 @@
-//! Eight lanes of `f32`, chosen at run time: the only module with `unsafe`.
-//!
-//! A neighbour loop is written once, generic over [`Simd`], and [`InstructionSet::dispatch`] compiles it for every
-//! instruction set. Eight lanes in every path, IEEE division and square root, sums folded in one fixed tree: paths
-//! with fused multiply-add give the same bits. AVX-512 changes no arithmetic; it tests sixteen candidates at once
-//! and compacts the hits, which gives the same lists.
-//!
-//! Tried and dropped: sixteen lanes, one vector of AVX-512 or two of AVX2, which gives the same bits on all machines,
-//! too. With AVX-512 a density pass took 15 % less, but a step 0 to 5 %, since most passes wait for loads; and compact
-//! hashing, whose cells have eight points, compared them 1.4 times as long with AVX-512 and three times with AVX2.
-
-mod portable;
-#[cfg(target_arch = "x86_64")]
-mod wide;
-#[cfg(target_arch = "x86_64")]
-mod x86;
+//! What a loop is written with: the operations on eight lanes.
 
 use glam::Vec4;
 
-pub use portable::Portable;
+use super::candidates::{Candidates, Near, Probe, Run};
 
 /// Lanes of a vector.
 pub const LANES: usize = 8;
@@ -26,18 +11,6 @@ pub const LANES: usize = 8;
 #[derive(Debug, Clone, Copy, Default)]
 #[repr(C, align(32))]
 pub struct Lanes(pub [f32; LANES]);
-
-/// Candidates are padded to a multiple of this with points that nothing reaches.
-pub const CANDIDATE_ALIGNMENT: usize = 16;
-
-/// Hints that `place` is about to be used, so that many places far from each other are fetched at a time.
-#[inline(always)]
-pub(crate) fn prefetch<T>(place: &T) {
-    #[cfg(target_arch = "x86_64")]
-    x86::prefetch(place);
-    #[cfg(not(target_arch = "x86_64"))]
-    let _ = place;
-}
 
 /// Operations on eight lanes. A value of an implementing type proves that the machine has its instructions.
 pub trait Simd: Copy {
@@ -119,17 +92,6 @@ pub trait Simd: Copy {
     fn collect_hits(self, candidates: &Candidates, probe: Probe, hits: &mut [u32]) -> usize;
 }
 
-/// What candidates are tested against.
-#[derive(Debug, Clone, Copy)]
-pub struct Probe {
-    /// Centre of the ball [m].
-    pub center: [f32; 3],
-    /// Square of its radius [m²]; the ball is closed.
-    pub radius_squared: f32,
-    /// The row that is no neighbour of itself; `u32::MAX` if there is none.
-    pub own_row: u32,
-}
-
 /// An open cube.
 #[derive(Debug, Clone, Copy)]
 pub struct Cube {
@@ -139,139 +101,6 @@ pub struct Cube {
     pub half: f32,
 }
 
-/// A stretch of entries within a block.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Run {
-    /// The place of the first one's x; y, z and the row stand a pitch further each.
-    pub start: u32,
-    /// How many.
-    pub len: u32,
-}
-
-/// What points must be near to become candidates: a box around the centres of several probes.
-#[derive(Debug, Clone, Copy)]
-pub struct Near {
-    /// Lowest coordinates [m].
-    pub low: [f32; 3],
-    /// Highest coordinates [m].
-    pub high: [f32; 3],
-    /// Square of the largest distance from the box [m²].
-    pub radius_squared: f32,
-}
-
-impl Near {
-    /// Everything is near.
-    pub const ALL: Self = Self {
-        low: [f32::NEG_INFINITY; 3],
-        high: [f32::INFINITY; 3],
-        radius_squared: 0.0,
-    };
-}
-
-/// Candidate neighbours as a structure of arrays, padded to whole vectors. The columns only grow, so that a candidate
-/// is written once and nothing is cleared before it.
-#[derive(Debug, Default, Clone)]
-pub struct Candidates {
-    x: Vec<f32>,
-    y: Vec<f32>,
-    z: Vec<f32>,
-    rows: Vec<u32>,
-    len: usize,
-}
-
-/// Candidates that there is room for at once: more than the cells around a point hold in most scenes, so that the
-/// buffers of a thread do not grow step by step, whenever it finds its first work.
-pub(crate) const FIRST_ROOM: usize = 1024;
-
-impl Candidates {
-    /// Forgets all candidates, keeps the memory.
-    pub fn clear(&mut self) {
-        self.len = 0;
-    }
-
-    /// Appends the points at `rows`.
-    #[inline]
-    pub fn extend(&mut self, rows: &[u32], points: &[Vec4]) {
-        let end = self.len + rows.len();
-        if self.rows.len() < end {
-            self.grow(end);
-        }
-        let place = self.len..end;
-        let columns = self.x[place.clone()]
-            .iter_mut()
-            .zip(&mut self.y[place.clone()]);
-        let columns = columns
-            .zip(&mut self.z[place.clone()])
-            .zip(&mut self.rows[place]);
-        for ((((x, y), z), slot), &row) in columns.zip(rows) {
-            let point = points[row as usize];
-            (*x, *y, *z, *slot) = (point.x, point.y, point.z, row);
-        }
-        self.len = end;
-    }
-
-    /// Room for all entries of `runs`, and a vector, behind the candidates it has.
-    #[inline(always)]
-    fn room(&mut self, runs: &[Run]) -> ([&mut [f32]; 3], &mut [u32]) {
-        let more: usize = runs.iter().map(|run| run.len as usize).sum();
-        let end = self.len + more + CANDIDATE_ALIGNMENT;
-        if self.rows.len() < end {
-            self.grow(end);
-        }
-        let place = self.len..end;
-        let Self { x, y, z, rows, .. } = self;
-        let columns = [x, y, z].map(|column| &mut column[place.clone()]);
-        (columns, &mut rows[place])
-    }
-
-    /// Pads to whole vectors with points at infinity, which no ball reaches.
-    pub fn pad(&mut self) {
-        let padded = self.padded_len();
-        if self.rows.len() < padded {
-            self.grow(padded);
-        }
-        let place = self.len..padded;
-        for column in [&mut self.x, &mut self.y, &mut self.z] {
-            column[place.clone()].fill(f32::INFINITY);
-        }
-        self.rows[place].fill(u32::MAX);
-    }
-
-    /// Number of candidates.
-    pub fn len(&self) -> usize {
-        self.len
-    }
-
-    /// Length with the padding.
-    pub fn padded_len(&self) -> usize {
-        self.len.next_multiple_of(CANDIDATE_ALIGNMENT)
-    }
-
-    /// Whether there is no candidate.
-    pub fn is_empty(&self) -> bool {
-        self.len == 0
-    }
-
-    #[cold]
-    fn grow(&mut self, len: usize) {
-        let len = len.next_power_of_two().max(FIRST_ROOM);
-        self.x.resize(len, 0.0);
-        self.y.resize(len, 0.0);
-        self.z.resize(len, 0.0);
-        self.rows.resize(len, 0);
-    }
-
-    /// The padded columns x, y, z [m] and rows, all of one length.
-    #[inline(always)]
-    fn columns(&self) -> ([&[f32]; 3], &[u32]) {
-        let len = self.padded_len();
-        (
-            [&self.x[..len], &self.y[..len], &self.z[..len]],
-            &self.rows[..len],
-        )
-    }
-}
-
 /// A loop body that is compiled for every instruction set. Mark `run` and all it calls `#[inline(always)]`.
 pub trait Vectorised {
     /// What it gives.
@@ -279,74 +108,3 @@ pub trait Vectorised {
     /// The body.
     fn run<S: Simd>(self, simd: S) -> Self::Output;
 }
-
-/// Instruction set of the neighbour loops.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum InstructionSet {
-    /// What the compiler makes of plain Rust. Fuses multiply-add only where the build target has it.
-    Portable,
-    /// AVX2 with FMA.
-    Avx2,
-    /// AVX2 with FMA for arithmetic, AVX-512 (F, VL) for the search.
-    Avx512,
-}
-
-impl InstructionSet {
-    /// Every set that this machine can run, the best last.
-    pub fn available() -> Vec<Self> {
-        #[allow(unused_mut, reason = "only x86-64 adds to it")]
-        let mut sets = vec![Self::Portable];
-        #[cfg(target_arch = "x86_64")]
-        {
-            if x86::Avx2::detect().is_some() {
-                sets.push(Self::Avx2);
-            }
-            if x86::Avx512::detect().is_some() {
-                sets.push(Self::Avx512);
-            }
-        }
-        sets
-    }
-
-    /// The best set that this machine can run.
-    pub fn detect() -> Self {
-        Self::available().pop().unwrap_or(Self::Portable)
-    }
-
-    /// Name in reports.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Portable => "portable",
-            Self::Avx2 => "avx2+fma",
-            Self::Avx512 => "avx512",
-        }
-    }
-
-    /// The set for arithmetic. With AVX-512 enabled the compiler takes 512-bit detours in loops of eight lanes.
-    pub fn arithmetic(self) -> Self {
-        self.min(Self::Avx2)
-    }
-
-    /// Runs `body` compiled for this set, or the portable one where the machine lacks it.
-    #[inline]
-    pub fn dispatch<V: Vectorised>(self, body: V) -> V::Output {
-        #[cfg(target_arch = "x86_64")]
-        match self {
-            Self::Avx512 => {
-                if let Some(token) = x86::Avx512::detect() {
-                    return token.dispatch(body);
-                }
-            }
-            Self::Avx2 => {
-                if let Some(token) = x86::Avx2::detect() {
-                    return token.dispatch(body);
-                }
-            }
-            Self::Portable => {}
-        }
-        body.run(Portable)
-    }
-}
-
-#[cfg(test)]
-mod tests;
