@@ -1,6 +1,7 @@
 //! Single numbers and pairs of them.
 
-use super::{Checked, Problem, ensure, is_flat};
+use super::problem::{Checked, Problem, ensure};
+use super::proper::is_flat;
 use crate::loading::ron_text::options;
 use crate::loading::spans::scan;
 use crate::pressure::{

@@ -1,6 +1,6 @@
 //! Time steps that cannot be stable: a least one above what `check` itself says is the most.
 
-use super::{Checked, ensure};
+use super::problem::{Checked, ensure};
 use crate::registry::Stages;
 use crate::scene::{Adaptive, Cfl, Scene, TimeStep};
 

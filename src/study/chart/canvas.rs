@@ -1,17 +1,12 @@
-//! A table as a picture: SVG by plotters, whose texts are texts, so that no font is needed to write it.
-
-mod bars;
-mod points;
+//! The canvas of a chart, and texts on it.
 
 use plotters::prelude::*;
 
-use super::{Chart, Table};
-
 /// Width of a chart [px].
-const WIDTH: u32 = 960;
-const FONT: &str = "sans-serif";
+pub(super) const WIDTH: u32 = 960;
+pub(super) const FONT: &str = "sans-serif";
 /// Colours that people with any colour vision tell apart (Okabe & Ito 2008).
-const COLOURS: [RGBColor; 6] = [
+pub(super) const COLOURS: [RGBColor; 6] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),
@@ -19,8 +14,8 @@ const COLOURS: [RGBColor; 6] = [
     RGBColor(230, 159, 0),
     RGBColor(86, 180, 233),
 ];
-const INK: RGBColor = RGBColor(40, 40, 40);
-const GRID: RGBColor = RGBColor(225, 225, 225);
+pub(super) const INK: RGBColor = RGBColor(40, 40, 40);
+pub(super) const GRID: RGBColor = RGBColor(225, 225, 225);
 
 /// Why there is no chart.
 #[derive(Debug, thiserror::Error)]
@@ -33,23 +28,15 @@ pub enum ChartError {
     Drawing(String),
 }
 
-type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
-type Drawn = Result<(), ChartError>;
+pub(super) type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
+pub(super) type Drawn = Result<(), ChartError>;
 
-fn drawing(error: impl std::fmt::Display) -> ChartError {
+pub(super) fn drawing(error: impl std::fmt::Display) -> ChartError {
     ChartError::Drawing(error.to_string())
 }
 
-/// The chart as SVG. Fails if no row has the figures it shows.
-pub fn draw(table: &Table, chart: &Chart) -> Result<String, ChartError> {
-    match chart {
-        Chart::Ratios { columns } => bars::draw(table, columns),
-        Chart::Points { x, y } => points::draw(table, x, y),
-    }
-}
-
 /// Draws on a white canvas with the table's title, which a text of one size stands on.
-fn on_canvas(
+pub(super) fn on_canvas(
     title: &str,
     height: u32,
     paint: impl FnOnce(&Area) -> Drawn,
@@ -67,13 +54,13 @@ fn on_canvas(
 
 /// What of a text is at its place.
 #[derive(Clone, Copy)]
-enum At {
+pub(super) enum At {
     Left,
     Right,
 }
 
 /// A text whose middle line is at the height of `place` [px].
-fn text(area: &Area, words: &str, place: (i32, i32), size: f64, at: At) -> Drawn {
+pub(super) fn text(area: &Area, words: &str, place: (i32, i32), size: f64, at: At) -> Drawn {
     use plotters::style::text_anchor::{HPos, Pos, VPos};
     let horizontal = match at {
         At::Left => HPos::Left,
@@ -86,16 +73,7 @@ fn text(area: &Area, words: &str, place: (i32, i32), size: f64, at: At) -> Drawn
         .map_err(drawing)
 }
 
-/// Name and unit of a column, for an axis.
-fn axis(table: &Table, column: usize) -> String {
-    let column = &table.columns[column];
-    match column.measure.unit() {
-        "" => column.name.clone(),
-        unit => format!("{} [{unit}]", column.name),
-    }
-}
-
 /// Width that a text takes, about [px]: there is no font to ask.
-fn width_of(words: &str, size: f64) -> i32 {
+pub(super) fn width_of(words: &str, size: f64) -> i32 {
     (0.56 * size * words.chars().count() as f64).ceil() as i32
 }
