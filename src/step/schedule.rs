@@ -10,18 +10,14 @@ use bevy_ecs::{
 };
 
 use super::{
-    clock::{self, Clock, healthy},
     executor::StepExecutor,
     install::InstallError,
     order::{Order, OrderItem, stages},
-    phase::Phase,
     report::finish,
     stage::{Datum, Stage},
     timer::{start_timer, stop_watch},
 };
 use crate::{
-    column::Rows,
-    execution::start_task_threads,
     pressure::{
         dfsph::{self, DivergenceIteration},
         first_force, iisph,
@@ -30,6 +26,8 @@ use crate::{
         solve::{LastCorrection, PressureIteration},
     },
     scene::{Executor, PressureMethod, Scene, TimeStep},
+    state::{Clock, Phase, clock, failure, failure::healthy},
+    state::{Rows, start_task_threads},
     time_step::roll_back,
 };
 
@@ -96,7 +94,7 @@ pub(super) fn build_schedules(
     step.set_executor(StepExecutor::new(parallel));
     let mut configs = vec![(clock::begin, start_timer).chain()];
     add_stages(&order.stages, scene, None, &mut configs);
-    configs.push(clock::name_the_particle.in_set(Phase::Observe));
+    configs.push(failure::name_the_particle.in_set(Phase::Observe));
     if matches!(scene.time_step, TimeStep::Adaptive(_)) {
         configs.push(roll_back::roll_back.in_set(Phase::Observe));
     }

@@ -14,12 +14,11 @@ use super::{
 };
 use crate::{
     Step, StepOutcome,
-    column::Positions,
-    execution::Execution,
     index::FluidIndex,
     install,
     neighbours::{FluidNeighbours, Search, tested_pairs},
-    step::{Clock, StepError, StepReport},
+    state::{Clock, Execution, Positions, StepError},
+    step::StepReport,
 };
 
 /// How a study is coming along.

@@ -3,10 +3,7 @@
 
 use std::path::Path;
 
-use overfall::{
-    Simulation,
-    scene::{Override, Scene},
-};
+use overfall::{Simulation, loading::Override, scene::Scene};
 
 use crate::support::{Particle, measured, particles_of, run, simulation, step};
 

@@ -3,7 +3,7 @@
 use std::f32::consts::PI;
 
 use glam::Vec3;
-use overfall::particle::BoundaryNormal;
+use overfall::state::particle::BoundaryNormal;
 
 use super::walls::{Solid, clearance};
 use crate::support::{measured, shoot, simulation_of};

@@ -7,10 +7,7 @@
 
 mod runs;
 
-use overfall::{
-    Simulation,
-    scene::{Override, Scene},
-};
+use overfall::{Simulation, loading::Override, scene::Scene};
 
 use crate::support::{METHODS, Method};
 

@@ -4,9 +4,11 @@ use bevy_ecs::prelude::*;
 use glam::Vec3;
 use overfall::{
     Simulation, StepReport,
-    material::Material,
     measure::semi_axes,
-    particle::{Fluid, Position, Velocity},
+    state::{
+        Material,
+        particle::{Fluid, Position, Velocity},
+    },
 };
 
 use super::{GRAVITY, Outcome};

@@ -1,8 +1,8 @@
 //! The corpus of mesh files, `tests/meshes`: one solid written in many ways, shells, and files that are damaged.
 
 use glam::{DVec3, EulerRot, Quat, Vec3};
-use overfall::boundary::sample;
 use overfall::mesh::Mesh;
+use overfall::sampling::sample;
 use proptest::prelude::*;
 
 use super::mesh_files::scene;

@@ -3,7 +3,7 @@
 use std::f32::consts::PI;
 
 use glam::Vec3;
-use overfall::boundary::{BoundarySample, layer_depth, sample};
+use overfall::sampling::{BoundarySample, layer_depth, sample};
 use overfall::scene::Scene;
 
 use crate::mesh_support::{Files, Surface};

@@ -1,6 +1,6 @@
 //! `--set PATH=VALUE`: the same as the field in the file, or refused in its own words.
 
-use overfall::scene::{Override, Scene};
+use overfall::{loading::Override, scene::Scene};
 
 use super::errors::SCENE;
 

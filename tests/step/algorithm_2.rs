@@ -1,9 +1,9 @@
 //! PCISPH with and without the correction that the paper's Algorithm 2 makes after its last prediction.
 
 use overfall::{
-    column::{PressureAccelerations, Pressures},
     pressure::pressure_force,
     scene::{Pcisph, PressureMethod, Scene},
+    state::{PressureAccelerations, Pressures},
 };
 
 use crate::common::{bits, dam, run, simulation};

@@ -3,9 +3,9 @@
 
 use overfall::{
     Simulation,
-    execution::Execution,
     scene::{Executor, IndexStructure, Neighbours, Scene, TimeStep},
     simd::InstructionSet,
+    state::Execution,
 };
 
 use crate::common::{bits, bits_after, dam, methods, run, sesph};

@@ -4,12 +4,14 @@ use bevy_ecs::prelude::*;
 use glam::Vec3;
 use overfall::{
     Simulation, StepError,
-    particle::{Position, Velocity},
     scene::{
         Bounds, Criterion, Dfsph, Iisph, IndexStructure, NotConverged, Pcisph, PressureMethod,
         Scene, Shape, TimeStep,
     },
-    step::{Clock, FailureCause},
+    state::{
+        Clock, FailureCause,
+        particle::{Position, Velocity},
+    },
 };
 
 use crate::common::{self, bits, dam, methods, run, sesph, simulation};

@@ -8,15 +8,16 @@ use glam::Vec3;
 use overfall::{
     Simulation,
     boundary::{BoundaryError, refresh_boundary},
-    execution::Execution,
     install,
     output::Frame,
-    particle::{
-        Boundary, BoundaryNormal, BoundaryVolume, Density, Fluid, ParticleId, Position, Pressure,
-        Velocity,
-    },
     scene::{BoundaryShape, IndexStructure, Scene, TimeStep},
-    step::{Clock, FailureCause, StepError},
+    state::{
+        Clock, Execution, FailureCause, StepError,
+        particle::{
+            Boundary, BoundaryNormal, BoundaryVolume, Density, Fluid, ParticleId, Position,
+            Pressure, Velocity,
+        },
+    },
     take_step,
 };
 

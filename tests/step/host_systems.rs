@@ -8,12 +8,12 @@ use std::{
 use bevy_ecs::prelude::*;
 use glam::Vec3;
 use overfall::{
-    Phase, Simulation, Step,
-    execution::Execution,
-    install,
-    particle::{Fluid, Position},
+    Phase, Simulation, Step, install,
     scene::{Executor, Scene},
-    step::{Clock, FailureCause},
+    state::{
+        Clock, Execution, FailureCause,
+        particle::{Fluid, Position},
+    },
     take_step,
 };
 

@@ -5,13 +5,14 @@ use std::fs;
 use glam::Vec3;
 use overfall::{
     Simulation,
-    column::{Positions, Pressures},
     neighbours::FluidNeighbours,
-    particle::{Fluid, Position},
     plan,
     pressure::{DensityError, PressureSolve, first_force::FirstForce},
     scene::{Dfsph, Iisph, Neighbours, Pcisph, PressureMethod, Scene, TimeStep},
-    step::Clock,
+    state::{
+        Clock, Positions, Pressures,
+        particle::{Fluid, Position},
+    },
 };
 
 use crate::common::{self, bits, bits_after, dam, run, sesph, simulation};

@@ -4,9 +4,11 @@ use bevy_ecs::prelude::*;
 use glam::Vec3;
 use overfall::{
     Simulation, StepReport,
-    particle::{Density, Fluid, Position, Pressure, Velocity},
     scene::{Adaptive, Dfsph, IndexStructure, Neighbours, Pcisph, PressureMethod, Scene, TimeStep},
-    step::{Clock, FailureCause},
+    state::{
+        Clock, FailureCause,
+        particle::{Density, Fluid, Position, Pressure, Velocity},
+    },
     time_step::{AdaptiveTimeStep, adaptive::MOST_IN_A_ROW, roll_back::KeptState},
 };
 

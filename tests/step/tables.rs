@@ -5,8 +5,8 @@ use glam::{IVec3, Vec3};
 use overfall::{
     Simulation,
     index::{FluidIndex, z_curve},
-    particle::{Density, Fluid, Position, Pressure, Velocity},
     scene::{Neighbours, Scene},
+    state::particle::{Density, Fluid, Position, Pressure, Velocity},
 };
 
 use crate::common::{

@@ -3,11 +3,11 @@
 use glam::Vec3;
 use overfall::{
     Simulation,
-    particle::{Fluid, Position},
     scene::{
         Executor, IndexStructure, Neighbours, PressureMethod, Scene, SurfaceTension, TimeStep,
         Viscosity,
     },
+    state::particle::{Fluid, Position},
 };
 
 use crate::common::{self, dam, methods, run, sesph, simulation, state};

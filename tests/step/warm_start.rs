@@ -6,9 +6,9 @@ use bevy_ecs::prelude::*;
 use glam::Vec3;
 use overfall::{
     Simulation,
-    particle::{Fluid, MeanPressure, Position, Pressure},
     pressure::warm_start::MeanPressures,
     scene::{Dfsph, Iisph, PressureMethod, Scene, TimeStep},
+    state::particle::{Fluid, MeanPressure, Position, Pressure},
 };
 
 use crate::common::{bits_after, dam, run, simulation};

@@ -6,12 +6,15 @@ use bevy_ecs::{prelude::*, schedule::ScheduleLabel};
 use glam::Vec3;
 use overfall::{
     Phase, Simulation, Step, StepOutcome,
-    boundary::{BoundarySamples, refresh_boundary},
-    column::{Densities, Positions},
+    boundary::refresh_boundary,
+    index::BoundarySamples,
     install,
-    particle::{Boundary, BoundaryVolume, Density, Fluid, Position, Velocity},
     scene::{Executor, Iisph, Neighbours, PressureMethod, Scene},
-    step::{Clock, InstallError},
+    state::{
+        Clock, Densities, Positions,
+        particle::{Boundary, BoundaryVolume, Density, Fluid, Position, Velocity},
+    },
+    step::InstallError,
     take_step,
 };
 
