@@ -6,9 +6,10 @@ use glam::Vec3;
 use overfall::Plan;
 use overfall::scene::{Cfl, Scene, TimeStep};
 
+use super::exit::{Exit, Failure};
 use super::report::size;
 use super::waiting::waiting;
-use super::{Exit, Failure, console, options};
+use super::{console, options};
 
 /// Prints the plan of a scene.
 pub(super) fn check(options: &options::Check) -> Result<Exit, Failure> {
