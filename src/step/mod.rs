@@ -3,6 +3,7 @@
 mod clock;
 mod executor;
 mod install;
+mod limits;
 pub(crate) mod memory;
 mod order;
 mod order_check;
@@ -13,6 +14,7 @@ mod schedule;
 mod stage;
 mod start;
 mod start_density;
+mod start_slabs;
 mod timer;
 mod warnings;
 

@@ -95,7 +95,8 @@ pub enum FailureCause {
     },
     /// Particles came, went or moved to another table while the step was computed.
     #[error(
-        "a system spawned, despawned or tagged fluid particles in the middle of the step, which had {before} and would write          to {now}; order it before `Phase::RebuildIndex` or after `Phase::Integrate`, or do it between steps"
+        "a system spawned, despawned or tagged fluid particles in the middle of the step, which had {before} and would write \
+         to {now}; order it before `Phase::RebuildIndex` or after `Phase::Integrate`, or do it between steps"
     )]
     ParticlesChanged {
         /// Particles at the start of the step.
@@ -110,7 +111,7 @@ pub enum FailureCause {
         quantity: &'static str,
     },
     /// A position, velocity or density is not a number or infinite.
-    #[error("{quantity} is not finite")]
+    #[error("{quantity} is not finite; a host wrote it, or a smaller time step is needed")]
     NotFinite {
         /// Which quantity.
         quantity: &'static str,
@@ -147,7 +148,7 @@ pub enum FailureCause {
         limit: f64,
     },
     /// A particle left the scene's domain.
-    #[error("a particle left the domain")]
+    #[error("a particle left the domain; widen `domain`, or put a boundary in its way")]
     LeftDomain,
     /// The spatial index covers a box around all particles, which would take too much memory.
     #[error(transparent)]
@@ -170,7 +171,9 @@ pub enum FailureCause {
         limit: f32,
     },
     /// The step met a shock, and the time step could not be made smaller (`time_step: Adaptive` only).
-    #[error("shock: {0}")]
+    #[error(
+        "shock: {0}, and no shorter step helped; `time_step.min` may be too large, or `time_step.density_error` too small"
+    )]
     Shock(Shock),
 }
 

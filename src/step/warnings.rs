@@ -1,11 +1,7 @@
 //! What a scene may have, but looks like a slip: told before it runs, with the number that would do.
 
-use glam::Vec3;
-
-use crate::{
-    scene::{Scene, SceneError, Size, TimeStep},
-    time_step,
-};
+use super::limits;
+use crate::scene::{Scene, SceneError, Size};
 
 /// Lengths from which a scene looks as if it were in millimetres: spacing and extent [m].
 const LARGE_SPACING: f32 = 1.0;
@@ -17,14 +13,6 @@ const FASTEST: f32 = 0.3 * 1480.0;
 /// What looks like a slip in a scene. Fails as [`Scene::check`] does.
 pub fn warnings(scene: &Scene) -> Result<Vec<String>, SceneError> {
     Ok(of_size(scene, &scene.checked_size()?))
-}
-
-/// The speed that water reaches which falls through the whole height of a box [m/s].
-pub(super) fn fall(scene: &Scene, low: Vec3, high: Vec3) -> f32 {
-    let along = scene.gravity.normalize_or_zero();
-    let height = along.abs().dot((high - low).max(Vec3::ZERO));
-    let start = scene.max_initial_speed();
-    (2.0 * scene.gravity.length() * height + start * start).sqrt()
 }
 
 pub(super) fn of_size(scene: &Scene, size: &Size) -> Vec<String> {
@@ -39,8 +27,6 @@ pub(super) fn of_size(scene: &Scene, size: &Size) -> Vec<String> {
             1e-3 * scene.spacing,
         ));
     }
-    let (low, high) = size.fluid_box;
-    let fall = fall(scene, low.as_vec3(), high.as_vec3());
     let start = scene.max_initial_speed();
     if start > FASTEST {
         warnings.push(format!(
@@ -48,20 +34,7 @@ pub(super) fn of_size(scene: &Scene, size: &Size) -> Vec<String> {
              three tenths of its speed of sound"
         ));
     }
-    if let TimeStep::Fixed(dt) = scene.time_step {
-        let [speed, _] = time_step::motion_limits(0.5, scene.support_radius(), fall, 0.0);
-        let certain = time_step::certain_limits(scene);
-        let expected = ("the fall through the fluid's height", speed.1);
-        let least = certain
-            .into_iter()
-            .chain([expected])
-            .min_by(|a, b| a.1.total_cmp(&b.1));
-        if let Some((name, limit)) = least.filter(|(_, limit)| dt > *limit) {
-            warnings.push(format!(
-                "the time step is {dt:e} s; {name} allows {limit:.2e} s at most, so write `time_step: Fixed({:.0e})`, or `Cfl()`",
-                0.5 * limit
-            ));
-        }
-    }
+    let (low, high) = size.fluid_box;
+    warnings.extend(limits::too_long(scene, low.as_vec3(), high.as_vec3()));
     warnings
 }
