@@ -82,7 +82,7 @@ pub(super) fn of_large(
         _ => None,
     };
     let known = known.or(sampled.as_deref());
-    let count = start_slabs::count(size);
+    let count = start_slabs::count(scene, size, known)?;
     let found = start_slabs::of(scene, size.fluid_box, known, count, execution)?;
     allowed(scene, found).map(Some)
 }

@@ -21,8 +21,15 @@ use crate::{
 const A_SLAB: f64 = 1e6;
 
 /// How many slabs a scene of this size is asked in.
-pub(super) fn count(size: &Size) -> u32 {
-    (size.fluid.max(size.boundary) / A_SLAB).ceil().max(1.0) as u32
+pub(super) fn count(
+    scene: &Scene,
+    size: &Size,
+    known: Option<&[BoundarySample]>,
+) -> Result<u32, InstallError> {
+    let fluid = Slab::around(scene, size.fluid_box);
+    let mut walls = 0.0_f64;
+    fluid.for_each_wall(scene, known, |_| walls += 1.0)?;
+    Ok((size.fluid.max(walls) / A_SLAB).ceil().max(1.0) as u32)
 }
 
 /// Of a scene in `count` slabs across the longest edge of the box around its fluid. Walls are sampled anew for every
@@ -53,8 +60,7 @@ pub(super) fn of(
             axis,
             from: border(k),
             to: border(k + 1),
-            h: f64::from(scene.support_radius()),
-            spacing: f64::from(scene.spacing),
+            ..Slab::around(scene, fluid_box)
         };
         let walls = slab.walls(scene, known)?;
         let (points, targets, all) = slab.particles(scene, &walls);
@@ -84,9 +90,23 @@ struct Slab {
     to: f64,
     h: f64,
     spacing: f64,
+    /// The box around all fluid.
+    fluid_box: (DVec3, DVec3),
 }
 
 impl Slab {
+    /// All of the scene's fluid.
+    fn around(scene: &Scene, fluid_box: (DVec3, DVec3)) -> Self {
+        Self {
+            axis: 0,
+            from: f64::NEG_INFINITY,
+            to: f64::INFINITY,
+            h: f64::from(scene.support_radius()),
+            spacing: f64::from(scene.spacing),
+            fluid_box,
+        }
+    }
+
     fn holds(&self, place: Vec3, margin: f64) -> bool {
         let at = f64::from(place[self.axis]);
         at >= self.from - margin && at < self.to + margin
@@ -99,16 +119,30 @@ impl Slab {
         known: Option<&[BoundarySample]>,
     ) -> Result<Vec<BoundarySample>, InstallError> {
         let mut walls = Vec::new();
+        self.for_each_wall(scene, known, |sample| walls.push(sample))?;
+        Ok(walls)
+    }
+
+    fn for_each_wall(
+        &self,
+        scene: &Scene,
+        known: Option<&[BoundarySample]>,
+        mut visit: impl FnMut(BoundarySample),
+    ) -> Result<(), InstallError> {
+        let margin = 2.0 * self.h + self.spacing;
+        let (low, high) = (self.fluid_box.0 - margin, self.fluid_box.1 + margin);
         let mut take = |sample: BoundarySample| {
-            if self.holds(sample.position, 2.0 * self.h + self.spacing) {
-                walls.push(sample);
+            let place = sample.position.as_dvec3();
+            let is_near = place.cmpge(low).all() && place.cmple(high).all();
+            if is_near && self.holds(sample.position, margin) {
+                visit(sample);
             }
         };
         match known {
             Some(samples) => samples.iter().copied().for_each(take),
             None => boundary::for_each_sample(scene, &mut take)?,
         }
-        Ok(walls)
+        Ok(())
     }
 
     /// Its particles that may be compressed, how many they are, with those around them behind; and how many it has in

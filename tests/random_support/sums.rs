@@ -273,17 +273,15 @@ impl BruteForce {
         0.5 * self.mass * squares.sum::<f64>()
     }
 
-    /// What a particle stores whose density is off by rounding [J; J/m in 2-D].
-    fn rounding(&self, scene: &Scene) -> f64 {
+    /// What a particle so far from the origin [m] stores whose density is off by rounding [J; J/m in 2-D].
+    fn rounding(&self, scene: &Scene, farthest: f64) -> f64 {
         let PressureMethod::Sesph(sesph) = scene.pressure else {
             return 0.0;
         };
-        self.mass
-            * stored(
-                sesph.equation,
-                (1.0 + 10.0 * ROUNDING) * self.rest_density,
-                self.rest_density,
-            )
+        // Coordinates far from the origin are off by more, and densities with them.
+        let off = ROUNDING + f64::from(f32::EPSILON) * farthest / f64::from(scene.spacing);
+        let density = (1.0 + 10.0 * off) * self.rest_density;
+        self.mass * stored(sesph.equation, density, self.rest_density)
     }
 
     /// What a rise of energy is compared with: motion and fall at the start, and what is stored [J; J/m in 2-D].
@@ -306,8 +304,12 @@ impl BruteForce {
             .sum();
         let still = self.energy(scene, &mut particles.iter().map(|(x, _)| (*x, DVec3::ZERO)));
         let potential: f64 = particles.iter().map(|(x, _)| -gravity.dot(*x)).sum();
-        let other =
-            (still - self.mass * potential).abs() + self.rounding(scene) * particles.len() as f64;
+        let farthest = particles
+            .iter()
+            .map(|(x, _)| x.length())
+            .fold(0.0, f64::max);
+        let rounding = self.rounding(scene, farthest) * particles.len() as f64;
+        let other = (still - self.mass * potential).abs() + rounding;
         self.mass * (kinetic + particles.len() as f64 * (high - low + least)) + other
     }
 }
