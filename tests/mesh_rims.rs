@@ -27,7 +27,7 @@ fn scene(bodies: &str, boundaries: &str, rest: &str) -> String {
 #[test]
 fn water_beside_rims_of_every_thickness_starts_at_rest() {
     let files = Files::new();
-    let (mut worst, mut faults) = (0.0_f32, Vec::<String>::new());
+    let (mut worst, mut refused, mut faults) = (0.0_f32, 0, Vec::<String>::new());
     for thickness in [
         0.05, 0.3, 0.6, 0.9, 1.1, 1.2, 1.25, 1.3, 1.4, 1.5, 1.6, 1.7, 1.8, 2.0, 2.3, 2.6, 3.0, 3.7,
     ] {
@@ -48,6 +48,8 @@ fn water_beside_rims_of_every_thickness_starts_at_rest() {
             let text = scene(&bodies, &format!("Mesh(file: {file:?})"), "");
             match start(&text) {
                 Ok(error) if error < 0.05 => worst = worst.max(error),
+                // One that is thinner may be too near at a rim that no row of the lattice ends at.
+                Err(error) if thickness < 1.2 && error.contains("thinner than 1.2") => refused += 1,
                 wrong => {
                     faults.push(format!(
                         "{thickness} spacings thick, up to {end} m: {wrong:?}"
@@ -66,6 +68,7 @@ fn water_beside_rims_of_every_thickness_starts_at_rest() {
         )
     );
     assert!(faults.is_empty(), "{}", faults.join("\n"));
+    assert!(refused < 3, "{refused} thin plates are refused");
 }
 
 /// Where every particle is, in one order.

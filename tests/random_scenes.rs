@@ -36,6 +36,9 @@ const DEEPEST: f64 = 0.3;
 
 /// Energy may rise by so much of its scale, and by what pushes compression out.
 const MOST_RISE: f64 = 0.03;
+/// The same with an equation of state: what semi-implicit Euler keeps is the energy but for a part that swings with the
+/// sound, of the order of a step's part of a period. Disorder that is released has had 0.07 of it.
+const MOST_RISE_WITH_SOUND: f64 = 0.15;
 
 /// What became of a scene.
 #[derive(Debug, Clone)]
@@ -111,7 +114,13 @@ fn run(simulation: &mut Simulation, scene: &Scene, draft: &Draft) -> Result<Outc
     let mut before = state(simulation);
     let count = before.len();
     let energy = |state: &State| sums.energy(scene, &mut state.values().copied());
-    let mut most = MOST_RISE * sums.energy_scale(scene, &mut before.values().copied());
+    let part = match scene.pressure {
+        PressureMethod::Sesph(_) => MOST_RISE_WITH_SOUND,
+        PressureMethod::Pcisph(_) | PressureMethod::Iisph(_) | PressureMethod::Dfsph(_) => {
+            MOST_RISE
+        }
+    };
+    let mut most = part * sums.energy_scale(scene, &mut before.values().copied());
     let (start, mut rise) = (energy(&before), 0.0_f64);
     let mut told = Vec::new();
     for _ in 0..STEPS {
@@ -240,65 +249,13 @@ fn check(choices: &[u16]) -> Result<Outcome, String> {
     let draft = draw(choices, &files);
     let outcome = catch_unwind(AssertUnwindSafe(|| try_scene(&draft)));
     let outcome = outcome.unwrap_or_else(|_| Err("a panic".to_owned()));
-    if let Some(path) = std::env::var_os("TMP_DUMP") {
-        use std::io::Write;
-        let mut f = std::fs::OpenOptions::new()
-            .append(true)
-            .create(true)
-            .open(path)
-            .unwrap();
-        let flat = draft.text.replace('\n', " ");
-        let line = match &outcome {
-            Ok(Outcome::Refused) => format!("REFUSED\t{flat}\n"),
-            Ok(Outcome::Stopped) => format!("STOPPED\t{flat}\n"),
-            Ok(Outcome::Ran { rise }) => {
-                format!("RAN\t{rise:.3e}\t{:?} {flat}\n", draft.fixed_part)
-            }
-            Err(m) => format!(
-                "FAIL\t{}\t{:?} {flat}\n",
-                m.replace('\n', " "),
-                draft.fixed_part
-            ),
-        };
-        f.write_all(line.as_bytes()).unwrap();
-        if std::env::var_os("TMP_GO").is_some() && outcome.is_err() {
-            return Ok(Outcome::Ran { rise: 0.0 });
-        }
-    }
-    if let Some(path) = std::env::var_os("TMP_DUMP") {
-        use std::io::Write;
-        let mut f = std::fs::OpenOptions::new()
-            .append(true)
-            .create(true)
-            .open(path)
-            .unwrap();
-        let flat = draft.text.replace('\n', " ");
-        let line = match &outcome {
-            Ok(Outcome::Refused) => format!("REFUSED\t{flat}\n"),
-            Ok(Outcome::Stopped) => format!("STOPPED\t{flat}\n"),
-            Ok(Outcome::Ran { rise }) => {
-                format!("RAN\t{rise:.3e}\t{:?} {flat}\n", draft.fixed_part)
-            }
-            Err(m) => format!(
-                "FAIL\t{}\t{:?} {flat}\n",
-                m.replace('\n', " "),
-                draft.fixed_part
-            ),
-        };
-        f.write_all(line.as_bytes()).unwrap();
-        if std::env::var_os("TMP_GO").is_some() && outcome.is_err() {
-            return Ok(Outcome::Refused);
-        }
-    }
     outcome.map_err(|why| format!("{why}\nfixed part {:?}\n{}", draft.fixed_part, draft.text))
 }
 
 #[test]
 fn random_scenes_run_or_are_refused() {
-    let seed = std::env::var("RANDOM_SCENES_SEED").ok();
-    let seed = seed.and_then(|seed| seed.parse().ok()).unwrap_or(2011);
     let mut runner = TestRunner::new(Config {
-        rng_seed: RngSeed::Fixed(seed),
+        rng_seed: RngSeed::Fixed(2011),
         failure_persistence: None,
         max_shrink_iters: 3000,
         ..Config::with_cases(cases())

@@ -30,7 +30,7 @@ pub(super) fn of_size(scene: &Scene, size: &Size) -> Vec<String> {
     let start = scene.max_initial_speed();
     if start > FASTEST {
         warnings.push(format!(
-            "a body starts at {start} m/s; all methods take the fluid for incompressible, which water is up to {FASTEST} m/s, \
+            "a body starts at {start} m/s; all methods take the fluid for incompressible, which water is up to {FASTEST:.0} m/s, \
              three tenths of its speed of sound"
         ));
     }
