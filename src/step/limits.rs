@@ -3,8 +3,9 @@
 use glam::Vec3;
 
 use crate::{
-    material::Material,
+    registry::Stages,
     scene::{Adaptive, Cfl, Scene, TimeStep},
+    state::{Limit, Material},
     time_step::{self, adaptive},
 };
 
@@ -32,7 +33,7 @@ pub(super) fn of(scene: &Scene, low: Vec3, high: Vec3) -> Vec<(String, f32)> {
     by_name(scene, motion, fall)
 }
 
-fn by_name(scene: &Scene, [speed, force]: [time_step::Limit; 2], fall: f32) -> Vec<(String, f32)> {
+fn by_name(scene: &Scene, [speed, force]: [Limit; 2], fall: f32) -> Vec<(String, f32)> {
     let mut limits = vec![
         (
             format!(
@@ -45,10 +46,11 @@ fn by_name(scene: &Scene, [speed, force]: [time_step::Limit; 2], fall: f32) -> V
     ];
     // Of water at rest as deep as the fluid is high: p/ρ is half the square of the fall.
     let deep = scene.fluid.rest_density * 0.5 * fall * fall;
-    let step = time_step::pressure_step(scene);
+    let stages = Stages::default();
+    let step = stages.step_limits(scene).pressure_step;
     let pressure = time_step::pressure_limit(step, &Material::new(scene), deep);
     limits.push(("pressure at the fluid's depth".to_owned(), pressure));
-    let constant = time_step::constant_limits(scene);
+    let constant = stages.constant_limits(scene);
     limits.extend(constant.into_iter().map(|(name, dt)| (name.to_owned(), dt)));
     limits.retain(|limit| limit.1.is_finite());
     limits

@@ -8,20 +8,46 @@ use std::collections::HashSet;
 use glam::{DVec3, IVec3, Vec3, Vec4};
 
 use super::{
-    install::InstallError,
-    start_density::{StartDensity, errors},
+    error::{InstallError, StartDensity},
+    start_errors::{allowed, errors},
 };
 use crate::{
-    boundary::{self, BoundarySample, BoundarySamples},
-    execution::Execution,
-    scene::{FluidBody, Scene, Shape, Size, shapes},
+    boundary,
+    loading::Size,
+    sampling::{self, BoundarySample},
+    scene::{FluidBody, Scene, Shape, shapes},
+    state::Execution,
 };
 
 /// Particles of a slab, roughly: 100 bytes each.
 const A_SLAB: f64 = 1e6;
 
+/// Candidates of a mesh up to which its samples are made to ask alone: 2 GB for the time of it.
+const MOST_CANDIDATES: f64 = 36e6;
+
+/// Of a large scene, whose walls' samples are known or not, with the memory of a part of it. None where only a run
+/// should take the time and memory to sample its meshes.
+pub(super) fn of_large(
+    scene: &Scene,
+    size: &Size,
+    known: Option<&[BoundarySample]>,
+    execution: &Execution,
+) -> Result<Option<StartDensity>, InstallError> {
+    if known.is_none() && size.candidates > MOST_CANDIDATES {
+        return Ok(None);
+    }
+    let sampled = match known {
+        None if size.candidates > 0.0 => Some(sampling::sample(scene)?),
+        _ => None,
+    };
+    let known = known.or(sampled.as_deref());
+    let count = count(scene, size, known)?;
+    let found = of(scene, size.fluid_box, known, count, execution)?;
+    allowed(scene, found).map(Some)
+}
+
 /// How many slabs a scene of this size is asked in.
-pub(super) fn count(
+fn count(
     scene: &Scene,
     size: &Size,
     known: Option<&[BoundarySample]>,
@@ -34,7 +60,7 @@ pub(super) fn count(
 
 /// Of a scene in `count` slabs across the longest edge of the box around its fluid. Walls are sampled anew for every
 /// slab unless their samples are known.
-pub(super) fn of(
+fn of(
     scene: &Scene,
     fluid_box: (DVec3, DVec3),
     known: Option<&[BoundarySample]>,
@@ -68,7 +94,7 @@ pub(super) fn of(
         if targets == 0 {
             continue;
         }
-        let walls = BoundarySamples::new(scene, &walls, execution)
+        let walls = boundary::pack(scene, &walls, execution)
             .map_err(InstallError::Boundary)
             .map(|samples| (!walls.is_empty()).then_some(samples))?;
         let errors = errors(scene, points, walls.as_ref(), execution)?;
@@ -140,7 +166,7 @@ impl Slab {
         };
         match known {
             Some(samples) => samples.iter().copied().for_each(take),
-            None => boundary::for_each_sample(scene, &mut take)?,
+            None => sampling::for_each_sample(scene, &mut take)?,
         }
         Ok(())
     }
@@ -258,8 +284,8 @@ mod tests {
             );
             let scene = Scene::parse(&text, "t.ron", &[]).unwrap_or_else(|error| panic!("{error}"));
             let size = scene.checked_size().expect("a scene");
-            let samples = boundary::sample(&scene).expect("no file");
-            let walls = BoundarySamples::new(&scene, &samples, &execution).expect("an index");
+            let samples = sampling::sample(&scene).expect("no file");
+            let walls = boundary::pack(&scene, &samples, &execution).expect("an index");
             let walls = (!samples.is_empty()).then_some(&walls);
             let seeds = shapes::fluid_particles(&scene);
             let whole = start_density::of(&scene, &seeds, walls, &execution).expect("a start");

@@ -1,7 +1,10 @@
 //! What a scene may have, but looks like a slip: told before it runs, with the number that would do.
 
 use super::limits;
-use crate::scene::{Scene, SceneError, Size};
+use crate::{
+    loading::Size,
+    scene::{Scene, SceneError},
+};
 
 /// Lengths from which a scene looks as if it were in millimetres: spacing and extent [m].
 const LARGE_SPACING: f32 = 1.0;

@@ -1,13 +1,16 @@
 //! Scenes and comparisons that several tests share.
 
-#![allow(dead_code, reason = "each test uses a part")]
+#![allow(
+    dead_code,
+    reason = "every crate that has this module uses a part of it"
+)]
 
 use bevy_ecs::prelude::*;
 use glam::Vec3;
 use overfall::{
     Simulation,
-    particle::{Fluid, Position, Velocity},
     scene::{Dfsph, Iisph, Pcisph, PressureMethod, Scene, Sesph, StateEquation},
+    state::particle::{Fluid, Position, Velocity},
 };
 
 /// A column of 10 × 12 × 10 particles that collapses in a tank; everything that a scene can have is switched on.

@@ -1,7 +1,7 @@
 //! What the physics tests share: scenes from text, particles as plain values, sums over them.
 #![allow(
     dead_code,
-    reason = "every test file is a crate of its own and uses a part of this one"
+    reason = "every crate that has this module uses a part of it"
 )]
 
 use std::path::Path;
@@ -10,9 +10,11 @@ use bevy_ecs::prelude::*;
 use glam::{DVec3, Vec3};
 use overfall::{
     Simulation, StepError, StepReport,
-    particle::{Density, Fluid, Position, Pressure, Velocity},
     scene::Scene,
-    step::FailureCause,
+    state::{
+        FailureCause,
+        particle::{Density, Fluid, Position, Pressure, Velocity},
+    },
 };
 
 /// A fluid particle after a step. Position and velocity are those at its end, density and pressure those that it

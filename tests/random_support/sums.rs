@@ -4,13 +4,13 @@ use bevy_ecs::prelude::*;
 use glam::{DVec3, Vec3, Vec4};
 use overfall::{
     Phase, Simulation, Step,
-    boundary::{BoundarySamples, beside_wall},
-    column::{
-        Accelerations, Densities, Positions, PredictedPositions, PressureAccelerations, Velocities,
-    },
-    material::Material,
+    index::BoundarySamples,
+    sampling::beside_wall,
     scene::{BoundaryHandling, Dimension, PressureMethod, Scene, StateEquation, SurfaceTension},
-    step::Clock,
+    state::{
+        Accelerations, Clock, Densities, Material, Positions, PredictedPositions,
+        PressureAccelerations, Velocities,
+    },
 };
 
 /// Density in single precision is off by so much [-].

@@ -1,0 +1,288 @@
+//! Whatever is in a file or an override, it is read or refused: no reader panics, and none goes on for ever.
+//!
+//! Texts of `tests/corpus` and of the shipped files are changed at random, the same way in every run; `PROPTEST_CASES`
+//! asks for more of them. What once broke a reader belongs into the corpus.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use overfall::step::Order;
+use overfall::study::{Plan, Reference};
+use overfall::{
+    loading::Override,
+    scene::{Scene, SceneError},
+};
+use proptest::prelude::*;
+use proptest::test_runner::{Config, RngSeed, TestCaseError, TestRunner};
+
+/// Changed texts a reader; as many again are cheap.
+const CASES: u32 = 400;
+
+/// What texts are changed with: brackets, numbers at their limits, names that mean something.
+const TOKENS: [&str; 40] = [
+    "(",
+    ")",
+    "[",
+    "]",
+    "{",
+    "}",
+    ",",
+    ":",
+    "\"",
+    "'",
+    "\\",
+    "/*",
+    "*/",
+    "//",
+    "\n",
+    "\r",
+    "#",
+    "r#",
+    "r##\"",
+    "\u{feff}",
+    "ß",
+    "\u{0}",
+    "\u{1b}",
+    "-",
+    "1e39",
+    "-1",
+    "NaN",
+    "inf",
+    "0",
+    "4294967296",
+    "18446744073709551616",
+    "1e-45",
+    "None",
+    "Some(",
+    "()",
+    "Pcisph",
+    "Cfl",
+    "Every(2, [",
+    "..",
+    "=",
+];
+
+/// The texts of a folder in the repository, by name.
+fn texts(folder: &str) -> Vec<String> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
+    let mut files: Vec<PathBuf> = fs::read_dir(&root)
+        .unwrap_or_else(|error| panic!("{}: {error}", root.display()))
+        .map(|entry| entry.expect("an entry").path())
+        .filter(|path| path.is_file())
+        .collect();
+    files.sort();
+    let read = |path: &PathBuf| fs::read_to_string(path).expect("a text");
+    files.iter().map(read).collect()
+}
+
+/// A change of a text; places are parts of its length.
+#[derive(Debug, Clone)]
+enum Change {
+    Remove(f64, usize),
+    Double(f64, usize),
+    Insert(f64, usize),
+    Replace(f64, char),
+    Cut(f64),
+    Join(f64, usize, f64),
+}
+
+fn change() -> impl Strategy<Value = Change> {
+    let at = 0.0..1.0;
+    prop_oneof![
+        (at.clone(), 1_usize..40).prop_map(|(at, length)| Change::Remove(at, length)),
+        (at.clone(), 1_usize..40).prop_map(|(at, length)| Change::Double(at, length)),
+        (at.clone(), 0..TOKENS.len()).prop_map(|(at, token)| Change::Insert(at, token)),
+        (at.clone(), any::<char>()).prop_map(|(at, c)| Change::Replace(at, c)),
+        at.clone().prop_map(Change::Cut),
+        (at.clone(), 0_usize..100, at).prop_map(|(at, other, from)| Change::Join(at, other, from)),
+    ]
+}
+
+fn changed(mut text: Vec<char>, changes: &[Change], corpus: &[String]) -> String {
+    for change in changes {
+        let place = |at: f64, length: usize| (at * length as f64) as usize;
+        let length = text.len();
+        match *change {
+            Change::Remove(at, count) => {
+                let at = place(at, length);
+                text.drain(at..(at + count).min(length));
+            }
+            Change::Double(at, count) => {
+                let at = place(at, length);
+                let part = text[at..(at + count).min(length)].to_vec();
+                text.splice(at..at, part);
+            }
+            Change::Insert(at, token) => {
+                let at = place(at, length);
+                text.splice(at..at, TOKENS[token].chars());
+            }
+            Change::Replace(at, c) => {
+                if let Some(old) = text.get_mut(place(at, length)) {
+                    *old = c;
+                }
+            }
+            Change::Cut(at) => text.truncate(place(at, length)),
+            Change::Join(at, other, from) => {
+                let other: Vec<char> = corpus[other % corpus.len()].chars().collect();
+                text.truncate(place(at, length));
+                text.extend(&other[place(from, other.len())..]);
+            }
+        }
+    }
+    text.into_iter().collect()
+}
+
+/// Gives every text of a corpus to a reader as it is, and then changed.
+fn try_texts(corpus: &[String], read: impl Fn(&str)) {
+    assert!(!corpus.is_empty());
+    corpus.iter().for_each(|text| read(text));
+    let mut runner = TestRunner::new(Config {
+        rng_seed: RngSeed::Fixed(2011),
+        failure_persistence: None,
+        ..Config::with_cases(cases())
+    });
+    let input = (0..corpus.len(), prop::collection::vec(change(), 1..6));
+    let tried = runner.run(&input, |(number, changes)| {
+        let text = changed(corpus[number].chars().collect(), &changes, corpus);
+        // The text itself is worth more than the changes that led to it.
+        std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| read(&text)))
+            .map_err(|_| TestCaseError::fail(format!("the reader panics for {text:?}")))
+    });
+    tried.unwrap_or_else(|error| panic!("{error}"));
+}
+
+fn cases() -> u32 {
+    let asked = std::env::var("PROPTEST_CASES").ok();
+    asked.and_then(|cases| cases.parse().ok()).unwrap_or(CASES)
+}
+
+/// An error says where and what, in one line.
+#[track_caller]
+fn assert_says_something(message: &str) {
+    assert!(message.contains(": "), "{message}");
+    assert!(!message.contains("raw identifier"), "{message}");
+}
+
+fn parse(text: &str, overrides: &[Override]) -> Result<Scene, SceneError> {
+    Scene::parse(text, "tests/corpus/scenes/s.ron", overrides)
+}
+
+#[test]
+fn scenes_are_read_or_refused() {
+    let corpus = [texts("tests/corpus/scenes"), texts("assets/scenes")].concat();
+    try_texts(&corpus, |text| match parse(text, &[]) {
+        Err(error) => assert_says_something(&error.to_string()),
+        // What is read can be written, and is the same again.
+        Ok(scene) => {
+            let mut written = parse(&scene.to_ron().expect("a text"), &[]).expect("a scene");
+            // Paths are relative to the file they stand in.
+            let mut names: Vec<String> =
+                scene.clone().files_mut().map(|name| name.clone()).collect();
+            for (file, name) in written.files_mut().zip(names.drain(..)) {
+                *file = name;
+            }
+            assert_eq!(written, scene);
+        }
+    });
+}
+
+#[test]
+fn overrides_are_taken_or_refused() {
+    let scene = texts("tests/corpus/scenes")
+        .into_iter()
+        .find(|text| parse(text, &[]).is_ok())
+        .expect("a scene that is right");
+    let corpus: Vec<String> = texts("tests/corpus/overrides")
+        .iter()
+        .flat_map(|text| text.lines().map(str::to_owned).collect::<Vec<_>>())
+        .collect();
+    try_texts(&corpus, |text| {
+        if let Err(error) = Override::parse(text).and_then(|change| parse(&scene, &[change])) {
+            assert_says_something(&error.to_string());
+        }
+    });
+}
+
+#[test]
+fn orders_are_read_or_refused() {
+    let scene = parse(&texts("assets/scenes")[0], &[]).expect("a shipped scene");
+    let corpus = texts("tests/corpus/orders");
+    try_texts(&corpus, |text| {
+        if let Ok(order) = Order::parse(text) {
+            let _ = order.check(&scene).map_err(|error| error.to_string());
+        }
+    });
+}
+
+#[test]
+fn studies_are_read_or_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let scene = "(name: \"s\", dimension: 2, spacing: 0.1, bodies: [(shape: Box(min: (0, 0, 0), max: (1, 1, 0)))])";
+    fs::write(folder.path().join("scene.ron"), scene).expect("a file");
+    let study = folder.path().join("study.ron");
+    let corpus = texts("tests/corpus/studies");
+    try_texts(&corpus, |text| {
+        fs::write(&study, text).expect("a file");
+        if let Err(error) = Plan::load(&study) {
+            assert_says_something(&error.to_string());
+        }
+    });
+    let whole = &corpus[0]
+        .replace(", reference: \"row\"", "")
+        .replace(", reference: \"x\"", "");
+    fs::write(&study, whole).expect("a file");
+    Plan::load(&study).unwrap_or_else(|error| panic!("{error}"));
+}
+
+#[test]
+fn tables_of_figures_are_read_or_refused() {
+    let corpus = [texts("tests/corpus/tables"), texts("assets/reference")].concat();
+    try_texts(&corpus, |text| {
+        if let Err((line, message)) = Reference::parse(text) {
+            assert!(line >= 1 && line <= 1 + text.lines().count() && !message.is_empty());
+        }
+    });
+}
+
+/// A line of a text in the sources that goes on without a backslash leaves a run of spaces in what people read.
+#[test]
+fn texts_have_no_runs_of_spaces() {
+    fn files(folder: &Path, out: &mut Vec<PathBuf>) {
+        for entry in fs::read_dir(folder).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() {
+                files(&path, out);
+            } else if path.extension().is_some_and(|end| end == "rs") {
+                out.push(path);
+            }
+        }
+    }
+    let mut sources = Vec::new();
+    files(
+        &Path::new(env!("CARGO_MANIFEST_DIR")).join("src"),
+        &mut sources,
+    );
+    assert!(sources.len() > 100);
+    for path in sources {
+        let text = fs::read_to_string(&path).expect("a text");
+        for (number, line) in text.lines().enumerate() {
+            let line = line.trim();
+            let is_comment = line.starts_with("//");
+            // Words, a run of three spaces, words, within quotation marks.
+            let mut parts = line.split("   ");
+            let before = parts.next().unwrap_or_default();
+            let after = parts.next_back().unwrap_or_default().trim_start();
+            let is_word = |c: char| c.is_alphanumeric() || "`{},;:".contains(c);
+            let is_run = before.contains('"')
+                && before.ends_with(is_word)
+                && after.starts_with(is_word)
+                && !before.ends_with("\\n");
+            assert!(
+                is_comment || !is_run,
+                "{}:{}: {line}",
+                path.display(),
+                number + 1
+            );
+        }
+    }
+}
