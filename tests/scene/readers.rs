@@ -271,7 +271,7 @@ fn texts_have_no_runs_of_spaces() {
             // Words, a run of three spaces, words, within quotation marks.
             let mut parts = line.split("   ");
             let before = parts.next().unwrap_or_default();
-            let after = parts.next_back().unwrap_or_default().trim_start();
+            let after = parts.last().unwrap_or_default().trim_start();
             let is_word = |c: char| c.is_alphanumeric() || "`{},;:".contains(c);
             let is_run = before.contains('"')
                 && before.ends_with(is_word)
