@@ -92,7 +92,7 @@ fn method(scene: &Scene) -> String {
 /// How far the start is from rest.
 fn density(plan: &Plan) -> String {
     match plan.start_density {
-        None => "not asked: too many particles".to_owned(),
+        None => "not asked: sampling the meshes takes what only a run should take".to_owned(),
         Some(start) => format!(
             "at t = 0 up to {:.2} % above rest, at ({:.4}, {:.4}, {:.4}) m; {:.3} % in the mean",
             100.0 * start.max_error,
