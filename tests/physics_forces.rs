@@ -7,7 +7,7 @@ use std::f32::consts::TAU;
 
 use glam::{Vec2, Vec3};
 use overfall::{
-    kernel::CubicSpline,
+    kernel::Kernel,
     scene::{Dimension, Scene},
 };
 use support::{
@@ -153,8 +153,8 @@ fn pull(fluid: &str, x: Vec3, v: Vec3) -> (Vec3, Vec3, Scene) {
     (of(first), of(second), scene(&text))
 }
 
-fn kernel_of(scene: &Scene) -> CubicSpline {
-    CubicSpline::new(scene.dimension, scene.support_radius())
+fn kernel_of(scene: &Scene) -> Kernel {
+    Kernel::of(scene)
 }
 
 /// Mass of a particle [kg]: Σ m W over the lattice is the rest density.

@@ -14,7 +14,7 @@ use glam::{IVec3, Vec3};
 
 use super::mesh::sample_mesh;
 use crate::{
-    kernel::CubicSpline,
+    kernel::Kernel,
     lattice::{BesideWall, Lattice},
     material::Material,
     mesh::{Mesh, MeshError},
@@ -68,7 +68,7 @@ pub fn beside_wall(scene: &Scene) -> BesideWall {
             slide: 0.0,
         };
     }
-    let kernel = CubicSpline::new(scene.dimension, scene.support);
+    let kernel = Kernel::new(scene.kernel, scene.dimension, scene.support());
     let layer = || kernel.lattice(scene.dimension, 1.0).filter(|x| x.y == 0.0);
     let in_layer: f32 = layer().map(|x| kernel.value(x.length())).sum();
     let volume = match scene.boundary_handling {

@@ -8,7 +8,7 @@ use crate::{
     column::SENTINEL,
     execution::Execution,
     index::SpatialIndex,
-    kernel::CubicSpline,
+    kernel::Kernel,
     material::Material,
     neighbours::Search,
     pairs::{self, Pair, PairSum, Places, Source},
@@ -24,7 +24,7 @@ pub fn volumes(
     execution: &Execution,
 ) -> Vec<f32> {
     let pass = BoundaryVolumeSum {
-        kernel: CubicSpline::new(scene.dimension, scene.support_radius()),
+        kernel: Kernel::of(scene),
     };
     let points = &packed[..packed.len() - 1];
     let search = Search {
@@ -64,7 +64,7 @@ pub fn volumes(
 
 #[derive(Clone, Copy)]
 struct BoundaryVolumeSum {
-    kernel: CubicSpline,
+    kernel: Kernel,
 }
 
 impl PairSum for BoundaryVolumeSum {

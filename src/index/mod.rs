@@ -100,7 +100,7 @@ pub fn build(scene: &Scene) -> Box<dyn SpatialIndex> {
         cell_size,
     } = scene.index;
     let grid = Grid::new(scene.dimension, scene.support_radius(), cell_size);
-    let particles_a_cell = (cell_size * scene.support).powi(u8::from(scene.dimension).into());
+    let particles_a_cell = (cell_size * scene.support()).powi(u8::from(scene.dimension).into());
     match structure {
         IndexStructure::UniformGrid => Box::new(UniformGrid::new(grid)),
         IndexStructure::IndexSort => Box::new(IndexSort::new(grid)),

@@ -43,9 +43,13 @@ pub struct Scene {
     pub dimension: Dimension,
     /// Distance of the particles at rest [m].
     pub spacing: f32,
-    /// Support radius of the kernel in spacings [-]; `h = support × spacing`.
-    #[serde(default = "default_support")]
-    pub support: f32,
+    /// Function of the smoothing kernel.
+    #[serde(default)]
+    pub kernel: KernelFunction,
+    /// Support radius of the kernel in spacings [-]; `h = support × spacing`. If absent what is advised for the kernel
+    /// and the dimension ([`KernelFunction::support`]).
+    #[serde(default)]
+    pub support: Option<f32>,
     /// Acceleration of every particle [m/s²].
     #[serde(default = "default_gravity")]
     pub gravity: Vec3,
@@ -97,9 +101,6 @@ pub struct Scene {
     pub output: Output,
 }
 
-fn default_support() -> f32 {
-    2.0
-}
 fn default_gravity() -> Vec3 {
     Vec3::new(0.0, -9.81, 0.0)
 }
@@ -111,9 +112,15 @@ fn default_duration() -> f32 {
 }
 
 impl Scene {
+    /// Support radius in spacings [-], as written or as advised.
+    pub fn support(&self) -> f32 {
+        self.support
+            .unwrap_or_else(|| self.kernel.support(self.dimension))
+    }
+
     /// Support radius h [m].
     pub fn support_radius(&self) -> f32 {
-        self.support * self.spacing
+        self.support() * self.spacing
     }
 
     /// Whether there are boundaries, and direct forcing keeps the fluid off them.

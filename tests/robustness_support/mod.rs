@@ -5,16 +5,19 @@
     reason = "every test file is a crate of its own and uses a part of this one"
 )]
 
+mod residual;
+
 use bevy_ecs::prelude::*;
 use glam::Vec3;
 use overfall::{
     Simulation, StepReport,
     measure::semi_axes,
     particle::{Fluid, Position, Velocity},
-    scene::{Override, Scene},
+    scene::{Dimension, Override, Scene},
 };
 
 use crate::support::{METHODS, Method, particles_of, reference};
+use residual::Residual;
 
 const GRAVITY: f64 = 9.81;
 
@@ -25,6 +28,8 @@ pub(crate) enum Kind {
     Tank { depth: f64, time: f64 },
     /// A column that collapses, for a time [s].
     Column { height: f64, time: f64 },
+    /// What sloshes after a column collapsed, from a time to another [s].
+    Slosh { from: f64, to: f64 },
     /// The elliptic drop of Monaghan 1994.
     Drop,
     /// A free standing wave of depth 1 m and wavelength 2 m.
@@ -146,6 +151,33 @@ pub(crate) fn column(method: Method, rows: u32, step: &str, time: f64) -> Case {
     }
 }
 
+/// A column of so many rows and twice their width that collapses into a tank, of twice that width and a third of the
+/// column's height deep in 3-D: 2-D 80 columns of 10 rows in the end at 40.
+pub(crate) fn slosh(method: Method, rows: u32, volume: bool) -> Case {
+    let height = 0.292;
+    let spacing = height / f64::from(rows);
+    let width = (0.5 * height / spacing).round() * spacing;
+    let (times, deep) = if volume {
+        (2.0, (rows / 3) as f64 * spacing)
+    } else {
+        (4.0, 0.0)
+    };
+    let dimension = if volume { 3 } else { 2 };
+    Case {
+        name: format!("slosh {rows}{}", if volume { " 3-D" } else { "" }),
+        scene: format!(
+            "(name: \"slosh\", dimension: {dimension}, spacing: {spacing},
+              bodies: [(shape: Box(min: (0, 0, 0), max: ({width}, {height}, {deep})))],
+              boundaries: [Tank(min: (0, 0, 0), max: ({}, {}, {deep}))],",
+            times * width,
+            3.0 * height
+        ),
+        method,
+        kind: Kind::Slosh { from: 1.7, to: 2.5 },
+        sound_speed: 10.0 * (2.0 * GRAVITY * height).sqrt(),
+    }
+}
+
 /// The elliptic drop with so many particles along a radius.
 pub(crate) fn drop(method: Method, radius: u32) -> Case {
     let spacing = 1.0 / f64::from(radius);
@@ -212,7 +244,9 @@ pub(crate) fn cases(quick: bool) -> Vec<Case> {
         }
         for rows in [20, 40] {
             cases.push(wave(method, rows));
+            cases.push(slosh(method, rows, false));
         }
+        cases.push(slosh(method, 24, true));
     }
     cases
 }
@@ -245,8 +279,9 @@ impl Case {
         let mut simulation =
             Simulation::with_threads(&scene, 2).unwrap_or_else(|error| panic!("{error}"));
         match self.kind {
-            Kind::Tank { depth, time } => at_rest(&mut simulation, depth, time),
+            Kind::Tank { depth, time } => at_rest(&mut simulation, &scene, [depth, time]),
             Kind::Column { height, time } => collapse(&mut simulation, height, time),
+            Kind::Slosh { from, to } => sloshing(&mut simulation, &scene, [from, to]),
             Kind::Drop => elliptic_drop(&mut simulation),
             Kind::Wave => standing_wave(&mut simulation),
         }
@@ -277,12 +312,27 @@ fn run(
     outcome
 }
 
-/// Largest speed at any time and at the end, root mean square at the end, in sqrt(g H); energy gained in m g H.
-fn at_rest(simulation: &mut Simulation, depth: f64, time: f64) -> Outcome {
+/// Largest speed at any time and at the end, root mean square at the end, in sqrt(g H); energy gained in m g H. Pressure
+/// of the lowest row over what the water above it weighs, its mean and its deviation in time and along the floor, over
+/// the second half.
+fn at_rest(simulation: &mut Simulation, scene: &Scene, [depth, time]: [f64; 2]) -> Outcome {
     let scale = (GRAVITY * depth).sqrt();
     let (mut fastest, mut last, mut rms, mut early) = (0.0f64, 0.0, 0.0, f64::NAN);
     let (mut energy, mut gained, mut error) = (None, 0.0f64, 0.0f64);
-    let mut outcome = run(simulation, time, |_, report| {
+    let (mut floor, mut weights) = ([0.0; 2], 0.0);
+    let dx = f64::from(scene.spacing);
+    let mut outcome = run(simulation, time, |simulation, report| {
+        if report.time > 0.5 * time {
+            for particle in particles_of(simulation) {
+                let y = f64::from(particle.position.y);
+                if y < 0.8 * dx {
+                    let p = f64::from(particle.pressure) / (1000.0 * GRAVITY * (depth - y));
+                    let dt = f64::from(report.dt);
+                    floor = [floor[0] + dt * p, floor[1] + dt * p * p];
+                    weights += dt;
+                }
+            }
+        }
         last = f64::from(report.max_speed) / scale;
         fastest = fastest.max(last);
         error = error.max(f64::from(report.max_density_error));
@@ -305,6 +355,11 @@ fn at_rest(simulation: &mut Simulation, depth: f64, time: f64) -> Outcome {
         ("rms", rms / mass),
         ("gained", gained),
         ("compressed", error),
+        ("floor", floor[0] / weights),
+        (
+            "floor noise",
+            (floor[1] / weights - (floor[0] / weights).powi(2)).sqrt(),
+        ),
     ];
     outcome
 }
@@ -350,7 +405,63 @@ fn collapse(simulation: &mut Simulation, height: f64, time: f64) -> Outcome {
     outcome
 }
 
-/// Semi-major axis at 7.6 ms over the known, and the energy's change.
+/// What pressure in deep fluid is less a plane through its neighbours, over the mean pressure, and how it is correlated
+/// at a distance of one spacing.
+fn sloshing(simulation: &mut Simulation, scene: &Scene, [from, to]: [f64; 2]) -> Outcome {
+    let volume = scene.dimension == Dimension::Three;
+    let (mut residual, mut next) = (Residual::default(), from);
+    let mut outcome = run(simulation, to, |simulation, report| {
+        if report.time >= next {
+            residual.add(&particles_of(simulation), scene.spacing, volume);
+            next += 0.1;
+        }
+    });
+    let [share, correlation] = residual.figures();
+    outcome.figures = vec![("residual", share), ("correlation", correlation)];
+    outcome
+}
+
+/// Pressure in the centre of the elliptic drop, of ρ A0² R0² [-], at the times of the steps: of `u = (−A x, A y)` in an
+/// ellipse a, b it is `A² a² b²/(a² + b²)`, and A falls with `A' = A² (a² − b²)/(a² + b²)` (Monaghan 1994).
+struct CentrePressure {
+    rate: f64,
+    axes: [f64; 2],
+}
+
+impl CentrePressure {
+    fn advance(&mut self, dt: f64) {
+        let steps = 20;
+        for _ in 0..steps {
+            let dt = dt / f64::from(steps);
+            let [a, b] = self.axes;
+            // In the middle of the step.
+            let middle = self.rate + 0.5 * dt * self.change([a, b]);
+            let half = [
+                a * (1.0 - 0.5 * dt * self.rate),
+                b * (1.0 + 0.5 * dt * self.rate),
+            ];
+            self.rate += dt * middle.powi(2) * ratio(half);
+            self.axes = [a * (-middle * dt).exp(), b * (middle * dt).exp()];
+        }
+    }
+
+    fn change(&self, axes: [f64; 2]) -> f64 {
+        self.rate.powi(2) * ratio(axes)
+    }
+
+    fn pressure(&self) -> f64 {
+        let [a, b] = self.axes.map(|axis| axis * axis);
+        self.rate.powi(2) * a * b / (a + b)
+    }
+}
+
+fn ratio(axes: [f64; 2]) -> f64 {
+    let [a, b] = axes.map(|axis| axis * axis);
+    (a - b) / (a + b)
+}
+
+/// Semi-major axis at 7.6 ms over the known, the energy's change, and pressure around the centre over the exact one, in
+/// the second half.
 fn elliptic_drop(simulation: &mut Simulation) -> Outcome {
     let world = simulation.world_mut();
     let mut particles = world.query_filtered::<(&Position, &mut Velocity), With<Fluid>>();
@@ -367,7 +478,30 @@ fn elliptic_drop(simulation: &mut Simulation) -> Outcome {
         });
     let (mut start, mut low, mut high) = (None, 0.0f64, 0.0f64);
     let mut ends = [[f64::NAN; 2]; 2];
+    let (mut exact, mut pressures) = (
+        CentrePressure {
+            rate: 100.0,
+            axes: [1.0; 2],
+        },
+        [0.0; 2],
+    );
     let mut outcome = run(simulation, 0.0076, |simulation, report| {
+        // Pressures are those of the step's start.
+        if report.time > 0.0038 {
+            let [a, b] = exact.axes;
+            for particle in particles_of(simulation) {
+                let [x, y] = [particle.position.x, particle.position.y].map(f64::from);
+                let within = (x / a).powi(2) + (y / b).powi(2);
+                if within < 0.1 {
+                    let known = 1000.0 * exact.pressure() * (1.0 - within);
+                    pressures = [
+                        pressures[0] + f64::from(particle.pressure),
+                        pressures[1] + known,
+                    ];
+                }
+            }
+        }
+        exact.advance(f64::from(report.dt));
         let energy = report.kinetic_energy;
         let change = energy / *start.get_or_insert(energy) - 1.0;
         (low, high) = (low.min(change), high.max(change));
@@ -382,6 +516,7 @@ fn elliptic_drop(simulation: &mut Simulation) -> Outcome {
         ("axis error %", 100.0 * (axis / known - 1.0)),
         ("energy least %", 100.0 * low),
         ("energy most %", 100.0 * high),
+        ("centre pressure", pressures[0] / pressures[1]),
     ];
     outcome
 }
