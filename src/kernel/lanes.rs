@@ -27,12 +27,12 @@ impl Kernel {
             }
             KernelFunction::WendlandC2 => {
                 let a = self.hat(simd, 1.0, r);
-                simd.mul(fourth(simd, a), self.line(simd, 4.0, r))
+                simd.mul(fourth(simd, a), one_and(simd, 4.0, a))
             }
             KernelFunction::WendlandC4 => {
                 let a = self.hat(simd, 1.0, r);
                 let square = simd.mul(a, a);
-                let q = simd.mul(r, simd.splat(self.inverse_radius));
+                let q = simd.sub(simd.splat(1.0), a);
                 let rest = simd.mul_add(q, simd.splat(35.0 / 3.0), simd.splat(6.0));
                 let rest = simd.mul_add(rest, q, simd.splat(1.0));
                 simd.mul(simd.mul(fourth(simd, a), square), rest)
@@ -66,7 +66,7 @@ impl Kernel {
             }
             KernelFunction::WendlandC4 => {
                 let a = self.hat(simd, 1.0, r);
-                let factor = simd.mul(self.line(simd, 5.0, r), simd.splat(-self.inverse_radius));
+                let factor = simd.mul(one_and(simd, 5.0, a), simd.splat(-self.inverse_radius));
                 simd.mul(fourth(simd, a), simd.mul(a, factor))
             }
             KernelFunction::QuinticSpline => {
@@ -86,14 +86,16 @@ impl Kernel {
     /// `(1 − k q)₊`.
     #[inline(always)]
     fn hat<S: Simd>(&self, simd: S, knot: f32, r: S::F) -> S::F {
-        simd.max(self.line(simd, -knot, r), simd.splat(0.0))
+        let line = simd.mul_add(r, simd.splat(-knot * self.inverse_radius), simd.splat(1.0));
+        simd.max(line, simd.splat(0.0))
     }
+}
 
-    /// `1 + k q`.
-    #[inline(always)]
-    fn line<S: Simd>(&self, simd: S, k: f32, r: S::F) -> S::F {
-        simd.mul_add(r, simd.splat(k * self.inverse_radius), simd.splat(1.0))
-    }
+/// `1 + k q` within the support, from a = (1 − q)₊. Beyond it, where an absent neighbour is, q itself may be too large
+/// for a factor that meets a zero.
+#[inline(always)]
+fn one_and<S: Simd>(simd: S, k: f32, a: S::F) -> S::F {
+    simd.mul_add(a, simd.splat(-k), simd.splat(1.0 + k))
 }
 
 /// x⁴.

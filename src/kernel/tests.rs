@@ -179,6 +179,10 @@ fn lanes_agree_with_the_scalar_kernel() {
                 (rest * kernel.slope_factor / slopes - 1.0).abs() < 1e-4,
                 "{function:?} {set:?}"
             );
+            // Absent neighbours, however far away, add nothing.
+            for far in [1e9, 1e15, 1e18, f32::MAX] {
+                assert_eq!(set.dispatch(Lanes(kernel, [far; 8])), (0.0, 0.0));
+            }
             // One pair at a time, so that none hides another.
             for r in (1..50).map(|k| 0.01 * k as f32) {
                 let mut lanes = [1e9; 8];
