@@ -12,8 +12,8 @@ use glam::{DMat3, DVec3};
 
 use crate::{
     kernel::Kernel,
-    material::Material,
     scene::{Dimension, KernelFunction, Scene},
+    state::Material,
 };
 
 /// Neighbours of a particle on the lattice, and what the kernel says of them. Lengths in spacings.

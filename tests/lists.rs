@@ -2,12 +2,10 @@
 
 use overfall::{
     Simulation,
-    boundary::BoundarySamples,
-    column::Positions,
-    execution::Execution,
-    index::{BruteForce, FluidIndex, SpatialIndex},
+    index::{BoundarySamples, BruteForce, FluidIndex, SpatialIndex},
     neighbours::{BoundaryNeighbours, FluidNeighbours, NeighbourLists, Search, search},
     scene::Scene,
+    state::{Execution, Positions},
 };
 
 const SCENE: &str = r#"(
@@ -53,7 +51,7 @@ fn lists_of_every_step_are_those_of_brute_force() {
         let mut lists = NeighbourLists::default();
         let fluid = Search::among_themselves(&of, positions.points());
         search(&fluid, &mut lists, &execution).expect("short lists");
-        let found = &world.resource::<FluidNeighbours>().0;
+        let found = &world.resource::<FluidNeighbours>().lists;
         assert_same(found, &lists, positions.rows(), step);
         let boundary = Search {
             among: &walls_of,

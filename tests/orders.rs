@@ -8,15 +8,16 @@ use bevy_ecs::prelude::*;
 use common::{bits, bits_after, dam, run, sesph, simulation};
 use glam::Vec3;
 use overfall::{
-    Simulation,
-    column::{Positions, Pressures},
-    install,
+    Simulation, install,
     neighbours::FluidNeighbours,
-    particle::{Fluid, Position},
     plan,
     pressure::{DensityError, PressureSolve, first_force::FirstForce},
     scene::{Dfsph, Iisph, Neighbours, Pcisph, PressureMethod, Scene, TimeStep},
-    step::{Clock, InstallError},
+    state::{
+        Clock, Positions, Pressures,
+        particle::{Fluid, Position},
+    },
+    step::InstallError,
 };
 
 /// A scene with a fixed time step and an order file of these stages, in a folder that lives as long.
@@ -39,7 +40,7 @@ fn unordered() -> Scene {
     }
 }
 
-const STAGES: &str = r#"Run("rebuild_index"), Run("find_neighbours"), Run("density"), Run("divergence"), Run("gravity"),
+const STAGES: &str = r#"Run("gather"), Run("rebuild_index"), Run("find_neighbours"), Run("density"), Run("divergence"), Run("clear_forces"), Run("gravity"),
     Run("viscosity"), Run("surface_tension"), Run("pressure"), Run("integrate"), Run("reorder")"#;
 
 #[test]
@@ -235,7 +236,7 @@ fn stale_neighbours_are_kept_between_the_steps_that_find_them() {
     let mut pairs = Vec::new();
     for _ in 0..40 {
         run(&mut simulation, 1);
-        let lists = &simulation.world().resource::<FluidNeighbours>().0;
+        let lists = &simulation.world().resource::<FluidNeighbours>().lists;
         let rows = common::DAM_PARTICLES;
         pairs.push(
             (0..rows)
@@ -285,7 +286,7 @@ fn particles_may_come_and_go_while_neighbours_are_stale() {
         );
         let h = scene.support_radius();
         for row in 0..positions.rows() {
-            for &other in lists.0.of(row) {
+            for &other in lists.lists.of(row) {
                 let distance = positions.points()[row].distance(positions.points()[other as usize]);
                 assert!(distance < 1.5 * h, "{row} and {other}: {distance}");
             }
@@ -383,7 +384,7 @@ fn what_is_left_over_by_row_does_not_outlive_a_reordering() {
     // In one step, too.
     let within = STAGES.replace(
         r#"Run("density")"#,
-        r#"Run("reorder"), Run("rebuild_index"), Run("density")"#,
+        r#"Run("reorder"), Run("gather"), Run("rebuild_index"), Run("density")"#,
     );
     let error = check(&within, ", allow_stale: true", |_| {}).expect_err("lists of other rows");
     assert!(error.contains("`reorder`"), "{error}");
@@ -422,7 +423,7 @@ fn a_repetition_is_printed_in_its_order() {
         let lines: Vec<String> = phases.into_iter().flat_map(|(_, lines)| lines).collect();
         lines.join(", ")
     };
-    let forces = r#"Run("gravity"),
+    let forces = r#"Run("clear_forces"), Run("gravity"),
     Run("viscosity")"#;
     let twice = STAGES.replace(forces, &format!("Repeat(2, [{forces}])"));
     let printed = lines(&twice);
@@ -442,8 +443,8 @@ fn a_repetition_is_printed_in_its_order() {
 #[test]
 fn a_divergence_solve_that_is_skipped_leaves_nothing_behind() {
     let stages = STAGES.replace(
-        r#"Run("gravity")"#,
-        r#"Every(3, [Run("divergence")]), Run("gravity")"#,
+        r#"Run("clear_forces"), Run("gravity")"#,
+        r#"Every(3, [Run("divergence")]), Run("clear_forces"), Run("gravity")"#,
     );
     let (mut scene, _folder) = ordered(&format!("(stages: [{stages}], allow_stale: true)"));
     scene.pressure = overfall::scene::PressureMethod::Dfsph(overfall::scene::Dfsph::default());
@@ -470,7 +471,7 @@ fn a_wrong_order_is_refused_with_its_path_and_the_reason() {
             "needs neighbours",
         ),
         (
-            STAGES.replace(r#"Run("gravity"),"#, ""),
+            STAGES.replace(r#"Run("clear_forces"), Run("gravity"),"#, ""),
             "needs accelerations without pressure",
         ),
         (
@@ -495,7 +496,7 @@ fn a_wrong_order_is_refused_with_its_path_and_the_reason() {
             Ok(_) => panic!("accepted: {stages}"),
             Err(error) => error,
         };
-        assert!(matches!(error, InstallError::Order { path: Some(_), .. }));
+        assert!(matches!(error, InstallError::Order { place: Some(_), .. }));
         let text = error.to_string();
         assert!(
             text.contains(&path) && text.contains(reason),

@@ -9,7 +9,7 @@ use overfall::{
     Simulation,
     integrate::Motion,
     scene::{Scene, TimeStep},
-    time_step::constant_limits,
+    step::Stages,
 };
 use support::{measured, particles_of, reference, run, scene, simulation, step};
 
@@ -213,7 +213,7 @@ fn time_step_obeys_its_limits_and_nothing_moves_more_than_half_the_support() {
             panic!("not adaptive");
         };
         let h = scene.support_radius();
-        let constant = constant_limits(&scene);
+        let constant = Stages::default().constant_limits(&scene);
         let mut dam = simulation(&text);
         let mut before: HashMap<_, _> =
             particles_of(&mut dam).into_iter().map(|p| (p.entity, p.position)).collect();

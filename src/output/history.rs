@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use super::OutputError;
 use super::atomic::write_atomically;
-use crate::step::{Phase, StepReport};
+use crate::{state::Phase, step::StepReport};
 
 /// Rows go to the file when so many bytes wait …
 const BUFFER_BYTES: usize = 1 << 16;

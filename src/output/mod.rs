@@ -17,6 +17,7 @@ mod cursor;
 mod error;
 mod fields;
 mod frame;
+mod frame_file;
 mod history;
 #[cfg(feature = "cli")]
 pub mod picture;

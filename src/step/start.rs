@@ -2,19 +2,20 @@
 
 use bevy_ecs::prelude::*;
 
-use super::install::InstallError;
+use super::error::InstallError;
 use crate::{
-    boundary::{
-        self, BoundarySample, BoundarySamples, direct_forcing::DirectForcing, sums::WallSums,
-    },
-    execution::Execution,
-    index::{self, z_curve},
-    material::Material,
+    boundary::{self, direct_forcing::DirectForcing, sums::WallSums},
+    index::{self, BoundarySamples, z_curve},
     neighbours::BoundaryNeighbours,
-    particle::{self, Boundary, BoundaryNormal, BoundaryVolume, Density, Position, Velocity},
+    sampling,
+    sampling::BoundarySample,
     scene::{
         BoundaryHandling, Neighbours, Scene,
         shapes::{self, ParticleSeed},
+    },
+    state::{
+        Execution, Material,
+        particle::{self, Boundary, BoundaryNormal, BoundaryVolume, Density, Position, Velocity},
     },
 };
 
@@ -67,9 +68,8 @@ impl Walls {
         if scene.boundaries.is_empty() {
             return Ok(None);
         }
-        let sampled = boundary::sample(scene)?;
-        let samples =
-            BoundarySamples::new(scene, &sampled, execution).map_err(InstallError::Boundary)?;
+        let sampled = sampling::sample(scene)?;
+        let samples = boundary::pack(scene, &sampled, execution).map_err(InstallError::Boundary)?;
         Ok(Some(Self { sampled, samples }))
     }
 
@@ -85,7 +85,7 @@ impl Walls {
             )
         }));
         world.insert_resource(samples);
-        world.insert_resource(WallSums::new(boundary::beside_wall(scene)));
+        world.insert_resource(WallSums::new(scene.pressure.solver().beside_wall(scene)));
         if let BoundaryHandling::DirectForcing(parameters) = scene.boundary_handling {
             let direct = DirectForcing::new(parameters, world.resource::<Material>());
             world.insert_resource(direct);

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::step::{Phase, StepReport};
+use crate::{state::Phase, step::StepReport};
 
 /// A quantity of a block.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -198,8 +198,8 @@ impl Block {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::step::FailureCause;
-    use crate::time_step::TakenBack;
+    use crate::state::FailureCause;
+    use crate::state::TakenBack;
 
     fn good(dt: f32, error: f32) -> StepReport {
         StepReport {

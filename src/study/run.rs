@@ -14,12 +14,11 @@ use super::{
 };
 use crate::{
     Step, StepOutcome,
-    column::Positions,
-    execution::Execution,
     index::FluidIndex,
     install,
     neighbours::{FluidNeighbours, Search, tested_pairs},
-    step::{Clock, StepError, StepReport},
+    state::{Clock, Execution, Positions, StepError},
+    step::StepReport,
 };
 
 /// How a study is coming along.
@@ -260,7 +259,7 @@ fn count_pairs(world: &World, block: &mut Block) {
     block.counts += 1.0;
     block.pairs = world
         .get_resource::<FluidNeighbours>()
-        .map(|lists| lists.0.pairs() as f64);
+        .map(|found| found.lists.pairs() as f64);
     block.tested_pairs += tested_pairs(&Search {
         of,
         points,

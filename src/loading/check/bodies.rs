@@ -1,0 +1,318 @@
+//! Bodies of fluid: proper shapes, and room for every particle.
+//!
+//! Fluid that starts in a wall, or in other fluid, explodes in the first steps. Option 1: delete such particles.
+//! Option 2: refuse the scene and say where. We use 2: a scene with fewer particles than its author thinks is a wrong
+//! result that nobody sees. What counts is the particles before jitter, each with half a spacing of room around it.
+
+use std::collections::HashMap;
+
+use glam::{DVec3, I64Vec3, Vec3};
+use smallvec::SmallVec;
+
+use super::problem::{Checked, Problem, ensure};
+use super::proper::{AXIS_NAMES, axes, box_is_proper, is_flat, radius_is_proper};
+use super::solids::Obstacle;
+use crate::mesh::{Mesh, TOLERANCE};
+use crate::sampling::layer_depth;
+use crate::scene::shapes::{Lattice, tolerance};
+use crate::scene::{BoundaryShape, Dimension, Scene, Shape};
+
+pub(super) fn shapes(scene: &Scene) -> Checked {
+    let dimension = scene.dimension;
+    ensure(!scene.bodies.is_empty(), "bodies", || {
+        "there is no body of fluid; add one, such as \
+         `(shape: Box(min: (0, 0, 0), max: (0.5, 0.5, 0.5)))`"
+            .to_owned()
+    })?;
+    for (index, body) in scene.bodies.iter().enumerate() {
+        let path = format!("bodies.{index}.shape");
+        match body.shape {
+            Shape::Box { min, max } => box_is_proper(&path, min, max, dimension)?,
+            Shape::Sphere { center, radius } => {
+                radius_is_proper(&path, radius)?;
+                is_flat(format!("{path}.center"), center, dimension)?;
+            }
+            Shape::Cylinder { start, end, radius } => {
+                ensure(dimension == Dimension::Three, &path, || {
+                    "a cylinder needs `dimension: 3`; in 2-D a `Box` or a `Sphere` (a disc) can be used".to_owned()
+                })?;
+                radius_is_proper(&path, radius)?;
+                ensure(start != end, format!("{path}.end"), || {
+                    "the cylinder ends where it starts; move `end`".to_owned()
+                })?;
+            }
+        }
+        is_flat(format!("bodies.{index}.velocity"), body.velocity, dimension)?;
+        for (row, gradient) in body.velocity_gradient.into_iter().enumerate() {
+            let path = format!("bodies.{index}.velocity_gradient");
+            let across = if row == 2 {
+                gradient
+            } else {
+                gradient * Vec3::Z
+            };
+            ensure(
+                dimension == Dimension::Three || across == Vec3::ZERO,
+                path,
+                || {
+                    "a 2-D scene is the plane z = 0; the third row of the gradient, and the third entry of every row, must be 0"
+                    .to_owned()
+                },
+            )?;
+        }
+        let amplitude = body.jitter.map_or(0.0, |jitter| jitter.amplitude);
+        ensure(
+            (0.0..0.5).contains(&amplitude),
+            format!("bodies.{index}.jitter.amplitude"),
+            || {
+                format!(
+                    "the amplitude of the jitter is {amplitude} spacings; it must be from 0 to below 0.5, where \
+                     particles could meet"
+                )
+            },
+        )?;
+    }
+    Ok(())
+}
+
+/// The particles of one body: their lattice, and the box around their centres [m].
+struct Particles {
+    path: String,
+    lattice: Lattice,
+    min: DVec3,
+    max: DVec3,
+    /// What distances may miss by, for rounding [m].
+    tolerance: f64,
+}
+
+pub(super) fn places(scene: &Scene, meshes: &[Option<Mesh>]) -> Checked {
+    let spacing = f64::from(scene.spacing);
+    let mut bodies = Vec::with_capacity(scene.bodies.len());
+    for (index, body) in scene.bodies.iter().enumerate() {
+        let path = format!("bodies.{index}.shape");
+        let lattice = Lattice::new(&body.shape, spacing, scene.dimension);
+        let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        lattice.for_each(|point| {
+            min = min.min(point);
+            max = max.max(point);
+        });
+        ensure(min.x <= max.x, &path, || {
+            format!(
+                "the body holds no particle: it is thinner than the spacing of {} m; make it larger or the spacing \
+                 smaller",
+                scene.spacing
+            )
+        })?;
+        let body = Particles {
+            path,
+            lattice,
+            min,
+            max,
+            tolerance: spacing * tolerance(min.abs().max(max.abs()).max_element(), spacing),
+        };
+        in_domain(scene, &body)?;
+        in_a_tank(scene, &body)?;
+        clear_of_obstacles(scene, meshes, &body)?;
+        bodies.push(body);
+    }
+    all_apart(&bodies, spacing)
+}
+
+/// No two bodies overlap or are nearer than a lattice. Along the axis on which the bodies are spread most, each is held
+/// against those only that begin before it ends.
+fn all_apart(bodies: &[Particles], spacing: f64) -> Checked {
+    let middles = bodies.iter().map(|body| 0.5 * (body.min + body.max));
+    let mean = middles.clone().sum::<DVec3>() / bodies.len().max(1) as f64;
+    let from_mean = middles.map(|middle| middle - mean);
+    let spread: DVec3 = from_mean.map(|from| from * from).sum();
+    let most = |best: usize, k: usize| if spread[k] > spread[best] { k } else { best };
+    let axis = (0..3).fold(0, most);
+    let mut order: Vec<usize> = (0..bodies.len()).collect();
+    order.sort_by(|&a, &b| bodies[a].min[axis].total_cmp(&bodies[b].min[axis]));
+    for (place, &body) in order.iter().enumerate() {
+        let end = bodies[body].max[axis] + spacing;
+        let later = order[place + 1..].iter();
+        for &other in later.take_while(|&&other| bodies[other].min[axis] <= end) {
+            let (first, second) = (body.min(other), body.max(other));
+            apart(&bodies[first], first, &bodies[second], spacing)?;
+        }
+    }
+    Ok(())
+}
+
+/// How far a body reaches beyond a box, at the worst side.
+struct Excess {
+    /// [m]; negative if the body is inside.
+    depth: f64,
+    side: String,
+}
+
+fn excess(scene: &Scene, body: &Particles, min: DVec3, max: DVec3, open: bool) -> Excess {
+    let half = 0.5 * f64::from(scene.spacing);
+    let mut worst = Excess {
+        depth: f64::NEG_INFINITY,
+        side: String::new(),
+    };
+    for axis in 0..axes(scene.dimension) {
+        let lower = (min[axis] - (body.min[axis] - half), '−');
+        let upper = ((body.max[axis] + half) - max[axis], '+');
+        for (depth, sign) in [lower, upper] {
+            let missing = open && axis == 1 && sign == '+';
+            if !missing && depth > worst.depth {
+                worst = Excess {
+                    depth,
+                    side: format!("{sign}{}", AXIS_NAMES[axis]),
+                };
+            }
+        }
+    }
+    worst
+}
+
+fn in_domain(scene: &Scene, body: &Particles) -> Checked {
+    let Some(domain) = scene.domain else {
+        return Ok(());
+    };
+    let spacing = f64::from(scene.spacing);
+    let (min, max) = (domain.min.as_dvec3(), domain.max.as_dvec3());
+    let over = excess(scene, body, min, max, false);
+    ensure(over.depth <= body.tolerance, &body.path, || {
+        format!(
+            "the fluid sticks out of the domain by {} at its {} side; move or shrink it, or widen `domain`",
+            length(over.depth, spacing),
+            over.side
+        )
+    })
+}
+
+/// A body is inside one tank, or there is none; and it lies in no tank's walls, which are as thick as a sheet: their
+/// one layer of samples lies in the middle.
+fn in_a_tank(scene: &Scene, body: &Particles) -> Checked {
+    let spacing = f64::from(scene.spacing);
+    let tolerance = body.tolerance;
+    let thickness = 2.0 * f64::from(layer_depth(scene));
+    let mut tanks = 0;
+    let mut inside = false;
+    for (index, boundary) in scene.boundaries.iter().enumerate() {
+        let BoundaryShape::Tank { min, max, open } = *boundary else {
+            continue;
+        };
+        tanks += 1;
+        let (min, max) = (min.as_dvec3(), max.as_dvec3());
+        let over = excess(scene, body, min, max, open);
+        if over.depth <= tolerance {
+            inside = true;
+            continue;
+        }
+        let separate = (0..axes(scene.dimension)).any(|axis| {
+            let upper_wall = if open && axis == 1 { 0.0 } else { thickness };
+            let (lower, upper) = (min[axis] - thickness, max[axis] + upper_wall);
+            body.max[axis] + 0.5 * spacing <= lower + tolerance
+                || body.min[axis] - 0.5 * spacing >= upper - tolerance
+        });
+        ensure(separate, &body.path, || {
+            format!(
+                "the fluid sticks out of the tank `boundaries.{index}` by {} at its {} side; move or shrink it (outside it \
+                 must be {} away, as thick as the tank's walls are)",
+                length(over.depth, spacing),
+                over.side,
+                length(thickness, spacing)
+            )
+        })?;
+    }
+    ensure(inside || tanks == 0, &body.path, || {
+        format!(
+            "the fluid, from {} to {}, is outside every tank; move it into one, or remove the tanks",
+            point(body.min - 0.5 * spacing, scene.dimension),
+            point(body.max + 0.5 * spacing, scene.dimension)
+        )
+    })
+}
+
+fn clear_of_obstacles(scene: &Scene, meshes: &[Option<Mesh>], body: &Particles) -> Checked {
+    let spacing = f64::from(scene.spacing);
+    for (index, (boundary, mesh)) in scene.boundaries.iter().zip(meshes).enumerate() {
+        let Some(obstacle) = Obstacle::new(boundary, mesh.as_ref(), scene) else {
+            continue;
+        };
+        let (mut nearest, mut at) = (f64::INFINITY, DVec3::ZERO);
+        body.lattice.for_each(|point| {
+            let distance = obstacle.distance(point);
+            if distance < nearest {
+                (nearest, at) = (distance, point);
+            }
+        });
+        let depth = 0.5 * spacing - nearest;
+        // Seams of a mesh may be off by as much.
+        let seam = mesh.as_ref().map_or(0.0, |_| TOLERANCE * spacing);
+        ensure(depth <= body.tolerance + seam, &body.path, || {
+            format!(
+                "the fluid overlaps the {} `boundaries.{index}` by {}, most at {}{}; move one of them, or leave the \
+                 place free with two bodies",
+                obstacle.name,
+                length(depth, spacing),
+                point(at, scene.dimension),
+                obstacle.counts_as(spacing)
+            )
+        })?;
+    }
+    Ok(())
+}
+
+/// No particle of one body is nearer than a spacing to one of the other: nearer than in a lattice the fluid would start
+/// compressed.
+fn apart(first: &Particles, first_index: usize, second: &Particles, spacing: f64) -> Checked {
+    let (min, max) = (
+        first.min.max(second.min) - spacing,
+        first.max.min(second.max) + spacing,
+    );
+    if min.cmpgt(max).any() {
+        return Ok(());
+    }
+    let common = |point: DVec3| point.cmpge(min).all() && point.cmple(max).all();
+    let cell = |point: DVec3| (point / spacing).floor().as_i64vec3();
+    let mut cells: HashMap<I64Vec3, SmallVec<[DVec3; 2]>> = HashMap::new();
+    first.lattice.for_each(|point| {
+        if common(point) {
+            cells.entry(cell(point)).or_default().push(point);
+        }
+    });
+    let (mut nearest, mut at) = (f64::INFINITY, DVec3::ZERO);
+    second.lattice.for_each(|point| {
+        if !common(point) {
+            return;
+        }
+        for offset in 0..27 {
+            let offset = I64Vec3::new(offset % 3 - 1, offset / 3 % 3 - 1, offset / 9 - 1);
+            for other in cells.get(&(cell(point) + offset)).into_iter().flatten() {
+                let distance = point.distance(*other);
+                if distance < nearest {
+                    (nearest, at) = (distance, point);
+                }
+            }
+        }
+    });
+    if nearest >= spacing - first.tolerance.max(second.tolerance) {
+        return Ok(());
+    }
+    Err(Problem::new(
+        &second.path,
+        format!(
+            "the fluid overlaps that of `bodies.{first_index}` or is nearer than a lattice: two particles are {} apart at \
+             {}; a spacing is needed, so move or shrink one body by {}",
+            length(nearest, spacing),
+            point(at, Dimension::Three),
+            length(spacing - nearest, spacing)
+        ),
+    ))
+}
+
+fn length(metres: f64, spacing: f64) -> String {
+    format!("{metres:.4} m ({:.2} spacings)", metres / spacing)
+}
+
+fn point(at: DVec3, dimension: Dimension) -> String {
+    match dimension {
+        Dimension::Two => format!("({:.4}, {:.4}) m", at.x, at.y),
+        Dimension::Three => format!("({:.4}, {:.4}, {:.4}) m", at.x, at.y, at.z),
+    }
+}

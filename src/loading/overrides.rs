@@ -1,0 +1,153 @@
+//! `--set PATH=VALUE`: one field of a scene, replaced.
+//!
+//! A path may lead into fields that the file leaves to their defaults, so the file's text is no place to replace in.
+//! A tree of untyped values would do, but ron's loses the names of variants. So: the scene is written out as RON with
+//! all its defaults, the new value takes the place of the old one in that text, and the text is read again.
+
+use std::str::FromStr;
+
+use ron::error::SpannedError;
+
+use super::explain::explain;
+use super::ron_text::{deserialize, options, plain_names};
+use super::slips::slip;
+use super::spans::{Lost, scan};
+use crate::scene::{Place, Scene, SceneError, unknown_name};
+
+/// A change to one field of a scene.
+///
+/// The path's steps are field names, positions in a list from 0, and `x`, `y`, `z` of a vector; variants are walked
+/// through: `pressure.max_density_error`, `bodies.0.shape.max.x`. The value is RON; a text needs no quotes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Override {
+    /// Path of the field, steps separated by dots.
+    pub path: String,
+    /// The new value, in RON.
+    pub value: String,
+}
+
+impl Override {
+    /// Reads `path=value`.
+    ///
+    /// Fails if there is no `=`, or a step of the path is empty.
+    pub fn parse(text: &str) -> Result<Self, SceneError> {
+        let refuse = |message: &str| {
+            Err(SceneError::Syntax {
+                place: Place::Override(text.to_owned()),
+                message: message.to_owned(),
+            })
+        };
+        let Some((path, value)) = text.split_once('=') else {
+            return refuse("expected PATH=VALUE, such as `spacing=0.01`");
+        };
+        let (path, value) = (path.trim(), value.trim());
+        if path.split('.').any(|step| step.trim().is_empty()) {
+            return refuse("expected a path such as `pressure.max_density_error` before the `=`");
+        }
+        if value.is_empty() {
+            return refuse("expected a value after the `=`");
+        }
+        Ok(Self {
+            path: path.to_owned(),
+            value: value.to_owned(),
+        })
+    }
+
+    /// The override as an error's place.
+    pub(super) fn place(&self) -> Place {
+        Place::Override(format!("{}={}", self.path, self.value))
+    }
+
+    /// The scene with the field replaced. Only types are checked; see [`Scene::check`].
+    pub fn apply(&self, scene: &Scene) -> Result<Scene, SceneError> {
+        let refuse = |message: String| SceneError::Syntax {
+            place: self.place(),
+            message,
+        };
+        let text = options()
+            .to_string(scene)
+            .map(|text| plain_names(&text))
+            .map_err(|error| refuse(error.to_string()))?;
+        let tree =
+            scan(&text).ok_or_else(|| refuse("the scene cannot be written out".to_owned()))?;
+
+        let steps: Vec<&str> = self.path.split('.').collect();
+        let (node, done, lost) = tree.follow(&steps);
+        let splice = |value: &str| {
+            let mut changed = text.clone();
+            // The line break ends a comment that the value may bring along.
+            changed.replace_range(node.span.clone(), &format!("{value}\n"));
+            deserialize(&changed)
+        };
+        let here = steps[..done].join(".");
+        match lost {
+            None => self
+                .replace(splice)
+                .map_err(|message| {
+                    let mut changed = text.clone();
+                    changed.replace_range(node.span.clone(), &format!("{}\n", self.value));
+                    let span = node.span.start..node.span.start + self.value.len();
+                    slip::<Scene>(&changed, span)
+                        .map_or(message, |slip| slip.in_override(&self.path, &self.value))
+                })
+                .map_err(refuse),
+            Some(Lost::NoField { at, known }) => Err(refuse(unknown_name(
+                "field",
+                steps[done],
+                at.name.or(Some(&here)).filter(|name| !name.is_empty()),
+                &known,
+            ))),
+            Some(Lost::NoEntry { length }) => Err(refuse(format!(
+                "`{here}` has no entry `{}`; it has {length}, numbered from 0",
+                steps[done]
+            ))),
+            // An optional struct that the scene leaves out: the path's rest makes one, if its other fields have
+            // defaults.
+            Some(Lost::NothingInside { at }) if &text[at.span.clone()] == "None" => {
+                let (open, close) = (steps[done..].iter().rev())
+                    .fold((String::new(), String::new()), |(open, close), step| {
+                        (format!("({step}: {open}"), close + ")")
+                    });
+                self.replace(|value| splice(&format!("{open}{value}{close}")))
+                    .map_err(|_| {
+                        refuse(format!(
+                            "`{here}` is `None`, with no `{}` to set; set all of it: --set '{here}=…'",
+                            steps[done]
+                        ))
+                    })
+            }
+            Some(Lost::NothingInside { at }) => Err(refuse(format!(
+                "`{here}` is the single value `{}`; it has no `{}`",
+                &text[at.span.clone()],
+                steps[done]
+            ))),
+        }
+    }
+
+    /// Tries the value as RON, then as a text without its quotes; the message is that of the first.
+    fn replace(
+        &self,
+        splice: impl Fn(&str) -> Result<Scene, SpannedError>,
+    ) -> Result<Scene, String> {
+        // A value such as `1, support: 3` must not bring in a second field.
+        let first = if scan(&self.value).is_some() {
+            splice(&self.value).map_err(|error| explain(&error.code))
+        } else {
+            Err("the value is not RON".to_owned())
+        };
+        first.or_else(|message| {
+            let quoted = options()
+                .to_string(&self.value)
+                .map_err(|_| message.clone())?;
+            splice(&quoted).map_err(|_| message)
+        })
+    }
+}
+
+impl FromStr for Override {
+    type Err = SceneError;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        Self::parse(text)
+    }
+}

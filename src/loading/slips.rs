@@ -1,0 +1,273 @@
+//! Common slips, answered in the reader's words: what was meant by a value that cannot be read.
+//!
+//! Option 1: a table of fields and of what people write there. Option 2: the text is read again with other values in
+//! its place; what can be read then was meant. We use 2: ron itself says which variants and fields there are, so a
+//! field that is added later is answered, too.
+
+use std::ops::Range;
+
+use ron::error::Error;
+use serde::de::DeserializeOwned;
+
+use super::ron_text::deserialize;
+use super::spans::byte_at;
+
+/// Longer texts are not read a few dozen times for a hint [bytes].
+const LONGEST: usize = 1 << 20;
+
+/// No variant and no field is called so.
+const NOBODY: &str = "nobody_is_called_so";
+
+/// What is wrong with a value, and what was meant.
+#[derive(Debug, PartialEq)]
+pub(super) struct Slip {
+    what: String,
+    meant: Option<Meant>,
+}
+
+#[derive(Debug, PartialEq)]
+enum Meant {
+    /// This in its place.
+    Value(String),
+    /// It is the value of this field of the struct that belongs in its place.
+    Field(String),
+}
+
+impl Slip {
+    /// The message for a value in a file.
+    pub(super) fn in_file(&self, value: &str) -> String {
+        self.message(match &self.meant {
+            Some(Meant::Value(meant)) => Some(meant.clone()),
+            Some(Meant::Field(field)) => Some(format!("({field}: {value})")),
+            None => None,
+        })
+    }
+
+    /// The message for the value of an override.
+    pub(super) fn in_override(&self, path: &str, value: &str) -> String {
+        self.message(match &self.meant {
+            Some(Meant::Value(meant)) => Some(format!("{path}={meant}")),
+            Some(Meant::Field(field)) => Some(format!("{path}.{field}={value}")),
+            None => None,
+        })
+    }
+
+    fn message(&self, meant: Option<String>) -> String {
+        match meant {
+            Some(meant) => format!("{}; did you mean `{meant}`?", self.what),
+            None => self.what.clone(),
+        }
+    }
+
+    fn value(what: impl Into<String>, meant: String) -> Self {
+        Self {
+            what: what.into(),
+            meant: Some(Meant::Value(meant)),
+        }
+    }
+}
+
+/// The slip in the value at `span` of a text that is no `T`, if it is a known one.
+pub(super) fn slip<T: DeserializeOwned>(text: &str, span: Range<usize>) -> Option<Slip> {
+    let place = Place::of::<T>(text, span)?;
+    let value = text[place.span.clone()].trim();
+    number(&place, value)
+        .or_else(|| quotes(&place, value))
+        .or_else(|| brackets(&place, value))
+        .or_else(|| variants(&place, value))
+        .or_else(|| fields(&place, value))
+        .or_else(|| named(&place, value))
+}
+
+/// The slip in the number around a byte of a text that is not even RON, and where it begins: `0,05` and `1 s` are two
+/// values without a name or a comma.
+pub(super) fn slip_around<T: DeserializeOwned>(text: &str, byte: usize) -> Option<(String, usize)> {
+    let start = 1 + text.get(..byte)?.rfind([':', '(', '[', '\n'])?;
+    let is_part = |c: char| c.is_alphanumeric() || ",.+-% µ".contains(c);
+    let rest = &text[start..];
+    let value = &rest[..rest.find(|c| !is_part(c)).unwrap_or(rest.len())];
+    let start = start + value.len() - value.trim_start().len();
+    let value = value.trim().trim_end_matches([',', ' ']);
+    let place = Place::of::<T>(text, start..start + value.len())?;
+    Some((number(&place, value)?.in_file(value), start))
+}
+
+/// A place in a text that other values are tried in.
+struct Place<'a> {
+    text: &'a str,
+    span: Range<usize>,
+    read: fn(&str) -> Result<(), ron::error::SpannedError>,
+}
+
+impl<'a> Place<'a> {
+    fn of<T: DeserializeOwned>(text: &'a str, span: Range<usize>) -> Option<Self> {
+        let read = |text: &str| deserialize::<T>(text).map(drop);
+        let is_worth_it = text.len() <= LONGEST && !span.is_empty();
+        is_worth_it.then_some(Self { text, span, read })
+    }
+
+    /// The error with another value in the place, unless it is behind the place.
+    fn refusal(&self, value: &str) -> Option<Error> {
+        let mut text = self.text.to_owned();
+        text.replace_range(self.span.clone(), value);
+        let error = (self.read)(&text).err()?;
+        let at = byte_at(&text, error.span.end.line, error.span.end.col);
+        (at <= self.span.start + value.len()).then_some(error.code)
+    }
+
+    fn takes(&self, value: &str) -> bool {
+        self.refusal(value).is_none()
+    }
+}
+
+/// Units that people write, and what they are in SI.
+const UNITS: [(&str, f64); 14] = [
+    ("s", 1.0),
+    ("m", 1.0),
+    ("kg", 1.0),
+    ("Pa", 1.0),
+    ("Hz", 1.0),
+    ("ms", 1e-3),
+    ("us", 1e-6),
+    ("µs", 1e-6),
+    ("min", 60.0),
+    ("mm", 1e-3),
+    ("cm", 1e-2),
+    ("km", 1e3),
+    ("kPa", 1e3),
+    ("%", 1e-2),
+];
+
+/// A number with a decimal comma, a unit or quotes.
+fn number(place: &Place, value: &str) -> Option<Slip> {
+    let bare = value.trim_matches('"').trim();
+    let digits = bare.trim_end_matches(|c: char| c.is_alphabetic() || c == '%');
+    let (digits, unit) = (digits.trim_end(), bare[digits.len()..].trim());
+    let (whole, part) = digits.split_once(',').unwrap_or((digits, ""));
+    let plain = if part.is_empty() {
+        whole.to_owned()
+    } else if part.bytes().all(|digit| digit.is_ascii_digit()) {
+        format!("{whole}.{part}")
+    } else {
+        return None;
+    };
+    let number: f64 = plain.parse().ok()?;
+    let factor = UNITS
+        .iter()
+        .find(|(name, _)| *name == unit)
+        .map(|unit| unit.1);
+    let meant = match factor {
+        Some(factor) if factor != 1.0 => (number * factor).to_string(),
+        _ => plain,
+    };
+    let what = if !unit.is_empty() {
+        "a number stands alone, in SI units"
+    } else if digits.contains(',') {
+        "a number has a decimal point"
+    } else if value.starts_with('"') {
+        "a number has no quotes"
+    } else {
+        return None;
+    };
+    place.takes(&meant).then(|| Slip::value(what, meant))
+}
+
+/// A variant or `true` in quotes.
+fn quotes(place: &Place, value: &str) -> Option<Slip> {
+    let inner = value.strip_prefix('"')?.strip_suffix('"')?;
+    let is_right = !inner.is_empty() && place.takes(inner);
+    is_right.then(|| Slip::value("no quotes belong here", inner.to_owned()))
+}
+
+/// A list in place of a vector, one value in place of either, and three values without a bracket.
+fn brackets(place: &Place, value: &str) -> Option<Slip> {
+    let inner = (value.strip_prefix('[')).and_then(|rest| rest.strip_suffix(']'));
+    let vector = format!("({})", inner.unwrap_or(value));
+    let is_vector = place.takes("(0, 0, 0)") && !place.takes(NOBODY);
+    if is_vector && place.takes(&vector) {
+        return Some(Slip::value("a vector has round brackets", vector));
+    }
+    if is_vector && value.parse::<f64>().is_ok() {
+        return Some(Slip {
+            what: format!("expected a vector of three numbers, `(x, y, z)`, found `{value}`"),
+            meant: None,
+        });
+    }
+    let list = format!("[{value}]");
+    let is_list = inner.is_none() && place.takes(&list);
+    is_list.then(|| Slip::value("expected a list", list))
+}
+
+/// Something in place of one of some variants.
+fn variants(place: &Place, value: &str) -> Option<Slip> {
+    let Error::NoSuchEnumVariant { expected, .. } = place.refusal(NOBODY)? else {
+        return None;
+    };
+    let is_name = value.starts_with(|c: char| c.is_alphabetic());
+    let mut meant = None;
+    for variant in expected.iter().filter(|_| !is_name) {
+        let mut tried = vec![format!("{variant}({value})"), format!("{variant}{value}")];
+        if let Some(Error::MissingStructField { field, .. }) =
+            place.refusal(&format!("{variant}()"))
+        {
+            tried.push(format!("{variant}({field}: {value})"));
+        }
+        meant = tried.into_iter().find(|tried| place.takes(tried));
+        if meant.is_some() {
+            break;
+        }
+    }
+    // A name that is not known, or lacks something, has an answer of its own.
+    let what = format!("expected one of {}, found `{value}`", expected.join(", "));
+    let meant = meant.map(Meant::Value);
+    (!is_name).then_some(Slip { what, meant })
+}
+
+/// One value in place of a struct that has a field for it.
+fn fields(place: &Place, value: &str) -> Option<Slip> {
+    let known = fields_of(place, &format!("({NOBODY}: 0)"))?;
+    if value.starts_with('(') {
+        return None;
+    }
+    let what = format!(
+        "expected `(…)` with the fields {}, found `{value}`",
+        known.join(", ")
+    );
+    for field in &known {
+        if place.takes(&format!("({field}: {value})")) {
+            let meant = Some(Meant::Field((*field).to_owned()));
+            return Some(Slip { what, meant });
+        }
+    }
+    for field in &known {
+        let list = format!("({field}: [{value}])");
+        if place.takes(&list) {
+            return Some(Slip::value(what, list));
+        }
+    }
+    Some(Slip { what, meant: None })
+}
+
+/// A value within a bracket that lacks the name of its field.
+fn named(place: &Place, value: &str) -> Option<Slip> {
+    let known = fields_of(place, &format!("{NOBODY}: 0"))?;
+    let meant =
+        (known.iter().map(|field| format!("{field}: {value}"))).find(|named| place.takes(named))?;
+    Some(Slip::value(
+        format!(
+            "expected the name of a field ({}) before `{value}`",
+            known.join(", ")
+        ),
+        meant,
+    ))
+}
+
+/// The fields that ron says there are where it meets an unknown one.
+fn fields_of(place: &Place, unknown: &str) -> Option<Vec<&'static str>> {
+    match place.refusal(unknown)? {
+        Error::NoSuchStructField {
+            expected, found, ..
+        } if found == NOBODY => Some(expected.to_vec()),
+        _ => None,
+    }
+}

@@ -1,0 +1,333 @@
+//! Surfaces into samples at the spacing, in one layer inside the solid.
+
+use std::f32::consts::{PI, TAU};
+
+use glam::{IVec3, Vec3};
+
+use super::{BoundarySample, layer::layer_depth, mesh::sample_mesh};
+use crate::{
+    mesh::{Mesh, MeshError},
+    scene::{BoundaryShape, Dimension, Scene, shapes::wall_axes},
+};
+
+/// Boundary particles of a scene. Fails if the file of a mesh is gone or has become unusable.
+pub fn sample(scene: &Scene) -> Result<Vec<BoundarySample>, MeshError> {
+    let mut samples = Vec::new();
+    for_each_sample(scene, &mut |sample| samples.push(sample))?;
+    Ok(samples)
+}
+
+/// Calls `put` with what [`sample`] would hold. Shapes other than meshes need no memory for it.
+pub(crate) fn for_each_sample(
+    scene: &Scene,
+    put: &mut dyn FnMut(BoundarySample),
+) -> Result<(), MeshError> {
+    if scene.boundaries.is_empty() {
+        return Ok(());
+    }
+    let depth = layer_depth(scene);
+    let mut shapes = scene.boundaries.iter();
+    shapes.try_for_each(|shape| sample_shape(shape, scene.dimension, scene.spacing, depth, put))
+}
+
+fn sample_shape(
+    shape: &BoundaryShape,
+    dimension: Dimension,
+    spacing: f32,
+    depth: f32,
+    put: &mut dyn FnMut(BoundarySample),
+) -> Result<(), MeshError> {
+    let inset = Vec3::splat(depth);
+    match *shape {
+        BoundaryShape::Tank { min, max, open } => shell(
+            min - inset,
+            max + inset,
+            Side::Inside { open },
+            dimension,
+            spacing,
+            put,
+        ),
+        BoundaryShape::Box { min, max } => {
+            // A plate thinner than the spacing keeps one layer, in its middle.
+            let middle = 0.5 * (min + max);
+            shell(
+                (min + inset).min(middle),
+                (max - inset).max(middle),
+                Side::Outside,
+                dimension,
+                spacing,
+                put,
+            );
+        }
+        BoundaryShape::Sphere { center, radius } => {
+            let radius = (radius - depth).max(0.5 * radius);
+            match dimension {
+                Dimension::Two => circle(center, radius, spacing, put),
+                Dimension::Three => sphere(center, radius, spacing, put),
+            }
+        }
+        BoundaryShape::Plane {
+            center,
+            normal,
+            half_size,
+        } => {
+            let normal = normal.normalize_or(Vec3::Y);
+            plane(
+                center - depth * normal,
+                normal,
+                half_size,
+                dimension,
+                spacing,
+                put,
+            );
+        }
+        BoundaryShape::Mesh(ref boundary) => {
+            let mut samples = Vec::new();
+            sample_mesh(
+                &Mesh::load(boundary, spacing)?,
+                spacing,
+                depth,
+                &mut samples,
+            );
+            samples.into_iter().for_each(put);
+        }
+    }
+    Ok(())
+}
+
+/// On which side of a shell the fluid is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Side {
+    Inside { open: bool },
+    Outside,
+}
+
+/// The surface of the box `min`–`max` on a lattice no coarser than the spacing; edges and corners once.
+fn shell(
+    min: Vec3,
+    max: Vec3,
+    fluid: Side,
+    dimension: Dimension,
+    spacing: f32,
+    put: &mut dyn FnMut(BoundarySample),
+) {
+    let size = max - min;
+    let mut last = ((size / spacing) - Vec3::splat(1e-3))
+        .ceil()
+        .max(Vec3::ZERO)
+        .as_ivec3();
+    let (mut min, mut size) = (min, size);
+    if dimension == Dimension::Two {
+        (last.z, min.z, size.z) = (0, 0.0, 0.0);
+    }
+    let step = size / last.max(IVec3::ONE).as_vec3();
+    let open_top = fluid == Side::Inside { open: true };
+    let inwards = |k: i32, last: i32| i32::from(k == 0) - i32::from(k == last && last > 0);
+    for z in 0..=last.z {
+        for y in 0..=last.y {
+            // An open tank's walls end at its rim.
+            if open_top && y == last.y && y > 0 {
+                continue;
+            }
+            let depth = if dimension == Dimension::Two {
+                0
+            } else {
+                inwards(z, last.z)
+            };
+            // Of a row within the box only its ends are on the surface.
+            let is_within = depth == 0 && inwards(y, last.y) == 0;
+            let stride = if is_within { last.x.max(1) } else { 1 };
+            for x in (0..=last.x).step_by(stride as usize) {
+                let normal = IVec3::new(inwards(x, last.x), inwards(y, last.y), depth);
+                if normal == IVec3::ZERO {
+                    continue;
+                }
+                let mut face = |normal: IVec3| {
+                    let outwards = if fluid == Side::Outside { -1.0 } else { 1.0 };
+                    put(BoundarySample {
+                        position: min + step * IVec3::new(x, y, z).as_vec3(),
+                        normal: outwards * normal.as_vec3().normalize(),
+                    });
+                };
+                face(normal);
+                // A plate of one layer has two faces in one place.
+                let other = IVec3::select(last.cmpeq(IVec3::ZERO), -normal, normal);
+                if other != normal {
+                    face(other);
+                }
+            }
+        }
+    }
+}
+
+fn circle(center: Vec3, radius: f32, spacing: f32, put: &mut dyn FnMut(BoundarySample)) {
+    let count = (TAU * radius / spacing).ceil().max(1.0) as u32;
+    (0..count).for_each(|k| {
+        let (sin, cos) = (TAU * k as f32 / count as f32).sin_cos();
+        let normal = Vec3::new(cos, sin, 0.0);
+        put(BoundarySample {
+            position: (center + radius * normal).with_z(0.0),
+            normal,
+        });
+    });
+}
+
+/// A Fibonacci lattice with one particle for every square of the spacing.
+fn sphere(center: Vec3, radius: f32, spacing: f32, put: &mut dyn FnMut(BoundarySample)) {
+    let count = (4.0 * PI * (radius / spacing).powi(2)).ceil().max(1.0) as u32;
+    let golden_angle = PI * (3.0 - 5f32.sqrt());
+    (0..count).for_each(|k| {
+        let height = 1.0 - (2.0 * k as f32 + 1.0) / count as f32;
+        let ring = (1.0 - height * height).max(0.0).sqrt();
+        let (sin, cos) = (golden_angle * k as f32).sin_cos();
+        let normal = Vec3::new(ring * cos, height, ring * sin);
+        put(BoundarySample {
+            position: center + radius * normal,
+            normal,
+        });
+    });
+}
+
+fn plane(
+    center: Vec3,
+    normal: Vec3,
+    half_size: f32,
+    dimension: Dimension,
+    spacing: f32,
+    put: &mut dyn FnMut(BoundarySample),
+) {
+    let (along, across) = wall_axes(normal, dimension);
+    let count = (2.0 * half_size / spacing - 1e-3).ceil().max(1.0) as i32;
+    let place = |k: i32| half_size * (2.0 * k as f32 / count as f32 - 1.0);
+    // In the plane a wall is a line: one row, through its centre.
+    let rows = if dimension == Dimension::Two {
+        0..=0
+    } else {
+        0..=count
+    };
+    for row in rows {
+        let aside = if dimension == Dimension::Two {
+            0.0
+        } else {
+            place(row)
+        };
+        (0..=count).for_each(|k| {
+            put(BoundarySample {
+                position: center + place(k) * along + aside * across,
+                normal,
+            });
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tank(open: bool) -> BoundaryShape {
+        BoundaryShape::Tank {
+            min: Vec3::ZERO,
+            max: Vec3::new(0.4, 0.3, 0.2),
+            open,
+        }
+    }
+
+    fn sampled(shape: BoundaryShape, dimension: Dimension) -> Vec<Vec3> {
+        let mut out = Vec::new();
+        sample_shape(&shape, dimension, 0.1, 0.05, &mut |sample| out.push(sample))
+            .expect("no file");
+        assert!(
+            out.iter()
+                .all(|sample| (sample.normal.length() - 1.0).abs() < 1e-5)
+        );
+        out.into_iter().map(|sample| sample.position).collect()
+    }
+
+    #[test]
+    fn a_tank_is_a_closed_shell_half_a_spacing_outside_without_doubles() {
+        let points = sampled(tank(false), Dimension::Three);
+        // 6 × 5 × 4 lattice points less the 4 × 3 × 2 inner ones.
+        assert_eq!(points.len(), 6 * 5 * 4 - 4 * 3 * 2);
+        for (k, a) in points.iter().enumerate() {
+            assert!(points[..k].iter().all(|b| a.distance(*b) > 0.099));
+        }
+        let low = points.iter().fold(Vec3::INFINITY, |low, x| low.min(*x));
+        assert!(low.abs_diff_eq(Vec3::splat(-0.05), 1e-6));
+    }
+
+    #[test]
+    fn an_open_tank_has_no_lid() {
+        let points = sampled(tank(true), Dimension::Three);
+        assert!(points.iter().all(|x| x.y < 0.3));
+        assert_eq!(points.len(), 6 * 5 * 4 - 4 * 3 * 2 - 6 * 4);
+    }
+
+    #[test]
+    fn normals_point_into_the_fluid() {
+        let mut samples = Vec::new();
+        sample_shape(&tank(false), Dimension::Three, 0.1, 0.05, &mut |sample| {
+            samples.push(sample)
+        })
+        .expect("no file");
+        let middle = Vec3::new(0.2, 0.15, 0.1);
+        assert!(
+            samples
+                .iter()
+                .all(|sample| sample.normal.dot(middle - sample.position) > 0.0)
+        );
+        samples.clear();
+        let obstacle = BoundaryShape::Box {
+            min: Vec3::ZERO,
+            max: Vec3::new(0.4, 0.3, 0.2),
+        };
+        sample_shape(&obstacle, Dimension::Three, 0.1, 0.05, &mut |sample| {
+            samples.push(sample)
+        })
+        .expect("no file");
+        assert!(
+            samples
+                .iter()
+                .all(|sample| sample.normal.dot(middle - sample.position) < 0.0)
+        );
+    }
+
+    #[test]
+    fn two_dimensions_lie_in_the_plane() {
+        for shape in [
+            tank(false),
+            BoundaryShape::Sphere {
+                center: Vec3::ONE,
+                radius: 0.3,
+            },
+            BoundaryShape::Plane {
+                center: Vec3::ZERO,
+                normal: Vec3::new(1.0, 1.0, 0.0),
+                half_size: 0.5,
+            },
+        ] {
+            let points = sampled(shape.clone(), Dimension::Two);
+            assert!(
+                points.len() > 8 && points.iter().all(|x| x.z == 0.0),
+                "{shape:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_sphere_is_covered_evenly() {
+        let center = Vec3::new(1.0, 2.0, 3.0);
+        let points = sampled(
+            BoundaryShape::Sphere {
+                center,
+                radius: 1.05,
+            },
+            Dimension::Three,
+        );
+        for (k, a) in points.iter().enumerate() {
+            assert!((a.distance(center) - 1.0).abs() < 1e-4);
+            let others = points[..k].iter().chain(&points[k + 1..]);
+            let nearest = others.map(|b| a.distance(*b)).fold(f32::INFINITY, f32::min);
+            assert!((0.05..0.15).contains(&nearest), "{nearest}");
+        }
+    }
+}

@@ -1,0 +1,37 @@
+//! Plain data that every system of a step may use: components, columns, constants, clock, failure, threads.
+//!
+//! Nothing here knows of the systems that use it.
+
+pub mod clock;
+mod column;
+mod columns;
+mod execution;
+pub mod failure;
+mod material;
+pub mod particle;
+mod phase;
+mod residual;
+mod rows;
+mod stage;
+pub mod transfer;
+
+pub use clock::Clock;
+pub(crate) use column::in_order;
+pub use column::{Column, Lasting};
+pub(crate) use columns::TOO_LARGE;
+pub use columns::{
+    Accelerations, COLUMNS, Densities, MeanPressures, Positions, PredictedPositions,
+    PressureAccelerations, Pressures, SENTINEL, Velocities,
+};
+pub(crate) use execution::start_task_threads;
+pub use execution::{CHUNK, ChunkResults, Execution};
+pub use failure::{
+    DomainTooLarge, Failure, FailureCause, ListsTooLong, MAX_CELLS, Shock, StepError, TakenBack,
+};
+pub use material::Material;
+pub use phase::Phase;
+pub(crate) use residual::{Corrected, wants_force};
+pub use residual::{DensityError, PressureSolve};
+pub use rows::Rows;
+pub(crate) use stage::chain;
+pub use stage::{Limit, Product, Stage, Systems};
