@@ -146,8 +146,8 @@ impl KernelFunction {
     pub fn support(self, dimension: Dimension) -> f32 {
         let [plane, space] = match self {
             Self::CubicSpline => [2.0, 2.0],
-            Self::WendlandC2 => [2.6, 2.6],
-            Self::WendlandC4 => [3.0, 3.0],
+            Self::WendlandC2 => [3.0, 3.0],
+            Self::WendlandC4 => [3.5, 3.5],
             Self::QuinticSpline => [3.0, 3.0],
         };
         match dimension {

@@ -1,0 +1,15 @@
+//! The program as a user meets it.
+#![cfg(feature = "cli")]
+
+mod support;
+
+mod arguments;
+mod folders;
+#[cfg(unix)]
+mod limits;
+mod picture;
+mod roll_back;
+mod run;
+#[cfg(unix)]
+mod signals;
+mod study;
