@@ -43,7 +43,7 @@ const WAVES: u32 = 12;
 impl Lattice {
     /// The lattice of a scene.
     pub fn of(scene: &Scene) -> Self {
-        Self::new(scene.kernel, scene.dimension, scene.support())
+        Self::new(scene.kernel(), scene.dimension, scene.support())
     }
 
     /// The lattice of a material.

@@ -42,7 +42,7 @@ impl Kernel {
 
     /// That of a scene.
     pub fn of(scene: &Scene) -> Self {
-        Self::new(scene.kernel, scene.dimension, scene.support_radius())
+        Self::new(scene.kernel(), scene.dimension, scene.support_radius())
     }
 
     /// W [m⁻³; m⁻² in 2-D] at distance `r` [m].

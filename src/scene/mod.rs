@@ -34,9 +34,9 @@ pub struct Scene {
     pub dimension: Dimension,
     /// Distance of the particles at rest [m].
     pub spacing: f32,
-    /// Function of the smoothing kernel.
+    /// Function of the smoothing kernel; the cubic spline if absent.
     #[serde(default)]
-    pub kernel: KernelFunction,
+    pub kernel: Option<KernelFunction>,
     /// Support radius of the kernel in spacings [-]; `h = support × spacing`. If absent what is advised for the kernel
     /// and the dimension ([`KernelFunction::support`]).
     #[serde(default)]
@@ -103,10 +103,15 @@ fn default_duration() -> f32 {
 }
 
 impl Scene {
+    /// Function of the kernel, as written or as advised (`docs/decisions/kernels.md`).
+    pub fn kernel(&self) -> KernelFunction {
+        self.kernel.unwrap_or(KernelFunction::CubicSpline)
+    }
+
     /// Support radius in spacings [-], as written or as advised.
     pub fn support(&self) -> f32 {
         self.support
-            .unwrap_or_else(|| self.kernel.support(self.dimension))
+            .unwrap_or_else(|| self.kernel().support(self.dimension))
     }
 
     /// Support radius h [m].

@@ -120,10 +120,9 @@ pub struct Adaptive {
 }
 
 /// Function of the smoothing kernel (see [`kernel`](crate::kernel)).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum KernelFunction {
     /// Cubic spline (Monaghan 1992).
-    #[default]
     CubicSpline,
     /// Wendland's function with two continuous derivatives (Wendland 1995).
     WendlandC2,
@@ -148,7 +147,7 @@ impl KernelFunction {
             Self::CubicSpline => [2.0, 2.0],
             Self::WendlandC2 => [3.0, 3.0],
             Self::WendlandC4 => [3.5, 3.5],
-            Self::QuinticSpline => [3.0, 3.0],
+            Self::QuinticSpline => [2.6, 2.6],
         };
         match dimension {
             Dimension::Two => plane,

@@ -56,7 +56,7 @@ pub(super) fn numbers(scene: &Scene) -> Checked {
         format!(
             "the support is {support} spacings; it must be from 1.2 (below, a particle has too few neighbours to know its \
              density) to 4 (above, it has over 250), and {} is usual for this kernel",
-            scene.kernel.support(scene.dimension)
+            scene.kernel().support(scene.dimension)
         )
     })?;
     is_flat("gravity", scene.gravity, scene.dimension)?;
