@@ -58,7 +58,7 @@ impl FluidStart {
 
 /// The boundary particles, and what loops read of them.
 pub(super) struct Walls {
-    sampled: Vec<BoundarySample>,
+    pub(super) sampled: Vec<BoundarySample>,
     pub(super) samples: BoundarySamples,
 }
 
