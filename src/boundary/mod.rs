@@ -9,6 +9,7 @@ mod count;
 pub mod direct_forcing;
 mod front;
 mod mesh;
+pub mod owners;
 mod sampling;
 pub mod sums;
 mod volume;
@@ -18,10 +19,11 @@ use glam::{Vec3, Vec4};
 
 pub(crate) use count::count;
 pub(crate) use mesh::expected as expected_of_mesh;
-pub(crate) use sampling::for_each_sample;
 pub use sampling::{BoundarySample, beside_wall, layer_depth, sample};
+pub(crate) use sampling::{for_each_sample, for_each_sample_of};
 pub use volume::volumes;
 
+use self::owners::{Owners, SampleOf};
 use crate::{
     column::{SENTINEL, TOO_LARGE},
     execution::Execution,
@@ -169,6 +171,12 @@ pub fn refresh_boundary(world: &mut World, scene: &Scene) -> Result<(), Boundary
         })
         .collect();
     let samples = BoundarySamples::new(scene, &samples, &execution)?;
+    if world.contains_resource::<Owners>() {
+        let mut owners = world.query_filtered::<Option<&SampleOf>, With<Boundary>>();
+        let owner = |of: Option<&SampleOf>| of.map_or(owners::NOBODY, |of| of.0);
+        let owners = owners.iter(world).map(owner).collect();
+        world.insert_resource(Owners(owners));
+    }
     for ((_, _, mut volume), sample) in query.iter_mut(world).zip(samples.points()) {
         volume.0 = sample.w;
     }

@@ -104,12 +104,23 @@ pub(crate) fn for_each_sample(
     scene: &Scene,
     put: &mut dyn FnMut(BoundarySample),
 ) -> Result<(), MeshError> {
+    for_each_sample_of(scene, &mut |_, sample| put(sample))
+}
+
+/// As [`for_each_sample`], with the number of the boundary.
+pub(crate) fn for_each_sample_of(
+    scene: &Scene,
+    put: &mut dyn FnMut(u32, BoundarySample),
+) -> Result<(), MeshError> {
     if scene.boundaries.is_empty() {
         return Ok(());
     }
     let depth = layer_depth(scene);
-    let mut shapes = scene.boundaries.iter();
-    shapes.try_for_each(|shape| sample_shape(shape, scene.dimension, scene.spacing, depth, put))
+    let mut shapes = (0..).zip(&scene.boundaries);
+    shapes.try_for_each(|(number, shape)| {
+        let mut put = |sample| put(number, sample);
+        sample_shape(shape, scene.dimension, scene.spacing, depth, &mut put)
+    })
 }
 
 fn sample_shape(
@@ -121,7 +132,7 @@ fn sample_shape(
 ) -> Result<(), MeshError> {
     let inset = Vec3::splat(depth);
     match *shape {
-        BoundaryShape::Tank { min, max, open } => shell(
+        BoundaryShape::Tank { min, max, open, .. } => shell(
             min - inset,
             max + inset,
             Side::Inside { open },
@@ -129,7 +140,7 @@ fn sample_shape(
             spacing,
             put,
         ),
-        BoundaryShape::Box { min, max } => {
+        BoundaryShape::Box { min, max, .. } => {
             // A plate thinner than the spacing keeps one layer, in its middle.
             let middle = 0.5 * (min + max);
             shell(
@@ -141,7 +152,7 @@ fn sample_shape(
                 put,
             );
         }
-        BoundaryShape::Sphere { center, radius } => {
+        BoundaryShape::Sphere { center, radius, .. } => {
             let radius = (radius - depth).max(0.5 * radius);
             match dimension {
                 Dimension::Two => circle(center, radius, spacing, put),
@@ -152,6 +163,7 @@ fn sample_shape(
             center,
             normal,
             half_size,
+            ..
         } => {
             let normal = normal.normalize_or(Vec3::Y);
             plane(
@@ -311,6 +323,7 @@ mod tests {
             min: Vec3::ZERO,
             max: Vec3::new(0.4, 0.3, 0.2),
             open,
+            name: None,
         }
     }
 
@@ -361,6 +374,7 @@ mod tests {
         let obstacle = BoundaryShape::Box {
             min: Vec3::ZERO,
             max: Vec3::new(0.4, 0.3, 0.2),
+            name: None,
         };
         sample_shape(&obstacle, Dimension::Three, 0.1, 0.05, &mut |sample| {
             samples.push(sample)
@@ -380,11 +394,13 @@ mod tests {
             BoundaryShape::Sphere {
                 center: Vec3::ONE,
                 radius: 0.3,
+                name: None,
             },
             BoundaryShape::Plane {
                 center: Vec3::ZERO,
                 normal: Vec3::new(1.0, 1.0, 0.0),
                 half_size: 0.5,
+                name: None,
             },
         ] {
             let points = sampled(shape.clone(), Dimension::Two);
@@ -402,6 +418,7 @@ mod tests {
             BoundaryShape::Sphere {
                 center,
                 radius: 1.05,
+                name: None,
             },
             Dimension::Three,
         );

@@ -9,6 +9,7 @@
 
 mod check;
 mod error;
+mod gauge;
 mod geometry;
 mod load;
 mod output;
@@ -22,6 +23,7 @@ mod spans;
 pub(crate) use check::Size;
 pub(crate) use error::unknown_name;
 pub use error::{Place, SceneError};
+pub use gauge::*;
 pub use geometry::*;
 pub(crate) use load::{place_of, read};
 pub use output::*;
@@ -92,6 +94,9 @@ pub struct Scene {
     /// Simulated time of the run [s].
     #[serde(default = "default_duration")]
     pub duration: f32,
+    /// What is measured on the way.
+    #[serde(default)]
+    pub gauges: Vec<Gauge>,
     /// What is written, and how often.
     #[serde(default)]
     pub output: Output,

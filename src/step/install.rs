@@ -24,6 +24,7 @@ use crate::{
     },
     execution::Execution,
     force::{ArtificialViscosity, Cohesion, LaminarViscosity, NumericalViscosity},
+    gauge,
     index::{self, DomainTooLarge, FluidIndex},
     input::read_text,
     integrate::{Domain, GuardLimits, Motion},
@@ -183,6 +184,7 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
     if let Some(start) = WarmStart::of(&scene.pressure) {
         warm_start::install(world, start);
     }
+    gauge::install(world, scene);
     schedules.add(world);
     Ok(())
 }

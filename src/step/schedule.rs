@@ -22,6 +22,7 @@ use super::{
 use crate::{
     column::Rows,
     execution::start_task_threads,
+    gauge,
     pressure::{
         dfsph::{self, DivergenceIteration},
         first_force, iisph,
@@ -95,10 +96,23 @@ pub(super) fn build_schedules(
     }
     step.set_executor(StepExecutor::new(parallel));
     let mut configs = vec![(clock::begin, start_timer).chain()];
+    if gauge::measures_energy(scene) {
+        configs.push(gauge::note_start.run_if(healthy));
+    }
     add_stages(&order.stages, scene, None, &mut configs);
+    let has_gauges = !scene.gauges.is_empty();
+    if gauge::measures_energy(scene) {
+        configs.push(gauge::book.in_set(Phase::Observe).run_if(healthy));
+    }
+    if has_gauges {
+        configs.push(gauge::read_gauges.in_set(Phase::Observe).run_if(healthy));
+    }
     configs.push(clock::name_the_particle.in_set(Phase::Observe));
     if matches!(scene.time_step, TimeStep::Adaptive(_)) {
         configs.push(roll_back::roll_back.in_set(Phase::Observe));
+        if has_gauges {
+            configs.push(gauge::go_back.in_set(Phase::Observe));
+        }
     }
     configs.push(
         (stop_watch(Phase::Observe), finish)

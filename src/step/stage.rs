@@ -5,7 +5,7 @@ use bevy_ecs::{prelude::*, schedule::ScheduleConfigs, system::ScheduleSystem};
 use super::{clock, order::OrderError, phase::Phase};
 use crate::{
     boundary::{contact, direct_forcing, sums},
-    column, density, force, index, integrate, neighbours,
+    column, density, force, gauge, index, integrate, neighbours,
     pressure::{self, first_force, initial, recovery, warm_start},
     reorder,
     scene::{Neighbours, PressureMethod, Scene, SurfaceTension, TimeStep, Viscosity},
@@ -259,13 +259,18 @@ impl Stage {
                     ),
                 };
                 let guard = (guard, accept.run_if(clock::healthy)).chain();
-                let moved = if scene.boundaries.is_empty() {
+                let integrated = if gauge::measures_forces(scene) {
+                    (integrate::integrate, gauge::keep_velocities).chain()
+                } else {
                     integrate::integrate.into_configs()
+                };
+                let moved = if scene.boundaries.is_empty() {
+                    integrated
                 } else if scene.forces_directly() {
                     let corrected = (direct_forcing::correct_motion, contact::keep_outside);
-                    (integrate::integrate, corrected.chain()).chain()
+                    (integrated, corrected.chain()).chain()
                 } else {
-                    (integrate::integrate, contact::keep_outside).chain()
+                    (integrated, contact::keep_outside).chain()
                 };
                 (moved, integrate::measure, guard).chain()
             },

@@ -5,9 +5,13 @@ use bevy_ecs::prelude::*;
 use super::install::InstallError;
 use crate::{
     boundary::{
-        self, BoundarySample, BoundarySamples, direct_forcing::DirectForcing, sums::WallSums,
+        self, BoundarySample, BoundarySamples,
+        direct_forcing::DirectForcing,
+        owners::{Owners, SampleOf},
+        sums::WallSums,
     },
     execution::Execution,
+    gauge,
     index::{self, z_curve},
     material::Material,
     neighbours::BoundaryNeighbours,
@@ -58,6 +62,8 @@ impl FluidStart {
 /// The boundary particles, and what loops read of them.
 pub(super) struct Walls {
     sampled: Vec<BoundarySample>,
+    /// Numbers of the samples' boundaries, where a gauge wants them.
+    owners: Option<Vec<u32>>,
     pub(super) samples: BoundarySamples,
 }
 
@@ -67,23 +73,44 @@ impl Walls {
         if scene.boundaries.is_empty() {
             return Ok(None);
         }
-        let sampled = boundary::sample(scene)?;
+        let (mut sampled, mut owners) = (Vec::new(), Vec::new());
+        boundary::for_each_sample_of(scene, &mut |owner, sample| {
+            sampled.push(sample);
+            owners.push(owner);
+        })?;
         let samples =
             BoundarySamples::new(scene, &sampled, execution).map_err(InstallError::Boundary)?;
-        Ok(Some(Self { sampled, samples }))
+        Ok(Some(Self {
+            sampled,
+            owners: gauge::measures_forces(scene).then_some(owners),
+            samples,
+        }))
     }
 
     pub(super) fn spawn(self, world: &mut World, scene: &Scene) {
-        let Self { sampled, samples } = self;
+        let Self {
+            sampled,
+            owners,
+            samples,
+        } = self;
         let volumes: Vec<f32> = samples.points().iter().map(|sample| sample.w).collect();
-        world.spawn_batch(sampled.into_iter().zip(volumes).map(|(sample, volume)| {
-            (
-                Boundary,
-                Position(sample.position),
-                BoundaryNormal(sample.normal),
-                BoundaryVolume(volume),
-            )
-        }));
+        let spawned =
+            world.spawn_batch(sampled.into_iter().zip(volumes).map(|(sample, volume)| {
+                (
+                    Boundary,
+                    Position(sample.position),
+                    BoundaryNormal(sample.normal),
+                    BoundaryVolume(volume),
+                )
+            }));
+        if let Some(owners) = owners {
+            let particles: Vec<Entity> = spawned.collect();
+            let of = owners.iter().map(|&owner| SampleOf(owner));
+            world.insert_batch(particles.into_iter().zip(of));
+            world.insert_resource(Owners(owners));
+        } else {
+            drop(spawned);
+        }
         world.insert_resource(samples);
         world.insert_resource(WallSums::new(boundary::beside_wall(scene)));
         if let BoundaryHandling::DirectForcing(parameters) = scene.boundary_handling {

@@ -2,6 +2,7 @@
 
 mod bodies;
 mod carried;
+mod gauges;
 mod numbers;
 mod size;
 mod solids;
@@ -41,6 +42,7 @@ pub(super) fn check(scene: &Scene) -> Result<Size, Problem> {
     stability::least_time_step(scene)?;
     bodies::shapes(scene)?;
     solids::shapes(scene)?;
+    gauges::gauges(scene)?;
     let meshes = solids::meshes(scene)?;
     let size = size::count(scene, &meshes)?;
     carried::coordinates(scene, &meshes)?;
