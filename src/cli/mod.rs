@@ -7,6 +7,7 @@ mod check;
 mod claims;
 mod console;
 mod folder;
+mod gauges;
 mod interrupt;
 mod manifest;
 mod options;

@@ -8,6 +8,7 @@
 //! | `force` | force and torque on named boundaries |
 //! | `energy` | kinetic, potential, of compression, dissipated |
 //! | `window` | rates and means over time |
+//! | `chart` | a gauge beside what is known, as SVG (feature `cli`) |
 //! | `near` | who is in a box, through the spatial index |
 //!
 //! All read the state as frames hold it: places and velocities at the end of the step, densities and pressures that the
@@ -17,6 +18,8 @@
 //!
 //! A host finds [`Gauges`] in its world, whether or not files are written.
 
+#[cfg(feature = "cli")]
+pub mod chart;
 mod energy;
 mod flux;
 mod force;
@@ -393,6 +396,13 @@ fn columns_of(probe: &dyn Probe, gauge: &scene::Gauge) -> Vec<String> {
 /// The columns that a gauge of a scene will have.
 pub fn columns(gauge: &scene::Gauge, scene: &Scene) -> Vec<String> {
     columns_of(&*probe(&gauge.kind, scene), gauge)
+}
+
+/// The last step whose readings stay, whatever becomes of the next: where steps may be taken back it is the last but one.
+pub fn settled_step(world: &World) -> u64 {
+    let step = world.get_resource::<Clock>().map_or(0, |clock| clock.step);
+    let may_go_back = world.contains_resource::<AdaptiveTimeStep>();
+    step.saturating_sub(may_go_back.into())
 }
 
 /// Whether a scene measures forces on its boundaries.

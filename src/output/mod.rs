@@ -5,6 +5,8 @@
 //! | `frame_000042.vtu`, `.ply` | [`Frame::write_vtu`], [`Frame::write_ply`] | a frame |
 //! | `frames.pvd` | [`Series`] | a frame |
 //! | `history.csv` | [`History`] | a step |
+//! | `gauges/*.csv` | [`GaugeFile`] | a reading |
+//! | `gauges/*.svg` | [`chart::draw`](crate::gauge::chart::draw) | the end (feature `cli`) |
 //! | `summary.json` | `Summary` | the end, however it comes (feature `cli`) |
 //! | `*.png` | [`picture::draw`] | a frame (feature `cli`) |
 //!
@@ -17,10 +19,12 @@ mod cursor;
 mod error;
 mod fields;
 mod frame;
+mod gauges;
 mod history;
 #[cfg(feature = "cli")]
 pub mod picture;
 mod ply;
+mod rows;
 mod series;
 #[cfg(feature = "cli")]
 pub mod summary;
@@ -30,6 +34,7 @@ pub use atomic::{partial_name, write_atomically};
 pub use error::OutputError;
 pub use fields::{FIELDS, Field};
 pub use frame::Frame;
+pub use gauges::GaugeFile;
 pub use history::History;
 pub use series::{Series, SeriesEntry};
 #[cfg(feature = "cli")]

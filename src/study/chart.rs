@@ -9,9 +9,9 @@ use super::{Chart, Table};
 
 /// Width of a chart [px].
 const WIDTH: u32 = 960;
-const FONT: &str = "sans-serif";
+pub(crate) const FONT: &str = "sans-serif";
 /// Colours that people with any colour vision tell apart (Okabe & Ito 2008).
-const COLOURS: [RGBColor; 6] = [
+pub(crate) const COLOURS: [RGBColor; 6] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),
@@ -19,8 +19,8 @@ const COLOURS: [RGBColor; 6] = [
     RGBColor(230, 159, 0),
     RGBColor(86, 180, 233),
 ];
-const INK: RGBColor = RGBColor(40, 40, 40);
-const GRID: RGBColor = RGBColor(225, 225, 225);
+pub(crate) const INK: RGBColor = RGBColor(40, 40, 40);
+pub(crate) const GRID: RGBColor = RGBColor(225, 225, 225);
 
 /// Why there is no chart.
 #[derive(Debug, thiserror::Error)]
@@ -33,10 +33,10 @@ pub enum ChartError {
     Drawing(String),
 }
 
-type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
-type Drawn = Result<(), ChartError>;
+pub(crate) type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
+pub(crate) type Drawn = Result<(), ChartError>;
 
-fn drawing(error: impl std::fmt::Display) -> ChartError {
+pub(crate) fn drawing(error: impl std::fmt::Display) -> ChartError {
     ChartError::Drawing(error.to_string())
 }
 
@@ -49,7 +49,7 @@ pub fn draw(table: &Table, chart: &Chart) -> Result<String, ChartError> {
 }
 
 /// Draws on a white canvas with the table's title, which a text of one size stands on.
-fn on_canvas(
+pub(crate) fn on_canvas(
     title: &str,
     height: u32,
     paint: impl FnOnce(&Area) -> Drawn,
@@ -67,13 +67,13 @@ fn on_canvas(
 
 /// What of a text is at its place.
 #[derive(Clone, Copy)]
-enum At {
+pub(crate) enum At {
     Left,
     Right,
 }
 
 /// A text whose middle line is at the height of `place` [px].
-fn text(area: &Area, words: &str, place: (i32, i32), size: f64, at: At) -> Drawn {
+pub(crate) fn text(area: &Area, words: &str, place: (i32, i32), size: f64, at: At) -> Drawn {
     use plotters::style::text_anchor::{HPos, Pos, VPos};
     let horizontal = match at {
         At::Left => HPos::Left,
@@ -96,6 +96,6 @@ fn axis(table: &Table, column: usize) -> String {
 }
 
 /// Width that a text takes, about [px]: there is no font to ask.
-fn width_of(words: &str, size: f64) -> i32 {
+pub(crate) fn width_of(words: &str, size: f64) -> i32 {
     (0.56 * size * words.chars().count() as f64).ceil() as i32
 }

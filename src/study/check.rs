@@ -99,6 +99,7 @@ impl Checker<'_> {
         let reference = self.reference()?;
         let cases = self.cases()?;
         self.check_references(&cases, &reference)?;
+        self.check_gauges(&cases)?;
         self.check_memory(&cases)?;
         Ok((cases, reference))
     }
@@ -281,6 +282,21 @@ impl Checker<'_> {
             },
             message,
         })
+    }
+
+    /// Gauges that columns ask for are in the scenes of all variants.
+    fn check_gauges(&self, cases: &[PlannedCase]) -> Result<(), StudyError> {
+        for (k, column) in self.study.columns.iter().enumerate() {
+            let Measure::Gauge(measure) = &column.measure else {
+                continue;
+            };
+            for variant in cases.iter().flat_map(|case| &case.variants) {
+                if let Err(message) = measure.check(&variant.scene) {
+                    return self.refuse(&format!("columns.{k}.measure"), message);
+                }
+            }
+        }
+        Ok(())
     }
 
     fn check_references(

@@ -9,7 +9,7 @@ use std::ops::ControlFlow;
 use bevy_ecs::prelude::*;
 
 use super::{
-    Block, Plan, PlannedCase, PlannedVariant, Span, StudyError, Table, measure::LastStep,
+    Block, Plan, PlannedCase, PlannedVariant, Span, StudyError, Table, gauge, measure::LastStep,
     start::State,
 };
 use crate::{
@@ -18,6 +18,7 @@ use crate::{
     execution::Execution,
     index::FluidIndex,
     install,
+    measure::Curve,
     neighbours::{FluidNeighbours, Search, tested_pairs},
     step::{Clock, StepError, StepReport},
 };
@@ -66,6 +67,8 @@ pub fn run(
 /// A variant's world.
 struct Runner {
     world: World,
+    /// What its gauges are compared with.
+    references: Vec<Option<Curve>>,
     failed: bool,
     last: LastStep,
 }
@@ -125,8 +128,12 @@ impl Turns<'_, '_> {
                         fraction: place(part),
                     })
                 }) {
-                    Ok(_) if turn == 0 => {}
                     Ok(mut block) => {
+                        let columns = &self.plan.study.columns;
+                        gauge::tally(&mut runner.world, columns, &runner.references, &mut block);
+                        if turn == 0 {
+                            continue;
+                        }
                         if self.wants_pairs {
                             count_pairs(&runner.world, &mut block);
                         }
@@ -216,6 +223,7 @@ impl Turns<'_, '_> {
         }
         Ok(Runner {
             world,
+            references: gauge::references(&variant.scene),
             failed: false,
             last: LastStep::default(),
         })
