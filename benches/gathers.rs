@@ -15,10 +15,10 @@ use std::{array::from_fn, hint::black_box, path::Path, time::Instant};
 use glam::{Vec3, Vec4};
 use overfall::{
     Simulation,
-    column::Positions,
     neighbours::FluidNeighbours,
     scene::Scene,
     simd::{InstructionSet, LANES, Lanes, Simd, Vectorised},
+    state::Positions,
 };
 
 /// Steps before the lists are taken, and runs of a layout.

@@ -24,13 +24,13 @@ use std::time::Instant;
 
 use glam::{IVec3, Vec4};
 use overfall::{
-    execution::Execution,
     index::{
         CompactHashing, Grid, IndexSort, SpatialHashing, SpatialIndex, UniformGrid, ZIndexSort,
         z_curve,
     },
     neighbours::{NeighbourLists, Search, search},
     scene::Dimension,
+    state::Execution,
 };
 use rayon::prelude::*;
 

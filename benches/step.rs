@@ -18,12 +18,13 @@ use glam::Vec4;
 use overfall::{
     Phase, Simulation,
     density::compute_density,
-    execution::Execution,
     force::apply_laminar_viscosity,
+    loading::Override,
     neighbours::{FluidNeighbours, find_boundary_neighbours, find_fluid_neighbours},
     pressure::pressure_force,
-    scene::{BoundaryShape as Boundary, Override, Scene, Shape},
+    scene::{BoundaryShape as Boundary, Scene, Shape},
     simd::{Simd, Vectorised},
+    state::Execution,
 };
 
 type Failure = Box<dyn std::error::Error>;
@@ -193,7 +194,7 @@ fn peak_arithmetic(execution: &Execution) -> f64 {
     let set = execution.instruction_set.arithmetic();
     let mut rates: Vec<f64> = (0..5)
         .map(|_| {
-            let mut results = vec![0.0f32; execution.threads() * overfall::execution::CHUNK];
+            let mut results = vec![0.0f32; execution.threads() * overfall::state::CHUNK];
             let start = Instant::now();
             execution.for_each_chunk(&mut results, |_, chunk| chunk[0] = set.dispatch(Arithmetic));
             let operations = (execution.threads() * CHAINS * ROUNDS * 8 * 2) as f64;

@@ -7,8 +7,8 @@
 use bevy_ecs::prelude::*;
 use overfall::{
     Phase, Step,
-    particle::{Fluid, Position, Velocity},
     scene::Scene,
+    state::particle::{Fluid, Position, Velocity},
 };
 
 /// The host's own component.

@@ -6,11 +6,10 @@ use glam::Vec4;
 
 use crate::{
     boundary::sums::{WallSums, Walls},
-    column::Densities,
     kernel::CubicSpline,
-    material::Material,
     pairs::{Pair, PairSlopes, PairSum, Pairs, putting},
     simd::Simd,
+    state::{Densities, Material},
 };
 
 /// Densities at the positions of the step (phase `Density`).

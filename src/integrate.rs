@@ -8,14 +8,11 @@ use glam::Vec4;
 use rayon::prelude::*;
 
 use crate::{
-    column::{
-        Accelerations, Densities, Positions, PredictedPositions, PressureAccelerations, Pressures,
-        Velocities,
-    },
-    execution::{CHUNK, ChunkResults, Execution},
-    material::Material,
     scene::{Bounds, Limits},
-    step::{Clock, Failure, FailureCause},
+    state::{
+        Accelerations, CHUNK, ChunkResults, Clock, Densities, Execution, Failure, FailureCause,
+        Material, Positions, PredictedPositions, PressureAccelerations, Pressures, Velocities,
+    },
 };
 
 /// What the particles did in the last step.

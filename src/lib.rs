@@ -63,9 +63,7 @@
 //! | [`study`] | variants of a scene measured side by side: the paper's tables, speed against error |
 
 pub mod boundary;
-pub mod column;
 pub mod density;
-pub mod execution;
 pub mod force;
 pub mod gauge;
 pub mod index;
@@ -73,22 +71,25 @@ pub mod input;
 pub mod integrate;
 pub mod kernel;
 pub mod lattice;
-pub mod material;
+pub mod loading;
 pub mod measure;
 mod memory;
 pub mod mesh;
 pub mod neighbours;
 pub mod output;
 pub mod pairs;
-pub mod particle;
 pub mod pressure;
 pub mod reorder;
+pub mod sampling;
 pub mod scene;
 pub mod simd;
+pub mod state;
 pub mod step;
 pub mod study;
 pub mod time_step;
 
+pub use loading::Override;
+pub use state::particle;
 pub use step::{
     Phase, Plan, Simulation, Step, StepError, StepOutcome, StepReport, install, plan, take_step,
 };

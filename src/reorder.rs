@@ -11,11 +11,12 @@ use bevy_ecs::prelude::*;
 use glam::Vec4;
 
 use crate::{
-    execution::Execution,
     index::{FluidIndex, z_curve},
     neighbours::{BoundaryNeighbours, FluidNeighbours},
-    particle::{Fluid, Position},
-    step::Clock,
+    state::{
+        Clock, Execution,
+        particle::{Fluid, Position},
+    },
 };
 
 /// Which of two tables a particle's row is in.

@@ -4,9 +4,9 @@ mod common;
 
 use common::{bits, dam, run, simulation};
 use overfall::{
-    column::{PressureAccelerations, Pressures},
     pressure::pressure_force,
     scene::{Pcisph, PressureMethod, Scene},
+    state::{PressureAccelerations, Pressures},
 };
 
 fn scene(last_correction: bool) -> Scene {

@@ -6,9 +6,9 @@ mod common;
 use common::{bits, bits_after, dam, methods, run, sesph};
 use overfall::{
     Simulation,
-    execution::Execution,
     scene::{Executor, IndexStructure, Neighbours, Scene, TimeStep},
     simd::InstructionSet,
+    state::Execution,
 };
 
 /// Three reorderings and a bit.

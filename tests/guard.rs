@@ -7,12 +7,14 @@ use common::{bits, dam, methods, run, sesph, simulation};
 use glam::Vec3;
 use overfall::{
     Simulation, StepError,
-    particle::{Position, Velocity},
     scene::{
         Bounds, Criterion, Dfsph, Iisph, IndexStructure, NotConverged, Pcisph, PressureMethod,
         Scene, Shape, TimeStep,
     },
-    step::{Clock, FailureCause},
+    state::{
+        Clock, FailureCause,
+        particle::{Position, Velocity},
+    },
 };
 
 /// The step fails, names a particle where it is, changes nothing, and fails again in the same way.

@@ -14,15 +14,16 @@ use glam::Vec3;
 use overfall::{
     Phase, Simulation, Step,
     boundary::{BoundaryError, refresh_boundary},
-    execution::Execution,
     install,
     output::Frame,
-    particle::{
-        Boundary, BoundaryNormal, BoundaryVolume, Density, Fluid, ParticleId, Position, Pressure,
-        Velocity,
-    },
     scene::{BoundaryShape, Executor, IndexStructure, Scene, TimeStep},
-    step::{Clock, FailureCause, StepError},
+    state::{
+        Clock, Execution, FailureCause, StepError,
+        particle::{
+            Boundary, BoundaryNormal, BoundaryVolume, Density, Fluid, ParticleId, Position,
+            Pressure, Velocity,
+        },
+    },
     take_step,
 };
 

@@ -2,12 +2,10 @@
 
 use overfall::{
     Simulation,
-    boundary::BoundarySamples,
-    column::Positions,
-    execution::Execution,
-    index::{BruteForce, FluidIndex, SpatialIndex},
+    index::{BoundarySamples, BruteForce, FluidIndex, SpatialIndex},
     neighbours::{BoundaryNeighbours, FluidNeighbours, NeighbourLists, Search, search},
     scene::Scene,
+    state::{Execution, Positions},
 };
 
 const SCENE: &str = r#"(

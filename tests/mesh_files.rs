@@ -6,8 +6,8 @@ mod meshes;
 
 use glam::{DVec3, EulerRot, Quat, Vec3};
 use meshes::{Files, Surface};
-use overfall::boundary::sample;
 use overfall::mesh::Mesh;
+use overfall::sampling::sample;
 use overfall::scene::Scene;
 use proptest::prelude::*;
 
@@ -74,7 +74,7 @@ fn a_mesh_is_scaled_turned_and_moved() {
         .iter()
         .fold(Vec3::NEG_INFINITY, |high, s| high.max(s.position));
     // The layer is 0.6 spacings outside: x' = z/2, y' = x/2, z' = y/2.
-    let depth = overfall::boundary::layer_depth(&scene);
+    let depth = overfall::sampling::layer_depth(&scene);
     assert!(
         low.abs_diff_eq(Vec3::new(1.0, 2.0, 3.0) - depth, 2e-4),
         "{low}"

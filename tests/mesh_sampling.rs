@@ -10,7 +10,7 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 use meshes::{Files, Surface};
-use overfall::boundary::{BoundarySample, layer_depth, sample};
+use overfall::sampling::{BoundarySample, layer_depth, sample};
 use overfall::scene::Scene;
 use support::measured;
 

@@ -8,15 +8,16 @@ use bevy_ecs::prelude::*;
 use common::{bits, bits_after, dam, run, sesph, simulation};
 use glam::Vec3;
 use overfall::{
-    Simulation,
-    column::{Positions, Pressures},
-    install,
+    Simulation, install,
     neighbours::FluidNeighbours,
-    particle::{Fluid, Position},
     plan,
     pressure::{DensityError, PressureSolve, first_force::FirstForce},
     scene::{Dfsph, Iisph, Neighbours, Pcisph, PressureMethod, Scene, TimeStep},
-    step::{Clock, InstallError},
+    state::{
+        Clock, Positions, Pressures,
+        particle::{Fluid, Position},
+    },
+    step::InstallError,
 };
 
 /// A scene with a fixed time step and an order file of these stages, in a folder that lives as long.

@@ -6,10 +6,7 @@ mod support;
 
 use std::path::Path;
 
-use overfall::{
-    Simulation,
-    scene::{Override, Scene},
-};
+use overfall::{Simulation, loading::Override, scene::Scene};
 use support::{Particle, measured, particles_of, run, simulation, step};
 
 /// Densities over the rest density of the lattice of `text`, with how many walls of the tank 0–`size` m are

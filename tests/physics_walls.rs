@@ -10,7 +10,7 @@ mod support;
 use std::f32::consts::PI;
 
 use glam::Vec3;
-use overfall::particle::BoundaryNormal;
+use overfall::state::particle::BoundaryNormal;
 use support::{measured, particles_of, run, shoot, simulation, simulation_of};
 
 /// Signed distance [m] of a point from the fluid's side of a solid: positive in the fluid.

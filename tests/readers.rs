@@ -6,9 +6,12 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use overfall::scene::{Override, Scene, SceneError};
 use overfall::step::Order;
 use overfall::study::{Plan, Reference};
+use overfall::{
+    loading::Override,
+    scene::{Scene, SceneError},
+};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngSeed, TestCaseError, TestRunner};
 

@@ -7,11 +7,13 @@ use common::{bits, dam, pcisph, run, sesph, simulation};
 use glam::Vec3;
 use overfall::{
     Simulation, StepReport,
-    particle::{Density, Fluid, Position, Pressure, Velocity},
     scene::{
         Adaptive, Dfsph, Iisph, IndexStructure, Neighbours, Pcisph, PressureMethod, Scene, TimeStep,
     },
-    step::{Clock, FailureCause},
+    state::{
+        Clock, FailureCause,
+        particle::{Density, Fluid, Position, Pressure, Velocity},
+    },
     time_step::{AdaptiveTimeStep, adaptive::MOST_IN_A_ROW, roll_back::KeptState},
 };
 

@@ -1,6 +1,6 @@
 //! A scene that cannot work is refused: file, line, column, what is wrong, what would be right.
 
-use overfall::scene::{Override, Scene};
+use overfall::{loading::Override, scene::Scene};
 
 /// A right scene of ten lines, to be spoilt.
 const SCENE: &str = r#"(

@@ -9,9 +9,9 @@ use common::{bits_after, dam, run, simulation};
 use glam::Vec3;
 use overfall::{
     Simulation,
-    particle::{Fluid, MeanPressure, Position, Pressure},
     pressure::warm_start::MeanPressures,
     scene::{Dfsph, Iisph, PressureMethod, Scene, TimeStep},
+    state::particle::{Fluid, MeanPressure, Position, Pressure},
 };
 
 /// From means over `steps`.

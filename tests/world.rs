@@ -9,16 +9,18 @@ use common::{DAM_PARTICLES, bits, dam, methods, pcisph, run, sesph, simulation, 
 use glam::{IVec3, Vec3};
 use overfall::{
     Phase, Simulation, Step, StepOutcome,
-    boundary::{BoundarySamples, refresh_boundary},
-    column::{Densities, Positions},
-    index::{FluidIndex, z_curve},
+    boundary::refresh_boundary,
+    index::{BoundarySamples, FluidIndex, z_curve},
     install,
-    particle::{Boundary, BoundaryVolume, Density, Fluid, Position, Pressure, Velocity},
     scene::{
         Executor, Iisph, IndexStructure, Neighbours, PressureMethod, Scene, SurfaceTension,
         TimeStep, Viscosity,
     },
-    step::{Clock, InstallError},
+    state::{
+        Clock, Densities, Positions,
+        particle::{Boundary, BoundaryVolume, Density, Fluid, Position, Pressure, Velocity},
+    },
+    step::InstallError,
     take_step,
 };
 

@@ -12,13 +12,7 @@
 
 use std::{path::Path, time::Instant};
 
-use overfall::{
-    Simulation, boundary,
-    column::Densities,
-    material::Material,
-    particle::{Fluid, Position},
-    scene::{Override, Scene},
-};
+use overfall::{Simulation, boundary, state::{Densities, Material, particle::{Fluid, Position}}, loading::Override, scene::Scene};
 use salva3d::{
     LiquidWorld,
     math::Vector,

@@ -18,11 +18,10 @@ use bevy_ecs::prelude::*;
 use glam::{Mat3, Vec3, Vec4};
 use smallvec::SmallVec;
 
-use super::BoundarySamples;
 use crate::{
-    column::{PredictedPositions, Velocities},
-    material::Material,
+    index::BoundarySamples,
     pairs::Pairs,
+    state::{Material, PredictedPositions, Velocities},
 };
 
 /// How far a particle may get behind the face of a wall, in spacings.

@@ -21,12 +21,11 @@
 use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};
 
-use super::BoundarySamples;
 use crate::{
-    column::{PredictedPositions, Velocities},
-    material::Material,
+    index::BoundarySamples,
     pairs::Pairs,
     scene,
+    state::{Material, PredictedPositions, Velocities},
 };
 
 /// Parameters in SI units.

@@ -14,9 +14,9 @@ use glam::{Vec3, Vec4};
 use crate::{
     kernel::CubicSpline,
     lattice::BesideWall,
-    material::Material,
     pairs::{Pair, PairSum, Pairs, accumulate},
     simd::Simd,
+    state::Material,
 };
 
 /// Least part of a force along a wall that is taken to be there [-]: in a corner the parts of several walls add up.

@@ -5,15 +5,13 @@
 use glam::Vec4;
 
 use crate::{
-    column::SENTINEL,
-    execution::Execution,
     index::SpatialIndex,
     kernel::CubicSpline,
-    material::Material,
     neighbours::Search,
     pairs::{self, Pair, PairSum, Places, Source},
     scene::{BoundaryHandling, Scene},
     simd::Simd,
+    state::{Execution, Material, SENTINEL},
 };
 
 /// Volumes [m³; m² in 2-D] of the particles of `index`, at `packed` without its sentinel.

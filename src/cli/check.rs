@@ -4,7 +4,6 @@ use std::fmt::Write;
 
 use glam::Vec3;
 use overfall::Plan;
-use overfall::gauge;
 use overfall::scene::{Cfl, Rate, Scene, TimeStep};
 
 use super::report::size;
@@ -117,8 +116,12 @@ fn gauges(scene: &Scene) -> String {
             format!(", beside {}", console::name(&known.file))
         });
         let kind = console::name(&written(&gauge.kind)).to_string();
-        let _ = writeln!(text, "  {:<15} {kind}, {rate}{window}{reference}", gauge.name);
-        let columns = gauge::columns(gauge, scene).join(", ");
+        let _ = writeln!(
+            text,
+            "  {:<15} {kind}, {rate}{window}{reference}",
+            gauge.name
+        );
+        let columns = gauge.columns().join(", ");
         let _ = writeln!(text, "  {:<15} {columns}", "");
     }
     text

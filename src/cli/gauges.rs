@@ -4,10 +4,11 @@ use std::io::Write as _;
 use std::path::PathBuf;
 
 use bevy_ecs::prelude::World;
-use overfall::gauge::{self, Gauges, Reading, chart};
+use overfall::gauge::{self, Gauges, Reading};
 use overfall::measure::Curve;
 use overfall::output::{GaugeFile, OutputError, write_atomically};
 use overfall::scene::Scene;
+use overfall::study::chart::draw_beside_known;
 
 use super::claims::Claims;
 use super::folder::{self, RunFolder};
@@ -34,16 +35,21 @@ struct Comparison {
 
 impl GaugeFiles {
     /// Starts the files.
-    pub(super) fn start(folder: &RunFolder, claims: &Claims, scene: &Scene) -> Result<Self, Failure> {
+    pub(super) fn start(
+        folder: &RunFolder,
+        claims: &Claims,
+        scene: &Scene,
+    ) -> Result<Self, Failure> {
         if !scene.gauges.is_empty() {
             create_folder(&folder.gauges())?;
         }
         let files = scene.gauges.iter().map(|gauge| {
-            let columns = gauge::columns(gauge, scene);
+            let columns = gauge.columns();
             let file = claims.claim(&folder::gauge(&gauge.name));
             let rows = file.and_then(|path| GaugeFile::create(&path, &columns));
             let comparison = gauge.reference.as_ref().map(|reference| {
-                let known = Curve::load(reference)
+                let known = reference
+                    .load()
                     .map_err(|error| Failure::Refused(error.to_string()))?;
                 let wanted = reference.quantity.as_ref().unwrap_or(&columns[0]);
                 let place = columns.iter().position(|name| name == wanted);
@@ -66,12 +72,18 @@ impl GaugeFiles {
 
     /// Takes the readings that no later step takes back; at the end of the run all.
     pub(super) fn take(&mut self, world: &mut World, is_end: bool) -> Result<(), OutputError> {
-        let settled = if is_end { u64::MAX } else { gauge::settled_step(world) };
+        let settled = if is_end {
+            u64::MAX
+        } else {
+            gauge::settled_step(world)
+        };
         let Some(mut gauges) = world.get_resource_mut::<Gauges>() else {
             return Ok(());
         };
         for (files, readings) in self.0.iter_mut().zip(gauges.take_readings(settled)) {
-            readings.iter().try_for_each(|reading| files.push(reading))?;
+            readings
+                .iter()
+                .try_for_each(|reading| files.push(reading))?;
         }
         Ok(())
     }
@@ -106,7 +118,7 @@ impl Files {
 
 impl Comparison {
     fn draw(&self) -> Result<(), OutputError> {
-        match chart::draw(&self.title, &self.column.0, &self.measured, &self.known) {
+        match draw_beside_known(&self.title, &self.column.0, &self.measured, &self.known) {
             Ok(svg) => write_atomically(&self.path, |out| out.write_all(svg.as_bytes())),
             // A run that was broken off has nothing to draw; its rows are worth having all the same.
             Err(_) => Ok(()),

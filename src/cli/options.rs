@@ -4,8 +4,11 @@ use std::num::NonZero;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum, ValueHint};
-use overfall::scene::{FrameFormat, Override, Scene, SceneError};
 use overfall::step::InstallError;
+use overfall::{
+    loading::Override,
+    scene::{FrameFormat, Scene, SceneError},
+};
 
 use super::Failure;
 

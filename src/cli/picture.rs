@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use overfall::execution::Execution;
 use overfall::output::picture::{Image, View, contact_sheet, draw, evenly_spaced};
 use overfall::output::{Frame, OutputError};
 use overfall::scene::{FrameFormat, Scene};
+use overfall::state::Execution;
 
 use super::claims::Claims;
 use super::folder::{self, CONTACT_SHEET, RunFolder};

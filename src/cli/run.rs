@@ -5,12 +5,12 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use bevy_ecs::prelude::With;
-use overfall::execution::Execution;
 use overfall::output::{Frame, History, OutputError, RunTotals, Status, Summary};
-use overfall::particle::{Boundary, Fluid};
 use overfall::scene::Scene;
-use overfall::step::{Clock, warnings};
+use overfall::state::Execution;
+use overfall::state::particle::{Boundary, Fluid};
 use overfall::{Simulation, StepError};
+use overfall::{state::Clock, step::warnings};
 
 use super::claims::{Claims, Writer};
 use super::folder::{HISTORY, Reserve, RunFolder, SUMMARY};

@@ -2,11 +2,7 @@
 
 use bevy_ecs::prelude::*;
 
-use crate::{
-    column::{Accelerations, Positions},
-    execution::Execution,
-    material::Material,
-};
+use crate::state::{Accelerations, Execution, Material, Positions};
 
 /// Sets every acceleration to gravity (phase `Forces`, first).
 pub fn apply_gravity(

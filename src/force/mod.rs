@@ -1,6 +1,6 @@
 //! All forces but pressure, each a file and a system that is in the schedule only if the scene asks.
 //!
-//! They add to [`Accelerations`](crate::column::Accelerations), which gravity starts.
+//! They add to [`Accelerations`](crate::state::Accelerations), which gravity starts.
 
 mod gravity;
 mod surface_tension;

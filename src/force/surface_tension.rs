@@ -5,10 +5,9 @@ use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};
 
 use crate::{
-    column::Accelerations,
-    material::Material,
     pairs::{Pair, PairSum, PairsWithSlopes, accumulate},
     simd::Simd,
+    state::{Accelerations, Material},
 };
 
 /// Strength κ [m³/s²; m²/s² in 2-D] of the scene.

@@ -17,12 +17,10 @@ use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};
 
 use crate::{
-    column::{Accelerations, Densities, Positions, Pressures, Velocities},
-    execution::Execution,
-    material::Material,
     pairs::{Pair, PairSum, accumulate, broadcast, difference, dot},
     pressure::{first_force::WithFirstForce, warm_start},
     simd::Simd,
+    state::{Accelerations, Densities, Execution, Material, Positions, Pressures, Velocities},
 };
 
 /// Kinematic viscosity ν [m²/s] of the scene.

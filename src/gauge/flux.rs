@@ -7,7 +7,7 @@
 
 use glam::{DVec3, Vec3};
 
-use super::{Moment, Probe, Quantity, mean_of};
+use super::moment::{Moment, Probe};
 
 /// A parallelogram.
 pub(super) struct Flux {
@@ -20,10 +20,6 @@ pub(super) struct Flux {
 }
 
 impl Probe for Flux {
-    fn quantities(&self) -> &'static [Quantity] {
-        const { &[mean_of("volume_flux_m3_per_s")] }
-    }
-
     fn read(&self, moment: &Moment, rows: &mut Vec<u32>, values: &mut Vec<Option<f64>>) {
         let material = &moment.state.material;
         let h = f64::from(material.kernel.support_radius);

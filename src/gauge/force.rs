@@ -9,82 +9,18 @@
 //!
 //! The pressure force on all particles is summed once more for it, with those terms: a pass in every step that is read.
 
-use bevy_ecs::prelude::*;
 use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
 
-use super::{Moment, Probe, Quantity, State, mean_of, near::Near};
-use crate::{
-    boundary::{BoundarySamples, owners::Owners, sums::Walls},
-    column::{Positions, Velocities},
-    execution::Execution,
-    pressure::force::PressureForce,
+use super::{
+    moment::{Moment, Probe},
+    near::Near,
+    reactions::Reactions,
 };
-
-/// Velocities before walls correct them [m/s]. In scenes that measure forces.
-#[derive(Resource, Debug, Default)]
-pub struct FreeVelocities(Vec<Vec4>);
-
-/// Keeps the velocities that integration gave (phase `Integrate`, before contact).
-pub fn keep_velocities(
-    mut kept: ResMut<FreeVelocities>,
-    velocities: Res<Velocities>,
-    positions: Res<Positions>,
-    execution: Res<Execution>,
-) {
-    let rows = positions.rows();
-    kept.0.resize(rows, Vec4::ZERO);
-    execution.copy(&mut kept.0, &velocities.0[..rows]);
-}
-
-/// What walls do to each row in the step.
-pub(super) struct Reactions {
-    /// Pressure term of all solves, `p/ρ²`.
-    terms: Vec<f32>,
-    /// Acceleration along the wall that was made up [m/s²].
-    added: Vec<Vec3>,
-    /// Rows that contact changed.
-    touched: Vec<u32>,
-}
-
-impl Reactions {
-    pub(super) fn new(state: &State) -> Self {
-        let rows = state.places_len();
-        let positions = &state.pairs.positions().0;
-        let terms: Vec<f32> = if state.equation.is_some() {
-            // What pressure acts with there is not what it is told as.
-            positions[..rows].iter().map(|x| x.w).collect()
-        } else {
-            let pressures = state.pressures.0.iter().zip(&state.densities.0);
-            pressures.map(|(p, rho)| p / (rho * rho)).collect()
-        };
-        let walls = Walls::of(state.walls.as_deref());
-        let mut carried = positions.clone();
-        for (x, term) in carried.iter_mut().zip(&terms) {
-            x.w = *term;
-        }
-        let mut added = vec![Vec3::ZERO; rows];
-        let pass = PressureForce::new(&state.material, walls);
-        state.pairs.sum_at(&carried, &pass, &mut added);
-        state.execution.for_each_chunk(&mut added, |first, added| {
-            for (row, acceleration) in (first..).zip(added) {
-                *acceleration = walls.added(row, *acceleration);
-            }
-        });
-        let free = state.free.as_ref().map_or(&[][..], |free| &free.0);
-        let changed = free.iter().zip(&state.velocities.0);
-        let touched = (0..)
-            .zip(changed)
-            .filter(|(_, (before, after))| before.truncate() != after.truncate())
-            .map(|(row, _)| row)
-            .collect();
-        Self {
-            terms,
-            added,
-            touched,
-        }
-    }
-}
+use crate::{
+    boundary::{owners::Owners, sums::Walls},
+    index::BoundarySamples,
+};
 
 /// Force and torque on the boundaries of a name.
 pub(super) struct Force {
@@ -97,19 +33,6 @@ pub(super) struct Force {
 const CHUNK: usize = 64;
 
 impl Probe for Force {
-    fn quantities(&self) -> &'static [Quantity] {
-        const {
-            &[
-                mean_of("force_x_N"),
-                mean_of("force_y_N"),
-                mean_of("force_z_N"),
-                mean_of("torque_x_N_m"),
-                mean_of("torque_y_N_m"),
-                mean_of("torque_z_N_m"),
-            ]
-        }
-    }
-
     fn read(&self, moment: &Moment, _: &mut Vec<u32>, values: &mut Vec<Option<f64>>) {
         let state = moment.state;
         let (Some(samples), Some(owners)) = (&state.samples, &state.owners) else {

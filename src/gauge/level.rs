@@ -3,7 +3,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::{Moment, Probe, Quantity, mean_of};
+use super::moment::{Moment, Probe};
 use crate::scene::Bounds;
 
 /// Level in a column.
@@ -13,10 +13,6 @@ pub(super) struct Height {
 }
 
 impl Probe for Height {
-    fn quantities(&self) -> &'static [Quantity] {
-        const { &[mean_of("height_m")] }
-    }
-
     fn read(&self, moment: &Moment, rows: &mut Vec<u32>, values: &mut Vec<Option<f64>>) {
         let material = &moment.state.material;
         let up = (-material.gravity).try_normalize().unwrap_or(Vec3::Y);
@@ -57,10 +53,6 @@ pub(super) struct Front {
 }
 
 impl Probe for Front {
-    fn quantities(&self) -> &'static [Quantity] {
-        const { &[mean_of("front_m")] }
-    }
-
     fn read(&self, moment: &Moment, _: &mut Vec<u32>, values: &mut Vec<Option<f64>>) {
         let material = &moment.state.material;
         let counts = |x: &Vec3| {

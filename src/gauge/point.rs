@@ -6,7 +6,7 @@
 
 use glam::{DVec3, Vec3};
 
-use super::{Moment, Probe, Quantity, counted, mean_of};
+use super::moment::{Moment, Probe};
 use crate::kernel::CubicSpline;
 
 /// The particles around a point.
@@ -53,10 +53,6 @@ impl Around {
 pub(super) struct Pressure(pub(super) Around);
 
 impl Probe for Pressure {
-    fn quantities(&self) -> &'static [Quantity] {
-        const { &[mean_of("pressure_Pa"), counted("neighbours")] }
-    }
-
     fn read(&self, moment: &Moment, rows: &mut Vec<u32>, values: &mut Vec<Option<f64>>) {
         let pressures = &moment.state.pressures.0;
         let value = |row: usize| DVec3::splat(pressures[row].into());
@@ -71,17 +67,6 @@ impl Probe for Pressure {
 pub(super) struct Velocity(pub(super) Around);
 
 impl Probe for Velocity {
-    fn quantities(&self) -> &'static [Quantity] {
-        const {
-            &[
-                mean_of("velocity_x_m_per_s"),
-                mean_of("velocity_y_m_per_s"),
-                mean_of("velocity_z_m_per_s"),
-                counted("neighbours"),
-            ]
-        }
-    }
-
     fn read(&self, moment: &Moment, rows: &mut Vec<u32>, values: &mut Vec<Option<f64>>) {
         let velocities = &moment.state.velocities.0;
         let value = |row: usize| velocities[row].truncate().as_dvec3();

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use crate::{scene::Rate, step::Clock};
+use crate::{scene::Rate, state::Clock};
 
 /// When a gauge is read.
 #[derive(Debug, Clone, Copy)]

@@ -3,10 +3,11 @@
 use glam::{IVec3, Vec4};
 
 use super::{
-    DomainTooLarge, Grid, SpatialIndex,
+    Grid, SpatialIndex,
     entries::{Entries, Run},
 };
-use crate::execution::Execution;
+use crate::state::DomainTooLarge;
+use crate::state::Execution;
 
 /// Points that one task queries.
 const BLOCK: usize = 64;

@@ -4,27 +4,7 @@ use glam::{IVec3, Vec4};
 use rayon::prelude::*;
 
 use super::Grid;
-use crate::execution::{CHUNK, Execution};
-
-/// Most cells of a dense structure: a table of 4 bytes a cell is then 512 MiB, and writing it takes a tenth of a
-/// second a step. A box that needs more is refused.
-pub const MAX_CELLS: u64 = 1 << 27;
-
-/// A dense structure would need more cells than [`MAX_CELLS`].
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[error(
-    "the box around all particles has {} × {} × {} cells of {cell_size:.4} m, and the spatial index needs memory for each \
-     of them, at most {MAX_CELLS}; the structures CompactHashing and SpatialHashing need none for empty cells, and a \
-     `domain` in the scene stops particles that fly away", .cells[0], .cells[1], .cells[2]
-)]
-pub struct DomainTooLarge {
-    /// Cells along x, y and z.
-    pub cells: [u64; 3],
-    /// Their edge [m].
-    pub cell_size: f64,
-    /// The point furthest from the middle of all others.
-    pub row: usize,
-}
+use crate::state::{CHUNK, DomainTooLarge, Execution, MAX_CELLS};
 
 /// A box of cells.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

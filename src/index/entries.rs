@@ -20,8 +20,8 @@ use rayon::prelude::*;
 
 pub use crate::simd::Run;
 use crate::{
-    execution::{CHUNK, Execution},
     simd::{CANDIDATE_ALIGNMENT, prefetch},
+    state::{CHUNK, Execution},
 };
 
 /// Rows in the order of their cells.

@@ -15,13 +15,14 @@ use glam::{IVec3, Vec4};
 use rayon::prelude::*;
 
 use super::{
-    DomainTooLarge, Grid, SpatialIndex,
+    Grid, SpatialIndex,
     domain::{self, Domain},
     entries::{Entries, Run},
     radix_sort::RadixSort,
     table::{SortedCells, handle, row_major_runs},
 };
-use crate::execution::Execution;
+use crate::state::DomainTooLarge;
+use crate::state::Execution;
 
 /// The structure of the paper's Figure 1.
 pub struct IndexSort {

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use rayon::prelude::*;
 
 use super::table::{Handle, key_of};
-use crate::execution::Execution;
+use crate::state::Execution;
 
 /// Handles that one task counts and moves.
 const CHUNK: usize = 8192;

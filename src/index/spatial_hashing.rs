@@ -14,12 +14,13 @@ use glam::{IVec3, Vec4};
 use rayon::prelude::*;
 
 use super::{
-    DomainTooLarge, Grid, SpatialIndex,
+    Grid, SpatialIndex,
     by_row::ByRow,
     entries::{Entries, PADDING, Run},
     hash::{CellHash, MIN_TABLE},
 };
-use crate::execution::Execution;
+use crate::state::DomainTooLarge;
+use crate::state::Execution;
 
 /// Hash cells a point (4.4: "a hash table size of two times the number of particles is appropriate").
 const CELLS_A_POINT: f32 = 2.0;

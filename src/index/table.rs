@@ -11,7 +11,7 @@ use super::{
     domain::Domain,
     entries::{Entries, Run},
 };
-use crate::execution::{CHUNK, Execution};
+use crate::state::{CHUNK, Execution};
 
 /// Entries whose references one task writes.
 const SERIAL: usize = 4096;

@@ -16,13 +16,14 @@ use glam::{IVec3, Vec4};
 use rayon::prelude::*;
 
 use super::{
-    DomainTooLarge, Grid, SpatialIndex,
+    Grid, SpatialIndex,
     by_row::ByRow,
     domain::{self, Domain},
     entries::{Entries, Run},
     table::row_major_runs,
 };
-use crate::execution::Execution;
+use crate::state::DomainTooLarge;
+use crate::state::Execution;
 
 /// The structure of section 4.1.
 pub struct UniformGrid {

@@ -4,7 +4,7 @@ use glam::{IVec3, Vec4};
 use rayon::prelude::*;
 
 use super::Grid;
-use crate::execution::{CHUNK, Execution};
+use crate::state::{CHUNK, Execution};
 
 /// Bits of one coordinate in a key.
 const BITS: u32 = 21;

@@ -27,12 +27,13 @@ use glam::{IVec3, Vec4};
 use rayon::prelude::*;
 
 use super::{
-    DomainTooLarge, Grid, SpatialIndex,
+    Grid, SpatialIndex,
     domain::Domain,
     entries::{Entries, Run},
     table::{Handle, SortedCells, handle},
 };
-use crate::execution::{CHUNK, Execution};
+use crate::state::DomainTooLarge;
+use crate::state::{CHUNK, Execution};
 
 /// The share of changed handles from which all are sorted: there both cost the same (see above).
 const DISORDER: f32 = 0.5;

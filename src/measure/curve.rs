@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use crate::input::{read_text, without_mark};
-use crate::scene::GaugeReference;
 
 /// Figures over time, in SI units, times ascending.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -61,17 +60,26 @@ impl CurveError {
 }
 
 impl Curve {
-    /// Reads what a gauge is compared with.
-    pub fn load(reference: &GaugeReference) -> Result<Self, CurveError> {
-        let file = Path::new(&reference.file);
+    /// Reads the columns of these names, of times and of figures, by default the first and the second; `to_si` makes
+    /// time [s] and figure of what a row says. The file may begin with lines of comment (`#`).
+    pub fn load(
+        file: &Path,
+        columns: [Option<&str>; 2],
+        to_si: impl Fn([f64; 2]) -> (f64, f64),
+    ) -> Result<Self, CurveError> {
         let text = read_text(file).map_err(|source| CurveError::Unreadable {
             file: file.to_owned(),
             source,
         })?;
-        Self::parse(&text, file, reference)
+        Self::parse(&text, file, columns, to_si)
     }
 
-    fn parse(text: &str, file: &Path, reference: &GaugeReference) -> Result<Self, CurveError> {
+    fn parse(
+        text: &str,
+        file: &Path,
+        [time, value]: [Option<&str>; 2],
+        to_si: impl Fn([f64; 2]) -> (f64, f64),
+    ) -> Result<Self, CurveError> {
         let malformed = |line: usize, message: String| CurveError::Malformed {
             file: file.to_owned(),
             line,
@@ -88,23 +96,19 @@ impl Curve {
             return Err(malformed(1, message));
         };
         let names: Vec<&str> = header.split(',').map(str::trim).collect();
-        let column = |field, name: &Option<String>, default: usize| {
+        let column = |field, name: Option<&str>, default: usize| {
             let found = match name {
-                Some(name) => names.iter().position(|known| known == name),
+                Some(name) => names.iter().position(|known| *known == name),
                 None => (default < names.len()).then_some(default),
             };
             found.ok_or_else(|| CurveError::NoColumn {
                 file: file.to_owned(),
                 field,
-                name: name.clone().unwrap_or_else(|| format!("{}", default + 1)),
+                name: name.map_or_else(|| (default + 1).to_string(), str::to_owned),
                 known: names.join(", "),
             })
         };
-        let columns = [
-            column("time", &reference.time, 0)?,
-            column("value", &reference.value, 1)?,
-        ];
-        let (scale, offset) = (reference.scale.as_dvec2(), reference.offset.as_dvec2());
+        let columns = [column("time", time, 0)?, column("value", value, 1)?];
         let mut points = Vec::new();
         for (number, line) in lines {
             let fields: Vec<&str> = line.split(',').map(str::trim).collect();
@@ -120,7 +124,7 @@ impl Curve {
                     )
                 })?;
             }
-            points.push((scale.x * point[0] + offset.x, scale.y * point[1] + offset.y));
+            points.push(to_si(point));
         }
         if points.is_empty() {
             return Err(malformed(1, "there is no row of figures".to_owned()));
@@ -143,24 +147,17 @@ impl Curve {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::Vec2;
 
-    fn reference(time: Option<&str>, value: Option<&str>) -> GaugeReference {
-        GaugeReference {
-            file: "f.csv".into(),
-            time: time.map(Into::into),
-            value: value.map(Into::into),
-            quantity: None,
-            scale: Vec2::new(0.5, 2.0),
-            offset: Vec2::new(0.0, -1.0),
-        }
+    fn parse(text: &str, columns: [Option<&str>; 2]) -> Result<Curve, CurveError> {
+        Curve::parse(text, Path::new("f.csv"), columns, |[t, y]| {
+            (0.5 * t, 2.0 * y - 1.0)
+        })
     }
 
     #[test]
     fn a_curve_is_in_si_units_and_linear_between_its_points() {
         let text = "# a note\nT,Z,Y\n0,1,x\n4,3,x\n2,2,x\n";
-        let curve =
-            Curve::parse(text, Path::new("f.csv"), &reference(None, None)).expect("a curve");
+        let curve = parse(text, [None; 2]).expect("a curve");
         assert_eq!(curve.points, [(0.0, 1.0), (1.0, 3.0), (2.0, 5.0)]);
         assert_eq!(curve.notes, ["a note"]);
         for (t, y) in [
@@ -189,7 +186,7 @@ mod tests {
             ),
             ("T\n0\n", None, None, "no column `2`"),
         ] {
-            let error = Curve::parse(text, Path::new("f.csv"), &reference(time, value));
+            let error = parse(text, [time, value]);
             let error = error.expect_err(text).to_string();
             assert!(error.contains(expected), "{text}: {error}");
         }

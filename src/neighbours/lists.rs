@@ -5,7 +5,7 @@ use std::sync::{
     atomic::{AtomicU16, AtomicU32, Ordering::Relaxed},
 };
 
-use crate::{execution::CHUNK, index::SpatialIndex, simd::prefetch};
+use crate::{index::SpatialIndex, simd::prefetch, state::CHUNK};
 
 /// Neighbours of a particle within the fluid at the default support, roughly: what a list is expected to need
 /// before its first search.
@@ -14,33 +14,6 @@ const FULL_NEIGHBOURHOOD: u16 = 30;
 /// Room for lists of so many entries that grow a little from step to step and shall not be moved in every one.
 fn room(len: usize) -> usize {
     len / 256 + 1024
-}
-
-/// Lists that would be longer than their spans can say.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-pub enum ListsTooLong {
-    /// One of them.
-    #[error(
-        "a particle has {count} neighbours, and a list holds {max}; particles lie on top of each other",
-        max = u16::MAX
-    )]
-    OfRow {
-        /// The particle's row.
-        row: usize,
-        /// Its neighbours.
-        count: usize,
-    },
-    /// All together.
-    #[error(
-        "there are {pairs} pairs of neighbours, and lists hold {most} in the memory of this machine; particles lie on top of \
-         each other, or there are too many: with `neighbours: Recomputed` there is no limit"
-    )]
-    Together {
-        /// Pairs of a row and a neighbour.
-        pairs: usize,
-        /// Pairs that lists can hold.
-        most: usize,
-    },
 }
 
 /// Neighbour lists of all rows.

@@ -15,16 +15,14 @@ mod search;
 
 use bevy_ecs::prelude::*;
 
-pub use lists::{ListsTooLong, NeighbourLists};
+pub use lists::NeighbourLists;
 pub use search::{OnTheSpot, Search, search, tested_pairs};
 
 use crate::{
-    boundary::BoundarySamples,
-    column::Positions,
-    execution::Execution,
-    index::FluidIndex,
+    index::{BoundarySamples, FluidIndex},
     pairs::PairSlopes,
-    step::{Failure, FailureCause},
+    state::ListsTooLong,
+    state::{Execution, Failure, FailureCause, Positions},
 };
 
 /// Lists of the fluid particles (absent when neighbours are recomputed).

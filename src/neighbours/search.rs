@@ -10,12 +10,13 @@ use std::{
 
 use glam::{IVec3, Vec4};
 
-use super::lists::{ListsTooLong, NeighbourLists, Region, Spans};
+use super::lists::{NeighbourLists, Region, Spans};
 use crate::{
-    execution::Execution,
     index::{Run, SpatialIndex},
     memory,
     simd::{CANDIDATE_ALIGNMENT, Candidates, FIRST_ROOM, Near, Portable, Probe, Simd, Vectorised},
+    state::Execution,
+    state::ListsTooLong,
 };
 
 /// What a search reads.

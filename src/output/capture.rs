@@ -3,8 +3,8 @@
 use bevy_ecs::prelude::*;
 
 use super::Frame;
-use crate::particle::{Density, Fluid, ParticleId, Position, Pressure, Velocity};
-use crate::step::Clock;
+use crate::state::Clock;
+use crate::state::particle::{Density, Fluid, ParticleId, Position, Pressure, Velocity};
 
 impl Frame {
     /// Copies the state of all fluid particles of a world in which a scene is installed, as of the last step.

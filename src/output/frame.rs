@@ -17,7 +17,7 @@ pub struct Frame {
     pub step: u64,
     /// Simulated time [s].
     pub time: f64,
-    /// A particle's lasting number: see [`ParticleId`](crate::particle::ParticleId).
+    /// A particle's lasting number: see [`ParticleId`](crate::state::particle::ParticleId).
     pub ids: Vec<u32>,
     /// [m]
     pub positions: Vec<Vec3>,

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use super::OutputError;
 use super::rows::RowFile;
-use crate::step::{Phase, StepReport};
+use crate::{state::Phase, step::StepReport};
 
 /// Columns before the phases; their names end in their SI unit where they have one.
 const COLUMNS: [&str; 13] = [

@@ -6,7 +6,7 @@
 //! | `frames.pvd` | [`Series`] | a frame |
 //! | `history.csv` | [`History`] | a step |
 //! | `gauges/*.csv` | [`GaugeFile`] | a reading |
-//! | `gauges/*.svg` | [`chart::draw`](crate::gauge::chart::draw) | the end (feature `cli`) |
+//! | `gauges/*.svg` | [`draw_beside_known`](crate::study::chart::draw_beside_known) | the end (feature `cli`) |
 //! | `summary.json` | `Summary` | the end, however it comes (feature `cli`) |
 //! | `*.png` | [`picture::draw`] | a frame (feature `cli`) |
 //!

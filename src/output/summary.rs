@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::OutputError;
 use super::atomic::write_atomically;
 use crate::input::read_bytes;
-use crate::step::{Phase, StepReport};
+use crate::{state::Phase, step::StepReport};
 
 /// Number of the layout of `summary.json`, raised when a field changes its meaning or leaves.
 pub const OUTPUT_VERSION: u32 = 1;

@@ -24,13 +24,10 @@ pub use self::{
     takers::{adding, both, putting},
 };
 use crate::{
-    boundary::BoundarySamples,
-    column::{Positions, SENTINEL},
-    execution::{CHUNK, Execution},
-    index::FluidIndex,
-    material::Material,
+    index::{BoundarySamples, FluidIndex},
     neighbours::{BoundaryNeighbours, FluidNeighbours, OnTheSpot, Search},
     simd::{Simd, Vectorised},
+    state::{CHUNK, Execution, Material, Positions, SENTINEL},
 };
 
 /// Neighbours of the fluid particles, stored or not, and where loops over them run.

@@ -10,10 +10,10 @@ use super::{
     slopes::{Computed, Kept, Known, Slopes, make_room},
 };
 use crate::{
-    execution::{CHUNK, Execution},
     kernel::CubicSpline,
     neighbours::{NeighbourLists, OnTheSpot, Search},
     simd::{LANES, Simd, Vectorised},
+    state::{CHUNK, Execution},
 };
 
 /// Where the particles of a pass are: fluid and boundary, each with a fourth entry and ended by a sentinel; and how far

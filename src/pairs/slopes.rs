@@ -12,10 +12,10 @@ use std::ops::Range;
 use bevy_ecs::prelude::*;
 
 use crate::{
-    execution::CHUNK,
     kernel::CubicSpline,
     neighbours::NeighbourLists,
     simd::{LANES, Lanes, Simd},
+    state::CHUNK,
 };
 
 /// Slopes `(b² − a²)/r` [m⁻¹] of all pairs at the positions of the step, row after row in the order of the

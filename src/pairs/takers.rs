@@ -5,7 +5,7 @@ use std::ops::AddAssign;
 
 use rayon::prelude::*;
 
-use crate::execution::CHUNK;
+use crate::state::CHUNK;
 
 /// Takers that put sums into a column, which has one entry a row.
 pub fn putting<T: Send>(

@@ -34,13 +34,13 @@ use super::{
 };
 use crate::{
     boundary::sums::{WallSums, Walls},
-    column::{Densities, Positions, PressureAccelerations, Pressures, Velocities},
-    execution::Execution,
-    material::Material,
     pairs::{PairSlopes, PairSum, Pairs, both, putting},
     scene::{Dfsph, Dimension},
     simd::Simd,
-    step::Clock,
+    state::{
+        Clock, Densities, Execution, Material, Positions, PressureAccelerations, Pressures,
+        Velocities,
+    },
 };
 
 pub use super::iisph::iteration;

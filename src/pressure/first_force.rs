@@ -25,11 +25,9 @@ use super::{
 };
 use crate::{
     boundary::sums::{WallSums, Walls},
-    column::{Densities, Positions, PressureAccelerations, Pressures},
-    execution::Execution,
-    material::Material,
     pairs::{PairSum, PairsWithSlopes, adding, both, putting},
     scene::{Scene, Viscosity},
+    state::{Densities, Execution, Material, Positions, PressureAccelerations, Pressures},
 };
 
 /// In worlds whose scene and order let viscosity sum the first force.

@@ -14,8 +14,7 @@ use bevy_ecs::prelude::*;
 
 use crate::{
     boundary::sums::{WallSums, Walls},
-    column::Pressures,
-    execution::Execution,
+    state::{Execution, Pressures},
 };
 
 /// Least share: a particle in a right-angled corner of three walls has 0.3, one that a wall has swallowed none.

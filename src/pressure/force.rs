@@ -11,10 +11,9 @@ use glam::{Vec3, Vec4};
 
 use crate::{
     boundary::sums::{WallSums, Walls},
-    column::PressureAccelerations,
-    material::Material,
     pairs::{Pair, PairSum, PairsWithSlopes, accumulate},
     simd::Simd,
+    state::{Material, PressureAccelerations},
 };
 
 /// Accelerations of the pressure terms beside the positions (phase `Pressure`).

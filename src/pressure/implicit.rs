@@ -33,13 +33,13 @@ use super::{
 };
 use crate::{
     boundary::sums::{WallSums, Walls},
-    column::{Accelerations, Densities, Positions, PressureAccelerations, Pressures, Velocities},
-    execution::Execution,
     lattice::Lattice,
-    material::Material,
     pairs::{Pair, PairSum, PairsWithSlopes, broadcast, difference, dot},
     simd::Simd,
-    step::Clock,
+    state::{
+        Accelerations, Clock, Densities, Execution, Material, Positions, PressureAccelerations,
+        Pressures, Velocities,
+    },
 };
 
 /// Largest ω that a scene may ask for with momentum. On lattices that are not stable with it less is taken.

@@ -15,9 +15,8 @@ use super::{
     warm_start,
 };
 use crate::{
-    column::{Accelerations, Positions},
     scene::{Criterion, NotConverged, Scene},
-    step::Clock,
+    state::{Accelerations, Clock, Positions},
 };
 
 /// One iteration of the solve.

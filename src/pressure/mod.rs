@@ -33,10 +33,7 @@ use glam::Vec4;
 
 pub use force::pressure_force;
 
-use crate::{
-    execution::{ChunkResults, Execution},
-    material::Material,
-};
+use crate::state::{ChunkResults, Execution, Material};
 
 /// How well the last step's pressure solve did.
 #[derive(Resource, Debug, Default)]

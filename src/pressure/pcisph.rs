@@ -35,15 +35,13 @@ use super::{
 };
 use crate::{
     boundary::direct_forcing,
-    column::{
-        Accelerations, Densities, Positions, PredictedPositions, PressureAccelerations, Velocities,
-    },
     density::DensitySum,
-    execution::Execution,
-    material::Material,
     pairs::Pairs,
     scene::{Pcisph, Scene},
-    step::Clock,
+    state::{
+        Accelerations, Clock, Densities, Execution, Material, Positions, PredictedPositions,
+        PressureAccelerations, Velocities,
+    },
 };
 
 /// δ as a relaxation of a particle's own answer [-]: it assumes twice that of a full lattice.

@@ -13,9 +13,8 @@ use bevy_ecs::prelude::*;
 
 use crate::{
     integrate::Motion,
-    material::Material,
     scene::{PressureMethod, Scene},
-    step::Clock,
+    state::{Clock, Material},
     time_step,
 };
 

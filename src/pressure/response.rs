@@ -9,11 +9,10 @@ use rayon::iter::IndexedParallelIterator;
 use super::lattice_response;
 use crate::{
     boundary::sums::{WallSums, Walls},
-    column::Densities,
     density::DensitySum,
-    material::Material,
     pairs::{Pair, PairSlopes, PairSum, Pairs, accumulate, both, putting},
     simd::Simd,
+    state::{Densities, Material},
 };
 
 /// `1/D` of every particle [m⁸/kg²; m⁶/kg² in 2-D]; 0 where nothing answers.

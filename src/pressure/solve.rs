@@ -9,11 +9,11 @@ use super::{
     warm_start::{self, WarmStart},
 };
 use crate::{
-    column::{Accelerations, PressureAccelerations, Velocities},
-    execution::Execution,
-    material::Material,
     scene::{Criterion, Dfsph, Iisph, NotConverged, Pcisph, PressureMethod},
-    step::{Clock, Failure, FailureCause},
+    state::{
+        Accelerations, Clock, Execution, Failure, FailureCause, Material, PressureAccelerations,
+        Velocities,
+    },
     time_step::{AdaptiveTimeStep, TimeStepControl},
 };
 

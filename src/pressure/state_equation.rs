@@ -7,10 +7,8 @@ use bevy_ecs::prelude::*;
 
 use super::{Corrected, PressureSolve};
 use crate::{
-    column::{Densities, Positions, Pressures},
-    execution::Execution,
-    material::Material,
     scene::StateEquation,
+    state::{Densities, Execution, Material, Positions, Pressures},
 };
 
 /// The scene's equation of state.

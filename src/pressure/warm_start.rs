@@ -37,10 +37,11 @@ use glam::Vec3;
 
 use super::{PressureSolve, implicit::Jacobi};
 use crate::{
-    column::{Densities, Positions, PressureAccelerations, Pressures, in_order},
-    execution::Execution,
-    particle::{Fluid, MeanPressure, Pressure},
     scene::{PressureMethod, Scene},
+    state::{
+        Densities, Execution, Positions, PressureAccelerations, Pressures, in_order,
+        particle::{Fluid, MeanPressure, Pressure},
+    },
 };
 
 /// Which pressures the iterations of a step start from.

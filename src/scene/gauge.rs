@@ -4,6 +4,7 @@ use glam::{Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
 use super::Bounds;
+use crate::measure::{Curve, CurveError};
 
 /// One instrument: what it measures, how often, over which time it averages, and what it is compared with.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -141,6 +142,98 @@ pub struct GaugeReference {
     /// What is added to them after that, in SI units.
     #[serde(default)]
     pub offset: Vec2,
+}
+
+/// A quantity that a gauge measures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Quantity {
+    /// Its name, which ends in its SI unit where it has one.
+    pub name: &'static str,
+    /// Whether it has a mean over time.
+    pub is_averaged: bool,
+}
+
+const fn mean_of(name: &'static str) -> Quantity {
+    Quantity {
+        name,
+        is_averaged: true,
+    }
+}
+
+/// Particles that speak.
+const NEIGHBOURS: Quantity = Quantity {
+    name: "neighbours",
+    is_averaged: false,
+};
+
+impl GaugeKind {
+    /// What it measures.
+    pub fn quantities(&self) -> &'static [Quantity] {
+        match self {
+            Self::Height { .. } => const { &[mean_of("height_m")] },
+            Self::Front { .. } => const { &[mean_of("front_m")] },
+            Self::Pressure { .. } | Self::WallPressure { .. } => {
+                const { &[mean_of("pressure_Pa"), NEIGHBOURS] }
+            }
+            Self::Velocity { .. } => {
+                const {
+                    &[
+                        mean_of("velocity_x_m_per_s"),
+                        mean_of("velocity_y_m_per_s"),
+                        mean_of("velocity_z_m_per_s"),
+                        NEIGHBOURS,
+                    ]
+                }
+            }
+            Self::Force { .. } => {
+                const {
+                    &[
+                        mean_of("force_x_N"),
+                        mean_of("force_y_N"),
+                        mean_of("force_z_N"),
+                        mean_of("torque_x_N_m"),
+                        mean_of("torque_y_N_m"),
+                        mean_of("torque_z_N_m"),
+                    ]
+                }
+            }
+            Self::Flux { .. } => const { &[mean_of("volume_flux_m3_per_s")] },
+            Self::Energy => {
+                const {
+                    &[
+                        mean_of("kinetic_energy_J"),
+                        mean_of("potential_energy_J"),
+                        mean_of("compression_energy_J"),
+                        mean_of("dissipated_energy_J"),
+                    ]
+                }
+            }
+        }
+    }
+}
+
+impl Gauge {
+    /// Names of its columns: its quantities, then, with a window, `mean_…` of those that have a mean.
+    pub fn columns(&self) -> Vec<String> {
+        let quantities = self.kind.quantities();
+        let averaged = quantities
+            .iter()
+            .filter(|quantity| quantity.is_averaged && self.window > 0.0);
+        let now = quantities.iter().map(|quantity| quantity.name.to_owned());
+        now.chain(averaged.map(|quantity| format!("mean_{}", quantity.name)))
+            .collect()
+    }
+}
+
+impl GaugeReference {
+    /// Reads the curve, in SI units.
+    pub fn load(&self) -> Result<Curve, CurveError> {
+        let columns = [self.time.as_deref(), self.value.as_deref()];
+        let (scale, offset) = (self.scale.as_dvec2(), self.offset.as_dvec2());
+        Curve::load(self.file.as_ref(), columns, |[time, value]| {
+            (scale.x * time + offset.x, scale.y * value + offset.y)
+        })
+    }
 }
 
 fn one() -> Vec2 {

@@ -1,33 +1,24 @@
 //! The scene: what a RON file says, typed. SI units everywhere.
 //!
 //! [`Scene`] and the types it holds are exactly the file's fields; [`load`](Scene::load) reads one, applies the
-//! [`Override`]s and checks the result. Every error names file, line and column, what is wrong and what would be right.
-//! [`shapes`] turns bodies into particles; nothing here knows of the world they are spawned into.
+//! [`Override`](crate::Override)s and checks the result. [`shapes`] turns bodies into particles; nothing here knows of the world they are spawned into.
 //!
 //! In a file `Some(…)` around a value, the names of structs, and the second bracket of `Pcisph((…))` may be left out;
 //! a variant whose fields all have defaults may stand alone, `Pcisph`.
 
-mod check;
 mod error;
 mod gauge;
 mod geometry;
-mod load;
 mod output;
-mod overrides;
 mod physics;
 mod pressure;
 pub mod shapes;
-mod slips;
-mod spans;
 
-pub(crate) use check::Size;
 pub(crate) use error::unknown_name;
 pub use error::{Place, SceneError};
 pub use gauge::*;
 pub use geometry::*;
-pub(crate) use load::{place_of, read};
 pub use output::*;
-pub use overrides::Override;
 pub use physics::*;
 pub use pressure::*;
 

@@ -19,11 +19,11 @@ use glam::{DVec2, DVec3, Vec3};
 use super::{Dimension, Jitter, Scene, Shape};
 
 /// The step between two coordinates in single precision may be so many spacings; coarser ones are refused.
-pub(super) const RESOLUTION: f64 = 0.01;
+pub(crate) const RESOLUTION: f64 = 0.01;
 
 /// By how many spacings counts and distances may miss, for the rounding of the file's numbers to f32: more where the
 /// largest of them [m] is many spacings.
-pub(super) fn tolerance(largest: f64, spacing: f64) -> f64 {
+pub(crate) fn tolerance(largest: f64, spacing: f64) -> f64 {
     1e-3 + (f64::from(f32::EPSILON) * largest / spacing).min(RESOLUTION)
 }
 
@@ -97,7 +97,7 @@ fn largest(shape: &Shape) -> f64 {
 }
 
 /// The lattice of one shape, before jitter.
-pub(super) struct Lattice {
+pub(crate) struct Lattice {
     /// The first point [m].
     origin: DVec3,
     /// From one point to the next [m].
@@ -121,7 +121,7 @@ enum Keep {
 }
 
 impl Lattice {
-    pub(super) fn new(shape: &Shape, spacing: f64, dimension: Dimension) -> Self {
+    pub(crate) fn new(shape: &Shape, spacing: f64, dimension: Dimension) -> Self {
         let flat = dimension == Dimension::Two;
         let tolerance = tolerance(largest(shape), spacing);
         let along = |length: f64| (length / spacing + tolerance).floor() as u32;
@@ -193,11 +193,11 @@ impl Lattice {
     }
 
     /// How many points there are, at most.
-    pub(super) fn most(&self) -> f64 {
+    pub(crate) fn most(&self) -> f64 {
         self.counts.iter().map(|&count| f64::from(count)).product()
     }
 
-    pub(super) fn for_each(&self, mut visit: impl FnMut(DVec3)) {
+    pub(crate) fn for_each(&self, mut visit: impl FnMut(DVec3)) {
         let [across, up, deep] = self.counts;
         for k in 0..deep {
             for j in 0..up {
@@ -229,7 +229,7 @@ impl Lattice {
 }
 
 /// Volume of a shape [m³; m² in 2-D].
-pub(super) fn volume(shape: &Shape, dimension: Dimension) -> f64 {
+pub(crate) fn volume(shape: &Shape, dimension: Dimension) -> f64 {
     use std::f64::consts::PI;
     match (*shape, dimension) {
         (Shape::Box { min, max }, _) => {

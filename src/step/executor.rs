@@ -8,7 +8,7 @@ use bevy_ecs::{
     },
 };
 
-use crate::execution::Execution;
+use crate::state::Execution;
 
 /// Runs systems one after the other, or beside each other where they may.
 ///

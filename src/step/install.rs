@@ -8,31 +8,23 @@ use std::{
 use bevy_ecs::prelude::*;
 
 use super::{
-    clock::{Clock, Failure},
     memory,
     order::{Order, OrderError},
-    report::{FailureCause, StepError, StepOutcome, StepReport},
+    report::{StepOutcome, StepReport},
     schedule::{InTurn, Labels, Step, build_schedules},
     start::{FluidStart, Walls},
     start_density::{self, StartDensity},
     timer::PhaseTimer,
 };
 use crate::{
-    column::{
-        Accelerations, Densities, Positions, PredictedPositions, PressureAccelerations, Pressures,
-        Rows, Velocities,
-    },
-    execution::Execution,
     force::{ArtificialViscosity, Cohesion, LaminarViscosity, NumericalViscosity},
     gauge,
-    index::{self, DomainTooLarge, FluidIndex},
+    index::{self, FluidIndex},
     input::read_text,
     integrate::{Domain, GuardLimits, Motion},
-    material::Material,
     mesh::MeshError,
     neighbours::FluidNeighbours,
     pairs::PairSlopes,
-    particle::number_particles,
     pressure::{
         PressureSolve, dfsph, iisph, pcisph,
         solve::Convergence,
@@ -41,6 +33,12 @@ use crate::{
     },
     reorder::ReorderState,
     scene::{Neighbours, PressureMethod, Scene, SceneError, SurfaceTension, Viscosity},
+    state::{
+        Accelerations, Densities, DomainTooLarge, Execution, Material, Positions,
+        PredictedPositions, PressureAccelerations, Pressures, Rows, Velocities,
+        particle::number_particles,
+    },
+    state::{Clock, Failure, FailureCause, StepError},
     time_step,
 };
 

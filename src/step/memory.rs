@@ -3,10 +3,11 @@
 use super::install::InstallError;
 use crate::{
     index,
-    material::Material,
+    loading::Size,
     memory,
     pressure::warm_start,
-    scene::{IndexStructure, Neighbours, PressureMethod, Scene, Size, TimeStep},
+    scene::{IndexStructure, Neighbours, PressureMethod, Scene, TimeStep},
+    state::Material,
     time_step::roll_back::KEPT_BYTES,
 };
 

@@ -5,7 +5,10 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 use super::stage::{Datum, Stage};
-use crate::scene::{Place, Scene, SceneError, read};
+use crate::{
+    loading::read,
+    scene::{Place, Scene, SceneError},
+};
 
 /// An order file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -6,17 +6,15 @@ use glam::{DVec3, Vec3};
 use super::{
     install::{InstallError, order_of},
     memory,
-    phase::Phase,
     schedule::planned,
     start_density::{self, StartDensity},
     warnings,
 };
 use crate::{
-    boundary::{self, BoundarySamples},
-    execution::Execution,
-    index,
-    material::Material,
+    boundary, index, sampling,
     scene::{Scene, TimeStep, shapes},
+    state::Phase,
+    state::{Execution, Material},
     time_step::{self, adaptive},
 };
 
@@ -78,7 +76,7 @@ pub fn plan(scene: &Scene) -> Result<Plan, InstallError> {
     let mut boundary_particles = sampled.unwrap_or(size.boundary as usize);
     if is_exact && sampled.is_none() {
         boundary_particles = 0;
-        boundary::for_each_sample(scene, &mut |_| boundary_particles += 1)?;
+        sampling::for_each_sample(scene, &mut |_| boundary_particles += 1)?;
     }
     let expected_neighbours = memory::expected_neighbours(scene, &material);
     let limits = time_step_limits(scene, low, high);
@@ -106,9 +104,8 @@ pub fn plan(scene: &Scene) -> Result<Plan, InstallError> {
 /// How dense the fluid is at the start, and how many boundary particles there are.
 fn ask(scene: &Scene) -> Result<(StartDensity, usize), InstallError> {
     let execution = Execution::new(1)?;
-    let samples = boundary::sample(scene)?;
-    let walls =
-        BoundarySamples::new(scene, &samples, &execution).map_err(InstallError::Boundary)?;
+    let samples = sampling::sample(scene)?;
+    let walls = boundary::pack(scene, &samples, &execution).map_err(InstallError::Boundary)?;
     let walls = (!samples.is_empty()).then_some(&walls);
     let seeds = shapes::fluid_particles(scene);
     let density = start_density::of(scene, &seeds, walls, &execution)?;

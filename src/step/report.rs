@@ -1,20 +1,15 @@
 //! What a step reports, and how it fails.
 
 use bevy_ecs::prelude::*;
-use glam::Vec3;
 
-use super::{
-    clock::{Clock, Failure},
-    phase::Phase,
-    timer::PhaseTimer,
-};
+use super::timer::PhaseTimer;
 use crate::{
-    column::Positions,
-    index::DomainTooLarge,
     integrate::Motion,
-    neighbours::{BoundaryNeighbours, FluidNeighbours, ListsTooLong},
+    neighbours::{BoundaryNeighbours, FluidNeighbours},
     pressure::PressureSolve,
-    time_step::{AdaptiveTimeStep, Shock, TakenBack},
+    state::{Clock, Failure, Phase},
+    state::{Positions, StepError, TakenBack},
+    time_step::AdaptiveTimeStep,
 };
 
 /// What one step did. A step that was taken back is counted in no measure of the next, but is reported: number and time
@@ -50,145 +45,6 @@ pub struct StepReport {
     pub phase_seconds: [f64; Phase::ALL.len()],
     /// Steps taken back, and why, with a time step that is `Adaptive`; then this was no step forwards.
     pub taken_back: Option<TakenBack>,
-}
-
-/// Why a step failed. The columns keep the last good state.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("step {step} at t = {time:.6} s: {cause}{}", place(.particle))]
-pub struct StepError {
-    /// Number of the step that failed, from 1.
-    pub step: u64,
-    /// Simulated time at its start [s].
-    pub time: f64,
-    /// The particle concerned, if one is.
-    pub particle: Option<(Entity, Vec3)>,
-    /// What went wrong.
-    pub cause: FailureCause,
-}
-
-/// What went wrong in a step.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum FailureCause {
-    /// The world holds no scene that steps can be taken of.
-    #[error("{reason}")]
-    NotInstalled {
-        /// What is missing, and what brings it back.
-        reason: &'static str,
-    },
-    /// The time step that a host chose is none.
-    #[error("the time step is {dt:e} s; `Clock::next_dt` must be finite and above 0")]
-    TimeStep {
-        /// The time step [s].
-        dt: f32,
-    },
-    /// Particles lack a component that every fluid particle has.
-    #[error(
-        "a fluid particle lacks the component `{component}`{}; insert it again, or remove `Fluid` from what is no particle",
-        others(*.particles)
-    )]
-    LacksComponent {
-        /// Name of the component.
-        component: &'static str,
-        /// Particles in the same table, which all lack it.
-        particles: usize,
-    },
-    /// Particles came, went or moved to another table while the step was computed.
-    #[error(
-        "a system spawned, despawned or tagged fluid particles in the middle of the step, which had {before} and would write          to {now}; order it before `Phase::RebuildIndex` or after `Phase::Integrate`, or do it between steps"
-    )]
-    ParticlesChanged {
-        /// Particles at the start of the step.
-        before: usize,
-        /// Particles at its end.
-        now: usize,
-    },
-    /// A value that the step starts from is so large that its square is not finite.
-    #[error("{quantity} is beyond 1e17 at the start of the step; a host wrote it")]
-    TooLarge {
-        /// Which quantity.
-        quantity: &'static str,
-    },
-    /// A position, velocity or density is not a number or infinite.
-    #[error("{quantity} is not finite")]
-    NotFinite {
-        /// Which quantity.
-        quantity: &'static str,
-    },
-    /// A particle would move more than half the support radius.
-    #[error(
-        "a particle would move {displacement:.3e} m in one step, more than h/2 = {limit:.3e} m; a smaller time step is needed"
-    )]
-    TooFast {
-        /// Length of the movement [m].
-        displacement: f32,
-        /// The limit, h/2 [m].
-        limit: f32,
-    },
-    /// A particle is compressed beyond the scene's limit.
-    #[error(
-        "compression {compression:.3} is above the limit {limit:.3}; a smaller time step or a stiffer fluid is needed"
-    )]
-    OverCompressed {
-        /// `(ρ − ρ0)/ρ0` [-].
-        compression: f32,
-        /// The scene's limit [-].
-        limit: f32,
-    },
-    /// Pressure did more work than the energies that it can draw on.
-    #[error(
-        "pressure did {work:.3e} J of work in one step, `limits.energy` allows {limit:.3e} J; a smaller time step, more \
-         iterations (`pressure.max_density_error`) or a smaller `pressure.recovery` is needed"
-    )]
-    EnergyGained {
-        /// Work [J; J/m in 2-D].
-        work: f64,
-        /// The limit [J; J/m in 2-D].
-        limit: f64,
-    },
-    /// A particle left the scene's domain.
-    #[error("a particle left the domain")]
-    LeftDomain,
-    /// The spatial index covers a box around all particles, which would take too much memory.
-    #[error(transparent)]
-    DomainTooLarge(DomainTooLarge),
-    /// Neighbour lists are longer than they can be.
-    #[error(transparent)]
-    ListsTooLong(ListsTooLong),
-    /// The pressure iterations did not reach the limit on the density error.
-    #[error(
-        "pressure did not converge: density error {error:.3e} after {iterations} iterations, the limit is {limit:.3e}; take \
-         shorter steps (`time_step`), allow more iterations (`pressure.max_iterations`) or a larger error \
-         (`pressure.max_density_error`), or go on with the error that remains (`pressure.not_converged=Accept`)"
-    )]
-    NotConverged {
-        /// Iterations done.
-        iterations: u32,
-        /// Density error reached [-].
-        error: f32,
-        /// The limit [-].
-        limit: f32,
-    },
-    /// The step met a shock, and the time step could not be made smaller (`time_step: Adaptive` only).
-    #[error("shock: {0}")]
-    Shock(Shock),
-}
-
-/// As many particles of one table lack the same.
-fn others(particles: usize) -> String {
-    match particles {
-        0 | 1 => String::new(),
-        more => format!(", and so do {} others", more - 1),
-    }
-}
-
-fn place(particle: &Option<(Entity, Vec3)>) -> String {
-    particle.map_or_else(String::new, |(entity, at)| {
-        format!(
-            " (particle {entity} at ({:.4}, {:.4}, {:.4}) m)",
-            at.x, at.y, at.z
-        )
-    })
 }
 
 /// How the last step ended: what a host looks at after running the schedule.

@@ -10,18 +10,14 @@ use bevy_ecs::{
 };
 
 use super::{
-    clock::{self, Clock, healthy},
     executor::StepExecutor,
     install::InstallError,
     order::{Order, OrderItem, stages},
-    phase::Phase,
     report::finish,
     stage::{Datum, Stage},
     timer::{start_timer, stop_watch},
 };
 use crate::{
-    column::Rows,
-    execution::start_task_threads,
     gauge,
     pressure::{
         dfsph::{self, DivergenceIteration},
@@ -31,6 +27,8 @@ use crate::{
         solve::{LastCorrection, PressureIteration},
     },
     scene::{Executor, PressureMethod, Scene, TimeStep},
+    state::{Clock, Phase, clock, failure, failure::healthy},
+    state::{Rows, start_task_threads},
     time_step::roll_back,
 };
 
@@ -107,7 +105,7 @@ pub(super) fn build_schedules(
     if has_gauges {
         configs.push(gauge::read_gauges.in_set(Phase::Observe).run_if(healthy));
     }
-    configs.push(clock::name_the_particle.in_set(Phase::Observe));
+    configs.push(failure::name_the_particle.in_set(Phase::Observe));
     if matches!(scene.time_step, TimeStep::Adaptive(_)) {
         configs.push(roll_back::roll_back.in_set(Phase::Observe));
         if has_gauges {

@@ -2,13 +2,15 @@
 
 use bevy_ecs::{prelude::*, schedule::ScheduleConfigs, system::ScheduleSystem};
 
-use super::{clock, order::OrderError, phase::Phase};
+use super::order::OrderError;
 use crate::{
     boundary::{contact, direct_forcing, sums},
-    column, density, force, gauge, index, integrate, neighbours,
+    density, force, gauge, index, integrate, neighbours,
     pressure::{self, first_force, initial, recovery, warm_start},
     reorder,
     scene::{Neighbours, PressureMethod, Scene, SurfaceTension, TimeStep, Viscosity},
+    state::transfer,
+    state::{Phase, clock, failure::healthy},
     time_step::{self, adaptive, roll_back},
 };
 
@@ -60,7 +62,7 @@ impl Stage {
             spoils_all: false,
             wanted: |_| true,
             systems: |scene| {
-                let gather = (column::check_components, column::gather_columns).chain();
+                let gather = (transfer::check_components, transfer::gather_columns).chain();
                 let gather = if warm_start::starts_from_means(scene) {
                     (gather, warm_start::gather_mean_pressures).chain()
                 } else {
@@ -231,8 +233,8 @@ impl Stage {
             spoils_all: true,
             wanted: |_| true,
             systems: |scene| {
-                let guard = (column::check_rows, integrate::guard).chain();
-                let scatter = column::scatter_columns.into_configs();
+                let guard = (transfer::check_rows, integrate::guard).chain();
+                let scatter = transfer::scatter_columns.into_configs();
                 let scatter = if warm_start::starts_from_means(scene) {
                     (scatter, warm_start::scatter_mean_pressures).chain()
                 } else {
@@ -249,7 +251,7 @@ impl Stage {
                     TimeStep::Fixed(_) => (guard, accept),
                     TimeStep::Cfl(_) => (guard, (accept, time_step::choose_time_step).chain()),
                     TimeStep::Adaptive(_) => (
-                        (guard, adaptive::detect_shock.run_if(clock::healthy)).chain(),
+                        (guard, adaptive::detect_shock.run_if(healthy)).chain(),
                         (
                             roll_back::keep_state,
                             accept,
@@ -258,7 +260,7 @@ impl Stage {
                             .chain(),
                     ),
                 };
-                let guard = (guard, accept.run_if(clock::healthy)).chain();
+                let guard = (guard, accept.run_if(healthy)).chain();
                 let integrated = if gauge::measures_forces(scene) {
                     (integrate::integrate, gauge::keep_velocities).chain()
                 } else {

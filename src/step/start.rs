@@ -5,20 +5,23 @@ use bevy_ecs::prelude::*;
 use super::install::InstallError;
 use crate::{
     boundary::{
-        self, BoundarySample, BoundarySamples,
+        self,
         direct_forcing::DirectForcing,
         owners::{Owners, SampleOf},
         sums::WallSums,
     },
-    execution::Execution,
     gauge,
-    index::{self, z_curve},
-    material::Material,
+    index::{self, BoundarySamples, z_curve},
     neighbours::BoundaryNeighbours,
-    particle::{self, Boundary, BoundaryNormal, BoundaryVolume, Density, Position, Velocity},
+    sampling,
+    sampling::BoundarySample,
     scene::{
         BoundaryHandling, Neighbours, Scene,
         shapes::{self, ParticleSeed},
+    },
+    state::{
+        Execution, Material,
+        particle::{self, Boundary, BoundaryNormal, BoundaryVolume, Density, Position, Velocity},
     },
 };
 
@@ -74,12 +77,11 @@ impl Walls {
             return Ok(None);
         }
         let (mut sampled, mut owners) = (Vec::new(), Vec::new());
-        boundary::for_each_sample_of(scene, &mut |owner, sample| {
+        sampling::for_each_sample_of(scene, &mut |owner, sample| {
             sampled.push(sample);
             owners.push(owner);
         })?;
-        let samples =
-            BoundarySamples::new(scene, &sampled, execution).map_err(InstallError::Boundary)?;
+        let samples = boundary::pack(scene, &sampled, execution).map_err(InstallError::Boundary)?;
         Ok(Some(Self {
             sampled,
             owners: gauge::measures_forces(scene).then_some(owners),
@@ -112,7 +114,7 @@ impl Walls {
             drop(spawned);
         }
         world.insert_resource(samples);
-        world.insert_resource(WallSums::new(boundary::beside_wall(scene)));
+        world.insert_resource(WallSums::new(sampling::beside_wall(scene)));
         if let BoundaryHandling::DirectForcing(parameters) = scene.boundary_handling {
             let direct = DirectForcing::new(parameters, world.resource::<Material>());
             world.insert_resource(direct);

@@ -8,15 +8,13 @@ use glam::{Vec3, Vec4};
 
 use super::install::InstallError;
 use crate::{
-    boundary::BoundarySamples,
-    column::SENTINEL,
     density::DensitySum,
-    execution::Execution,
-    index,
-    material::Material,
+    index::{self, BoundarySamples},
+    loading::Size,
     neighbours::Search,
     pairs::{self, Places, Source},
-    scene::{Scene, Size, shapes::ParticleSeed},
+    scene::{Scene, shapes::ParticleSeed},
+    state::{Execution, Material, SENTINEL},
 };
 
 /// Scenes with more particles, of the fluid or of walls, are not asked: it would take memory and time that a run alone

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use bevy_ecs::prelude::*;
 
-use super::phase::Phase;
+use crate::state::Phase;
 
 /// Wall time of the phases of one step [s].
 #[derive(Resource, Debug, Clone)]

@@ -3,7 +3,8 @@
 use glam::Vec3;
 
 use crate::{
-    scene::{Scene, SceneError, Size, TimeStep},
+    loading::Size,
+    scene::{Scene, SceneError, TimeStep},
     time_step,
 };
 

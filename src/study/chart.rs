@@ -1,17 +1,20 @@
 //! A table as a picture: SVG by plotters, whose texts are texts, so that no font is needed to write it.
 
 mod bars;
+mod known;
 mod points;
 
 use plotters::prelude::*;
+
+pub use known::draw as draw_beside_known;
 
 use super::{Chart, Table};
 
 /// Width of a chart [px].
 const WIDTH: u32 = 960;
-pub(crate) const FONT: &str = "sans-serif";
+const FONT: &str = "sans-serif";
 /// Colours that people with any colour vision tell apart (Okabe & Ito 2008).
-pub(crate) const COLOURS: [RGBColor; 6] = [
+const COLOURS: [RGBColor; 6] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),
@@ -19,8 +22,8 @@ pub(crate) const COLOURS: [RGBColor; 6] = [
     RGBColor(230, 159, 0),
     RGBColor(86, 180, 233),
 ];
-pub(crate) const INK: RGBColor = RGBColor(40, 40, 40);
-pub(crate) const GRID: RGBColor = RGBColor(225, 225, 225);
+const INK: RGBColor = RGBColor(40, 40, 40);
+const GRID: RGBColor = RGBColor(225, 225, 225);
 
 /// Why there is no chart.
 #[derive(Debug, thiserror::Error)]
@@ -33,10 +36,10 @@ pub enum ChartError {
     Drawing(String),
 }
 
-pub(crate) type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
-pub(crate) type Drawn = Result<(), ChartError>;
+type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
+type Drawn = Result<(), ChartError>;
 
-pub(crate) fn drawing(error: impl std::fmt::Display) -> ChartError {
+fn drawing(error: impl std::fmt::Display) -> ChartError {
     ChartError::Drawing(error.to_string())
 }
 
@@ -49,7 +52,7 @@ pub fn draw(table: &Table, chart: &Chart) -> Result<String, ChartError> {
 }
 
 /// Draws on a white canvas with the table's title, which a text of one size stands on.
-pub(crate) fn on_canvas(
+fn on_canvas(
     title: &str,
     height: u32,
     paint: impl FnOnce(&Area) -> Drawn,
@@ -67,13 +70,13 @@ pub(crate) fn on_canvas(
 
 /// What of a text is at its place.
 #[derive(Clone, Copy)]
-pub(crate) enum At {
+enum At {
     Left,
     Right,
 }
 
 /// A text whose middle line is at the height of `place` [px].
-pub(crate) fn text(area: &Area, words: &str, place: (i32, i32), size: f64, at: At) -> Drawn {
+fn text(area: &Area, words: &str, place: (i32, i32), size: f64, at: At) -> Drawn {
     use plotters::style::text_anchor::{HPos, Pos, VPos};
     let horizontal = match at {
         At::Left => HPos::Left,
@@ -96,6 +99,6 @@ fn axis(table: &Table, column: usize) -> String {
 }
 
 /// Width that a text takes, about [px]: there is no font to ask.
-pub(crate) fn width_of(words: &str, size: f64) -> i32 {
+fn width_of(words: &str, size: f64) -> i32 {
     (0.56 * size * words.chars().count() as f64).ceil() as i32
 }

@@ -6,8 +6,11 @@ use std::path::Path;
 use super::{Chart, Measure, Reference, Rows, Span, Start, Study, StudyError};
 use crate::input::read_text;
 use crate::memory;
-use crate::scene::{Override, Place, Scene, SceneError, place_of, read, unknown_name};
 use crate::step::{InstallError, check_order, memory::need};
+use crate::{
+    loading::{Override, place_of, read},
+    scene::{Place, Scene, SceneError, unknown_name},
+};
 
 /// More turns than anybody waits for; each is kept until the end.
 const MOST_BLOCKS: u32 = 10_000;

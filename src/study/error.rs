@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::scene::{Place, SceneError};
-use crate::step::{InstallError, StepError};
+use crate::{state::StepError, step::InstallError};
 
 /// A study that cannot be read, makes no sense, or could not be started.
 #[derive(Debug, thiserror::Error)]

@@ -69,12 +69,16 @@ impl GaugeMeasure {
     /// What is wrong with it in a scene, and what would be right.
     pub(super) fn check(&self, scene: &Scene) -> Result<(), String> {
         let unknown = crate::scene::unknown_name;
-        let names: Vec<&str> = scene.gauges.iter().map(|gauge| gauge.name.as_str()).collect();
+        let names: Vec<&str> = scene
+            .gauges
+            .iter()
+            .map(|gauge| gauge.name.as_str())
+            .collect();
         let gauge = scene.gauges.iter().find(|gauge| gauge.name == self.gauge);
         let Some(gauge) = gauge else {
             return Err(unknown("gauge", &self.gauge, None, &names));
         };
-        let columns = gauge::columns(gauge, scene);
+        let columns = gauge.columns();
         if let Some(column) = &self.column
             && !columns.contains(column)
         {
@@ -133,14 +137,16 @@ impl Tally {
             Statistic::Least => Some(low),
             Statistic::Greatest => Some(high),
             Statistic::Last => Some(last),
-            Statistic::Error => (self.compared > 0.0).then(|| (self.squares / self.compared).sqrt()),
+            Statistic::Error => {
+                (self.compared > 0.0).then(|| (self.squares / self.compared).sqrt())
+            }
         }
     }
 }
 
 /// What the gauges of a scene are compared with.
 pub(super) fn references(scene: &Scene) -> Vec<Option<Curve>> {
-    let known = |gauge: &crate::scene::Gauge| Curve::load(gauge.reference.as_ref()?).ok();
+    let known = |gauge: &crate::scene::Gauge| gauge.reference.as_ref()?.load().ok();
     scene.gauges.iter().map(known).collect()
 }
 
@@ -165,7 +171,9 @@ pub(super) fn tally(
         if done.contains(&key) {
             continue;
         }
-        let of_name = gauges.iter().position(|gauge| gauge.name() == measure.gauge);
+        let of_name = gauges
+            .iter()
+            .position(|gauge| gauge.name() == measure.gauge);
         let Some((gauge, number)) = of_name.and_then(|k| Some((gauges.iter().nth(k)?, k))) else {
             continue;
         };

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::gauge::{GaugeMeasure, Key, Tally};
-use crate::step::{Phase, StepReport};
+use crate::{state::Phase, step::StepReport};
 
 /// A quantity of a block.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -86,7 +86,10 @@ impl Measure {
             Self::Pairs => block.pairs? / block.counts,
             Self::TestedPairs => block.tested_pairs / block.counts,
             Self::TestedRatio => block.tested_pairs / block.pairs?,
-            Self::Gauge(measure) => block.gauges.get(&measure.key())?.figure(measure.statistic)?,
+            Self::Gauge(measure) => block
+                .gauges
+                .get(&measure.key())?
+                .figure(measure.statistic)?,
         };
         value.is_finite().then_some(value)
     }
@@ -211,8 +214,8 @@ impl Block {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::step::FailureCause;
-    use crate::time_step::TakenBack;
+    use crate::state::FailureCause;
+    use crate::state::TakenBack;
 
     fn good(dt: f32, error: f32) -> StepReport {
         StepReport {

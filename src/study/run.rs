@@ -14,13 +14,12 @@ use super::{
 };
 use crate::{
     Step, StepOutcome,
-    column::Positions,
-    execution::Execution,
     index::FluidIndex,
     install,
     measure::Curve,
     neighbours::{FluidNeighbours, Search, tested_pairs},
-    step::{Clock, StepError, StepReport},
+    state::{Clock, Execution, Positions, StepError},
+    step::StepReport,
 };
 
 /// How a study is coming along.

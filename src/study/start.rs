@@ -10,9 +10,9 @@ use glam::Vec3;
 
 use super::Rows;
 use crate::{
-    particle::{Fluid, ParticleId, Position, Velocity},
     reorder::{ReorderState, reorder},
     scene::shapes::split_mix,
+    state::particle::{Fluid, ParticleId, Position, Velocity},
 };
 
 /// Positions [m] and velocities [m/s], in the order in which the particles were created.

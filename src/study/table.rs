@@ -281,7 +281,7 @@ fn field(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::step::Phase;
+    use crate::state::Phase;
     use crate::study::Measure;
 
     /// Three variants with the given milliseconds of the blocks, and the figures to compare with.

@@ -18,15 +18,14 @@ pub mod roll_back;
 
 use bevy_ecs::prelude::*;
 
-pub use adaptive::{AdaptiveTimeStep, Shock, TakenBack};
+pub use adaptive::AdaptiveTimeStep;
 
 use crate::{
     integrate::Motion,
     lattice::Lattice,
-    material::Material,
     pressure::{PressureSolve, recovery::RecoveryTime, state_equation::EquationOfState},
     scene::{Cfl, Dfsph, Iisph, Pcisph, PressureMethod, Scene, TimeStep, Viscosity},
-    step::Clock,
+    state::{Clock, Material},
 };
 
 const FORCE_FACTOR: f32 = 0.25;

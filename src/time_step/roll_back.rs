@@ -13,16 +13,16 @@
 use bevy_ecs::prelude::*;
 
 use super::AdaptiveTimeStep;
-use super::adaptive::TakenBack;
 use crate::{
-    column::in_order,
     index::FluidIndex,
     integrate::Motion,
-    material::Material,
-    particle::{Density, Fluid, MeanPressure, Position, Pressure, Velocity},
     pressure::{recovery::RecoveryTime, warm_start::MeanPressures},
     reorder::{self, ReorderState},
-    step::{Clock, Failure},
+    state::TakenBack,
+    state::{
+        Clock, Failure, Material, in_order,
+        particle::{Density, Fluid, MeanPressure, Position, Pressure, Velocity},
+    },
 };
 
 /// The state before the last good step, and where the run stood.

@@ -6,8 +6,8 @@ use bevy_ecs::prelude::*;
 use glam::Vec3;
 use overfall::{
     Simulation,
-    particle::{Fluid, Position, Velocity},
     scene::{Dfsph, Iisph, Pcisph, PressureMethod, Scene, Sesph, StateEquation},
+    state::particle::{Fluid, Position, Velocity},
 };
 
 /// A column of 10 × 12 × 10 particles that collapses in a tank; everything that a scene can have is switched on.

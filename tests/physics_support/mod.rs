@@ -10,9 +10,11 @@ use bevy_ecs::prelude::*;
 use glam::{DVec3, Vec3};
 use overfall::{
     Simulation, StepError, StepReport,
-    particle::{Density, Fluid, Position, Pressure, Velocity},
     scene::Scene,
-    step::FailureCause,
+    state::{
+        FailureCause,
+        particle::{Density, Fluid, Position, Pressure, Velocity},
+    },
 };
 
 /// A fluid particle after a step. Position and velocity are those at its end, density and pressure those that it

@@ -9,9 +9,10 @@ use bevy_ecs::prelude::*;
 use glam::Vec3;
 use overfall::{
     Simulation, StepReport,
+    loading::Override,
     measure::semi_axes,
-    particle::{Fluid, Position, Velocity},
-    scene::{Override, Scene},
+    scene::Scene,
+    state::particle::{Fluid, Position, Velocity},
 };
 
 use crate::support::{METHODS, Method, particles_of, reference};
@@ -313,7 +314,7 @@ fn particle_mass(simulation: &Simulation) -> f64 {
     f64::from(
         simulation
             .world()
-            .resource::<overfall::material::Material>()
+            .resource::<overfall::state::Material>()
             .particle_mass,
     )
 }

@@ -12,10 +12,7 @@ pub(crate) mod hydrostatic;
 
 use std::path::Path;
 
-use overfall::{
-    Simulation,
-    scene::{Override, Scene},
-};
+use overfall::{Simulation, loading::Override, scene::Scene};
 
 use crate::support::Method;
 

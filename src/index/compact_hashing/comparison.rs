@@ -26,8 +26,8 @@ use super::{
     pool::QUARTER,
 };
 use crate::{
-    execution::Execution,
     simd::{Cube, LANES, Simd, Vectorised, prefetch},
+    state::Execution,
 };
 
 /// Blocks that are one task: along the Z-curve 8 × 8 × 16 cells, whose points fit the second-level cache. More than

@@ -7,7 +7,7 @@ use glam::IVec3;
 use rayon::prelude::*;
 
 use super::{super::Grid, CompactHashing, UsedCell};
-use crate::execution::Execution;
+use crate::state::Execution;
 
 /// Largest neighbourhood that is linked. The 125 cells within reach of cells of h/2 would take 500 bytes a cell,
 /// in which there is one particle.

@@ -44,11 +44,12 @@ use self::{
     pool::Pool,
 };
 use super::{
-    DomainTooLarge, Grid, SpatialIndex,
+    Grid, SpatialIndex,
     entries::{Entries, Run},
     hash::{self, CellHash, MIN_TABLE},
 };
-use crate::execution::Execution;
+use crate::state::DomainTooLarge;
+use crate::state::Execution;
 
 const EMPTY: u32 = u32::MAX;
 /// Handles a point (4.4: "a hash table size of two times the number of particles is appropriate").

@@ -17,7 +17,7 @@ use super::{
     CompactHashing, EMPTY,
     comparison::{Arrivals, BLOCKS, Mover},
 };
-use crate::{execution::Execution, simd::prefetch};
+use crate::{simd::prefetch, state::Execution};
 
 /// Points from the one at hand to that which is fetched ahead of it: single points are anywhere in memory.
 const AHEAD: usize = 6;

@@ -7,11 +7,15 @@ use std::sync::LazyLock;
 use proptest::prelude::*;
 
 use super::*;
+
+use crate::state::Execution;
 use crate::{
-    neighbours::{ListsTooLong, NeighbourLists, Search, search},
+    neighbours::{NeighbourLists, Search, search},
     scene::Dimension,
     simd::InstructionSet,
+    state::ListsTooLong,
 };
+use glam::{IVec3, Vec4};
 
 /// Support radius of all tests [m].
 const H: f32 = 0.1;

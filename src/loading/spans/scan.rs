@@ -6,7 +6,7 @@ use super::{Field, Kind, Node};
 const MAX_DEPTH: usize = 64;
 
 /// Reads the shape of a RON text that holds one value; none if it is not well formed.
-pub(in crate::scene) fn scan(text: &str) -> Option<Node<'_>> {
+pub(in crate::loading) fn scan(text: &str) -> Option<Node<'_>> {
     let mut scanner = Scanner { text, at: 0 };
     scanner.skip_blank()?;
     while scanner.rest().starts_with("#!") {

@@ -5,8 +5,8 @@
 use glam::{DVec3, Vec3};
 
 use super::{Checked, axes, ensure};
-use crate::boundary;
 use crate::mesh::Mesh;
+use crate::sampling;
 use crate::scene::shapes::{Lattice, volume, wall_axes};
 use crate::scene::{BoundaryShape, Dimension, Scene, Shape};
 
@@ -78,19 +78,19 @@ fn measure(scene: &Scene, meshes: &[Option<Mesh>]) -> Size {
     let depth = if scene.boundaries.is_empty() {
         0.0
     } else {
-        boundary::layer_depth(scene)
+        sampling::layer_depth(scene)
     };
     for (shape, mesh) in scene.boundaries.iter().zip(meshes) {
         match mesh {
             Some(mesh) => {
-                let (samples, candidates) = boundary::expected_of_mesh(mesh, scene.spacing);
+                let (samples, candidates) = sampling::expected_of_mesh(mesh, scene.spacing);
                 size.boundary += samples;
                 size.candidates = size.candidates.max(candidates);
                 size.is_estimate = true;
                 size.whole_box = join(size.whole_box, mesh.bounds());
             }
             None => {
-                size.boundary += boundary::count(shape, scene.dimension, scene.spacing, depth);
+                size.boundary += sampling::count(shape, scene.dimension, scene.spacing, depth);
                 let around = box_of_boundary(shape, scene.dimension, f64::from(depth));
                 size.whole_box = join(size.whole_box, around);
             }

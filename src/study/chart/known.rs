@@ -2,12 +2,10 @@
 
 use plotters::prelude::*;
 
-use crate::{
-    measure::Curve,
-    study::chart::{
-        Area, At, COLOURS, ChartError, Drawn, FONT, GRID, INK, drawing, on_canvas, text, width_of,
-    },
+use super::{
+    Area, At, COLOURS, ChartError, Drawn, FONT, GRID, INK, drawing, on_canvas, text, width_of,
 };
+use crate::measure::Curve;
 
 /// Height of title and legend [px].
 const HEAD: u32 = 54;
@@ -76,8 +74,11 @@ fn curves(plot: &Area, column: &str, measured: &[(f64, f64)], known: &Curve) -> 
         .draw()
         .map_err(drawing)?;
     let area = chart.plotting_area();
-    area.draw(&PathElement::new(measured.to_vec(), COLOURS[0].stroke_width(2)))
-        .map_err(drawing)?;
+    area.draw(&PathElement::new(
+        measured.to_vec(),
+        COLOURS[0].stroke_width(2),
+    ))
+    .map_err(drawing)?;
     for &&point in &points {
         area.draw(&Circle::new(point, 4, COLOURS[1].filled()))
             .map_err(drawing)?;

@@ -66,7 +66,7 @@ fn shell_count(size: Vec3, dimension: Dimension, spacing: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{boundary::sample, scene::Scene};
+    use crate::{sampling::sample, scene::Scene};
 
     #[test]
     fn shapes_are_counted_as_they_are_sampled() {
@@ -95,7 +95,7 @@ mod tests {
                 );
                 let scene: Scene = ron::from_str(&text).expect("a scene");
                 let found = sample(&scene).expect("no file").len() as f64;
-                let depth = crate::boundary::layer_depth(&scene);
+                let depth = crate::sampling::layer_depth(&scene);
                 let counted = count(&scene.boundaries[0], scene.dimension, scene.spacing, depth);
                 // An open tank has no lid.
                 let most = if shape.contains("true") {

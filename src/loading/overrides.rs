@@ -8,11 +8,11 @@ use std::str::FromStr;
 
 use ron::error::SpannedError;
 
-use super::error::unknown_name;
-use super::load::{deserialize, explain, options, plain_names};
+use super::explain::explain;
+use super::ron_text::{deserialize, options, plain_names};
 use super::slips::slip;
 use super::spans::{Lost, scan};
-use super::{Place, Scene, SceneError};
+use crate::scene::{Place, Scene, SceneError, unknown_name};
 
 /// A change to one field of a scene.
 ///

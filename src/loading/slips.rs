@@ -9,7 +9,7 @@ use std::ops::Range;
 use ron::error::Error;
 use serde::de::DeserializeOwned;
 
-use super::load::deserialize;
+use super::ron_text::deserialize;
 use super::spans::byte_at;
 
 /// Longer texts are not read a few dozen times for a hint [bytes].

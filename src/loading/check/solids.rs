@@ -3,8 +3,8 @@
 use glam::{DVec3, Vec3};
 
 use super::{Checked, Problem, axes, box_is_proper, ensure, is_flat, radius_is_proper};
-use crate::boundary::layer_depth;
 use crate::mesh::Mesh;
+use crate::sampling::layer_depth;
 use crate::scene::shapes::wall_axes;
 use crate::scene::{BoundaryShape, Dimension, MeshSide, Scene};
 

@@ -12,18 +12,18 @@ use glam::Vec3;
 
 pub(crate) use size::Size;
 
-use super::{Dimension, Scene};
+use crate::scene::{Dimension, Scene};
 
 /// What is wrong with a field, and what would be right.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Problem {
+pub(in crate::loading) struct Problem {
     /// Path of the field, as `--set` takes it.
-    pub(super) path: String,
-    pub(super) message: String,
+    pub(in crate::loading) path: String,
+    pub(in crate::loading) message: String,
 }
 
 impl Problem {
-    pub(super) fn new(path: impl Into<String>, message: impl Into<String>) -> Self {
+    pub(in crate::loading) fn new(path: impl Into<String>, message: impl Into<String>) -> Self {
         Self {
             path: path.into(),
             message: message.into(),
@@ -35,7 +35,7 @@ type Checked = Result<(), Problem>;
 
 /// From the single numbers to what they make together; each check relies on those before it. Says what room the scene
 /// needs.
-pub(super) fn check(scene: &Scene) -> Result<Size, Problem> {
+pub(in crate::loading) fn check(scene: &Scene) -> Result<Size, Problem> {
     numbers::finite(scene)?;
     numbers::numbers(scene)?;
     carried::mass(scene)?;

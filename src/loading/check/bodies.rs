@@ -11,8 +11,8 @@ use smallvec::SmallVec;
 
 use super::solids::Obstacle;
 use super::{AXIS_NAMES, Checked, Problem, axes, box_is_proper, ensure, is_flat, radius_is_proper};
-use crate::boundary::layer_depth;
 use crate::mesh::{Mesh, TOLERANCE};
+use crate::sampling::layer_depth;
 use crate::scene::shapes::{Lattice, tolerance};
 use crate::scene::{BoundaryShape, Dimension, Scene, Shape};
 

@@ -1,11 +1,11 @@
 //! Single numbers and pairs of them.
 
 use super::{Checked, Problem, ensure, is_flat};
+use crate::loading::ron_text::options;
+use crate::loading::spans::scan;
 use crate::pressure::{
     implicit::MAX_RELAXATION_WITH_MOMENTUM, recovery, solve::Convergence, warm_start::WarmStart,
 };
-use crate::scene::load::options;
-use crate::scene::spans::scan;
 use crate::scene::{
     Adaptive, BoundaryHandling, Cfl, Dfsph, Iisph, Pcisph, PressureMethod, Scene, StateEquation,
     SurfaceTension, TimeStep, Viscosity,

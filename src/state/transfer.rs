@@ -1,15 +1,4 @@
-//! Columns of all fluid particles, indexed by row: what a step works on.
-//!
-//! A table of the ECS holds a column as it is spawned; the particles may lie in several tables. At the start of a step
-//! [`gather_columns`] brings them together, at its end [`scatter_columns`] writes the state back. Between the two every
-//! column is one slice, whatever the tables.
-//!
-//! Option 1: borrow the one table there usually is and copy only when there are several. Option 2: always copy, into
-//! entries of four floats with a fourth that a neighbour loop wants beside the first three. We use 2: a neighbour is
-//! then one load of 16 bytes that never crosses a cache line, and the copy costs 3 ns a particle; and one code serves
-//! any number of tables. Gathers of 27 neighbours, ns a particle on one thread (`cargo bench --bench gathers`), from
-//! arrays of `Vec3`, of these entries, and from a column a coordinate: positions alone 23 : 25 : 144, with the fourth,
-//! as the pressure force wants it, 39 : 28 : 202; rows in no order 38 : 50 : 148 and 64 : 54 : 200.
+//! State from the tables into columns at the start of a step, and back at its end.
 //!
 //! Coordinates are `f32` from the scene's origin: 10⁴ spacings away they are exact to 8e-4 of a spacing. Loops work
 //! with differences of neighbours, cells are found in `f64`, sums over all particles are in `f64`. A column that
@@ -25,88 +14,20 @@ use rayon::prelude::*;
 use smallvec::SmallVec;
 
 use crate::{
-    execution::{CHUNK, Execution},
     pairs::PairSlopes,
-    particle::{Density, Fluid, MeanPressure, ParticleId, Position, Pressure, Velocity},
-    step::{Failure, FailureCause},
+    state::Densities,
+    state::Positions,
+    state::PredictedPositions,
+    state::Pressures,
+    state::Rows,
+    state::SENTINEL,
+    state::TOO_LARGE,
+    state::Velocities,
+    state::{
+        CHUNK, Execution, Failure, FailureCause,
+        particle::{Density, Fluid, MeanPressure, ParticleId, Position, Pressure, Velocity},
+    },
 };
-
-/// Position of the entry behind the last row: so far away that every kernel is zero there. Lanes of a neighbour loop
-/// that have no neighbour read it.
-pub const SENTINEL: Vec4 = Vec4::new(1e18, 1e18, 1e18, 0.0);
-
-/// Coordinates [m] and components of velocities [m/s] from which a step refuses a particle: squares overflow at 1e19,
-/// and
-/// [`SENTINEL`] must be further away than any particle.
-pub(crate) const TOO_LARGE: f32 = 1e17;
-
-/// Who is in which row: the entities, in the order in which [`gather_columns`] met them last.
-#[derive(Resource, Debug, Clone, Default)]
-pub struct Rows {
-    /// The entity of every row.
-    pub entities: Vec<Entity>,
-    /// Whether rows named other particles before. What earlier steps left behind by row is of no use then.
-    pub changed: bool,
-}
-
-/// Positions [m]; the fourth entry is the pressure term `p/ρ²` of the pressure force. A sentinel ends them.
-#[derive(Resource, Debug, Clone)]
-pub struct Positions(pub Vec<Vec4>);
-
-/// Velocities [m/s]; the fourth entry is the density [kg/m³] where viscosity wants it. A sentinel of zero
-/// ends them.
-#[derive(Resource, Debug, Clone)]
-pub struct Velocities(pub Vec<Vec4>);
-
-/// Densities [kg/m³; kg/m² in 2-D].
-#[derive(Resource, Debug, Clone, Default)]
-pub struct Densities(pub Vec<f32>);
-
-/// Pressures [Pa].
-#[derive(Resource, Debug, Clone, Default)]
-pub struct Pressures(pub Vec<f32>);
-
-/// Accelerations by all forces but pressure [m/s²].
-#[derive(Resource, Debug, Clone, Default)]
-pub struct Accelerations(pub Vec<Vec3>);
-
-/// Accelerations by pressure [m/s²].
-#[derive(Resource, Debug, Clone, Default)]
-pub struct PressureAccelerations(pub Vec<Vec3>);
-
-/// Positions at the end of the step [m], while it is not certain that the step is good. A sentinel ends them.
-#[derive(Resource, Debug, Clone)]
-pub struct PredictedPositions(pub Vec<Vec4>);
-
-impl Default for PredictedPositions {
-    fn default() -> Self {
-        Self(vec![SENTINEL])
-    }
-}
-
-impl Default for Positions {
-    fn default() -> Self {
-        Self(vec![SENTINEL])
-    }
-}
-
-impl Positions {
-    /// The positions without the sentinel.
-    pub fn points(&self) -> &[Vec4] {
-        &self.0[..self.0.len() - 1]
-    }
-
-    /// Number of fluid particles.
-    pub fn rows(&self) -> usize {
-        self.0.len() - 1
-    }
-}
-
-impl Default for Velocities {
-    fn default() -> Self {
-        Self(vec![Vec4::ZERO])
-    }
-}
 
 /// Tables in one order for all queries. Bevy goes through new tables in the order of a hash map: a query that saw them
 /// in one go (its system skipped a failed step) has another order than one that saw them in two.

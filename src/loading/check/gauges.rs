@@ -5,10 +5,9 @@ use std::path::Path;
 use glam::Vec3;
 
 use super::{Checked, Problem, axes, box_is_proper, ensure, is_flat};
-use crate::gauge;
-use crate::measure::Curve;
-use crate::scene::error::unknown_name;
-use crate::scene::{Dimension, Gauge, GaugeKind, GaugeReference, Rate, Scene, TimeStep};
+use crate::scene::{
+    Dimension, Gauge, GaugeKind, GaugeReference, Rate, Scene, TimeStep, unknown_name,
+};
 
 /// Longest name [bytes]: it names a file.
 const LONGEST_NAME: usize = 100;
@@ -20,7 +19,7 @@ pub(super) fn gauges(scene: &Scene) -> Checked {
         rate(scene, gauge, &path)?;
         kind(scene, &gauge.kind, &format!("{path}.kind"))?;
         if let Some(reference) = &gauge.reference {
-            compared(scene, gauge, reference, &format!("{path}.reference"))?;
+            compared(gauge, reference, &format!("{path}.reference"))?;
         }
     }
     for (index, boundary) in scene.boundaries.iter().enumerate() {
@@ -216,8 +215,8 @@ fn kind(scene: &Scene, kind: &GaugeKind, path: &str) -> Checked {
     }
 }
 
-fn compared(scene: &Scene, gauge: &Gauge, reference: &GaugeReference, path: &str) -> Checked {
-    let columns = gauge::columns(gauge, scene);
+fn compared(gauge: &Gauge, reference: &GaugeReference, path: &str) -> Checked {
+    let columns = gauge.columns();
     let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
     if let Some(quantity) = &reference.quantity {
         ensure(
@@ -236,7 +235,7 @@ fn compared(scene: &Scene, gauge: &Gauge, reference: &GaugeReference, path: &str
     ensure(file.is_file(), format!("{path}.file"), || {
         format!("there is no file `{}`", file.display())
     })?;
-    let loaded = Curve::load(reference);
+    let loaded = reference.load();
     loaded.map(|_| ()).map_err(|error| {
         let field = error.field();
         Problem::new(format!("{path}.{field}"), error.to_string())

@@ -7,22 +7,22 @@
 
 mod scan;
 
-pub(in crate::scene) use scan::scan;
+pub(in crate::loading) use scan::scan;
 
 use std::ops::Range;
 
 /// A value in the text.
 #[derive(Debug, PartialEq)]
-pub(in crate::scene) struct Node<'a> {
+pub(in crate::loading) struct Node<'a> {
     /// Its bytes, from its first to its last character.
-    pub(in crate::scene) span: Range<usize>,
+    pub(in crate::loading) span: Range<usize>,
     /// Name of a struct or variant.
-    pub(in crate::scene) name: Option<&'a str>,
-    pub(in crate::scene) kind: Kind<'a>,
+    pub(in crate::loading) name: Option<&'a str>,
+    pub(in crate::loading) kind: Kind<'a>,
 }
 
 #[derive(Debug, PartialEq)]
-pub(in crate::scene) enum Kind<'a> {
+pub(in crate::loading) enum Kind<'a> {
     /// `(name: value, …)`
     Fields(Vec<Field<'a>>),
     /// `(value, …)`, with or without a name before it.
@@ -34,15 +34,15 @@ pub(in crate::scene) enum Kind<'a> {
 }
 
 #[derive(Debug, PartialEq)]
-pub(in crate::scene) struct Field<'a> {
-    pub(in crate::scene) key: &'a str,
-    pub(in crate::scene) key_span: Range<usize>,
-    pub(in crate::scene) value: Node<'a>,
+pub(in crate::loading) struct Field<'a> {
+    pub(in crate::loading) key: &'a str,
+    pub(in crate::loading) key_span: Range<usize>,
+    pub(in crate::loading) value: Node<'a>,
 }
 
 /// Why a path leads to no value.
 #[derive(Debug, PartialEq)]
-pub(in crate::scene) enum Lost<'t, 'a> {
+pub(in crate::loading) enum Lost<'t, 'a> {
     /// The struct `at` has no field of this name.
     NoField {
         at: &'t Node<'a>,
@@ -57,7 +57,7 @@ pub(in crate::scene) enum Lost<'t, 'a> {
 impl<'a> Node<'a> {
     /// Follows `path` as far as it leads: the last value found, the number of steps that led there, and why the next
     /// step leads nowhere, if there is one. Newtype variants and `Some` are walked through without a step.
-    pub(in crate::scene) fn follow<'t>(
+    pub(in crate::loading) fn follow<'t>(
         &'t self,
         path: &[&str],
     ) -> (&'t Self, usize, Option<Lost<'t, 'a>>) {
@@ -104,7 +104,7 @@ impl<'a> Node<'a> {
     }
 
     /// Calls `visit` with the path and the node of every leaf.
-    pub(in crate::scene) fn leaves(&self, path: &str, visit: &mut impl FnMut(&str, &Self)) {
+    pub(in crate::loading) fn leaves(&self, path: &str, visit: &mut impl FnMut(&str, &Self)) {
         let join = |step: &str| {
             if path.is_empty() {
                 step.to_owned()
@@ -125,7 +125,7 @@ impl<'a> Node<'a> {
     }
 
     /// The innermost value whose range (its end included) holds the byte `at`.
-    pub(in crate::scene) fn innermost(&self, at: usize) -> Option<&Self> {
+    pub(in crate::loading) fn innermost(&self, at: usize) -> Option<&Self> {
         if at < self.span.start || at > self.span.end {
             return None;
         }
@@ -134,7 +134,7 @@ impl<'a> Node<'a> {
     }
 
     /// The name that stands alone as a value and ends at the byte `at`.
-    pub(in crate::scene) fn name_that_ends(&self, at: usize, text: &str) -> Option<&Self> {
+    pub(in crate::loading) fn name_that_ends(&self, at: usize, text: &str) -> Option<&Self> {
         let mut inner = self
             .children()
             .filter_map(|child| child.name_that_ends(at, text));
@@ -144,7 +144,7 @@ impl<'a> Node<'a> {
     }
 
     /// The name that stands alone as a value, and is the last before the byte `at`.
-    pub(in crate::scene) fn name_before<'t>(&self, at: usize, text: &'t str) -> Option<&'t str> {
+    pub(in crate::loading) fn name_before<'t>(&self, at: usize, text: &'t str) -> Option<&'t str> {
         let mut last: Option<Range<usize>> = None;
         self.leaves("", &mut |_, leaf| {
             if leaf.span.end <= at && last.as_ref().is_none_or(|last| last.end < leaf.span.end) {
@@ -156,7 +156,7 @@ impl<'a> Node<'a> {
     }
 
     /// The innermost value in brackets that is still open at the byte `at`.
-    pub(in crate::scene) fn bracket(&self, at: usize) -> Option<&Self> {
+    pub(in crate::loading) fn bracket(&self, at: usize) -> Option<&Self> {
         if self.kind == Kind::Leaf || !self.span.contains(&at) {
             return None;
         }
@@ -165,7 +165,7 @@ impl<'a> Node<'a> {
     }
 
     /// The last key `name` that ends at or before the byte `at`.
-    pub(in crate::scene) fn last_key(&self, name: &str, at: usize) -> Option<Range<usize>> {
+    pub(in crate::loading) fn last_key(&self, name: &str, at: usize) -> Option<Range<usize>> {
         let fields: &[Field] = match &self.kind {
             Kind::Fields(fields) => fields,
             _ => &[],
@@ -190,14 +190,14 @@ impl<'a> Node<'a> {
 }
 
 /// Whether the text of a value is a name, and no number, text or word of RON.
-pub(in crate::scene) fn is_name(value: &str) -> bool {
+pub(in crate::loading) fn is_name(value: &str) -> bool {
     value.starts_with(|c: char| c.is_alphabetic() || c == '_')
         && value.chars().all(|c| c.is_alphanumeric() || c == '_')
         && !matches!(value, "true" | "false" | "None" | "inf" | "NaN")
 }
 
 /// Line and column, both from 1, of a byte of the text; columns count characters.
-pub(in crate::scene) fn line_column(text: &str, byte: usize) -> (usize, usize) {
+pub(in crate::loading) fn line_column(text: &str, byte: usize) -> (usize, usize) {
     let before = text.get(..byte).unwrap_or(text);
     let line = 1 + before.matches('\n').count();
     let column = 1 + before.chars().rev().take_while(|&c| c != '\n').count();
@@ -205,7 +205,7 @@ pub(in crate::scene) fn line_column(text: &str, byte: usize) -> (usize, usize) {
 }
 
 /// The byte of a line and column, both from 1.
-pub(in crate::scene) fn byte_at(text: &str, line: usize, column: usize) -> usize {
+pub(in crate::loading) fn byte_at(text: &str, line: usize, column: usize) -> usize {
     let start = match line {
         0 | 1 => 0,
         _ => text

@@ -1,0 +1,148 @@
+//! Boundary particles of a world, packed for the loops.
+
+use bevy_ecs::prelude::*;
+use glam::{Vec3, Vec4};
+
+use super::owners::{NOBODY, Owners, SampleOf};
+use super::volume::volumes;
+use crate::{
+    index::{self, BoundarySamples},
+    sampling::{BoundarySample, layer_depth},
+    scene::Scene,
+    state::{
+        DomainTooLarge, Execution, SENTINEL, TOO_LARGE,
+        particle::{Boundary, BoundaryNormal, BoundaryVolume, Position},
+    },
+};
+
+/// Packs particles and calculates their volumes. Fails if the scene's spatial index cannot cover them.
+pub fn pack(
+    scene: &Scene,
+    samples: &[BoundarySample],
+    execution: &Execution,
+) -> Result<BoundarySamples, DomainTooLarge> {
+    let mut packed: Vec<Vec4> = samples
+        .iter()
+        .map(|sample| sample.position.extend(0.0))
+        .collect();
+    let mut index = index::build(scene);
+    index.rebuild(&packed, execution)?;
+    packed.push(SENTINEL);
+    let volumes = volumes(scene, &*index, &packed, execution);
+    for (particle, volume) in packed.iter_mut().zip(volumes) {
+        particle.w = volume;
+    }
+    let normals = samples.iter().map(|sample| sample.normal).collect();
+    Ok(BoundarySamples {
+        packed,
+        normals,
+        layer_depth: layer_depth(scene),
+        index,
+    })
+}
+
+/// Why walls that a host changed cannot be.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum BoundaryError {
+    /// No scene is installed.
+    #[error("no scene is installed in this world; call `install` first")]
+    NotInstalled,
+    /// A particle lacks a component that every boundary particle has.
+    #[error(
+        "the boundary particle {particle} lacks the component `{component}`; insert it again, or remove `Boundary` from what \
+         is no wall"
+    )]
+    LacksComponent {
+        /// The particle.
+        particle: Entity,
+        /// Name of the component.
+        component: &'static str,
+    },
+    /// A position or a normal is no use.
+    #[error("the boundary particle {particle}: {quantity} is {value}; {wanted}")]
+    Unusable {
+        /// The particle.
+        particle: Entity,
+        /// Which quantity.
+        quantity: &'static str,
+        /// Its value.
+        value: Vec3,
+        /// What would be right.
+        wanted: &'static str,
+    },
+    /// The scene's spatial index cannot cover the walls.
+    #[error(transparent)]
+    DomainTooLarge(#[from] DomainTooLarge),
+}
+
+/// How far the length of a normal may be from 1.
+const UNIT: f32 = 1e-3;
+
+/// Refuses boundary particles that would drop out, or spoil the volumes of all around them.
+fn check(world: &mut World) -> Result<(), BoundaryError> {
+    type Parts<'w> = (
+        Entity,
+        Option<&'w Position>,
+        Option<&'w BoundaryNormal>,
+        Has<BoundaryVolume>,
+    );
+    let mut walls = world.query_filtered::<Parts, With<Boundary>>();
+    for (particle, position, normal, has_volume) in walls.iter(world) {
+        let lacks = |component| BoundaryError::LacksComponent {
+            particle,
+            component,
+        };
+        let position = position.ok_or(lacks("Position"))?.0;
+        let normal = normal.ok_or(lacks("BoundaryNormal"))?.0;
+        if !has_volume {
+            return Err(lacks("BoundaryVolume"));
+        }
+        let unusable = |quantity, value, wanted| BoundaryError::Unusable {
+            particle,
+            quantity,
+            value,
+            wanted,
+        };
+        if !position.abs().cmplt(Vec3::splat(TOO_LARGE)).all() {
+            let wanted = "coordinates must be finite and below 1e17 m";
+            return Err(unusable("the position", position, wanted));
+        }
+        // A length that is not a number is in no range.
+        if !(1.0 - UNIT..=1.0 + UNIT).contains(&normal.length()) {
+            let wanted = "it must be a unit vector from the solid into the fluid";
+            return Err(unusable("the normal", normal, wanted));
+        }
+    }
+    Ok(())
+}
+
+/// Takes the boundary particles of a world over again, after a host has spawned, moved or despawned some. After an
+/// error the walls stay as they were for the fluid.
+pub fn refresh_boundary(world: &mut World, scene: &Scene) -> Result<(), BoundaryError> {
+    let Some(execution) = world.get_resource::<Execution>().cloned() else {
+        return Err(BoundaryError::NotInstalled);
+    };
+    check(world)?;
+    let mut query =
+        world.query_filtered::<(&Position, &BoundaryNormal, &mut BoundaryVolume), With<Boundary>>();
+    let samples: Vec<BoundarySample> = query
+        .iter(world)
+        .map(|(x, normal, _)| BoundarySample {
+            position: x.0,
+            normal: normal.0,
+        })
+        .collect();
+    let samples = pack(scene, &samples, &execution)?;
+    if world.contains_resource::<Owners>() {
+        let mut owners = world.query_filtered::<Option<&SampleOf>, With<Boundary>>();
+        let owner = |of: Option<&SampleOf>| of.map_or(NOBODY, |of| of.0);
+        let owners = owners.iter(world).map(owner).collect();
+        world.insert_resource(Owners(owners));
+    }
+    for ((_, _, mut volume), sample) in query.iter_mut(world).zip(samples.points()) {
+        volume.0 = sample.w;
+    }
+    world.insert_resource(samples);
+    Ok(())
+}

@@ -1,0 +1,26 @@
+//! The boundary particles with an index of their own.
+
+use bevy_ecs::prelude::*;
+use glam::{Vec3, Vec4};
+
+use super::structure::SpatialIndex;
+
+/// The boundary particles as loops read them.
+#[derive(Resource)]
+pub struct BoundarySamples {
+    /// Position [m] and volume [m³; m² in 2-D] of every particle; a sentinel without volume ends them.
+    pub packed: Vec<Vec4>,
+    /// Unit vectors from the solid into the fluid.
+    pub normals: Vec<Vec3>,
+    /// Depth of the layer of samples behind the walls' faces [m].
+    pub layer_depth: f32,
+    /// Who is where.
+    pub index: Box<dyn SpatialIndex>,
+}
+
+impl BoundarySamples {
+    /// The particles without the sentinel.
+    pub fn points(&self) -> &[Vec4] {
+        &self.packed[..self.packed.len() - 1]
+    }
+}

@@ -1,0 +1,33 @@
+//! The index of the fluid, brought up to date in every step.
+
+use bevy_ecs::prelude::*;
+
+use super::structure::SpatialIndex;
+use crate::state::{Execution, Failure, FailureCause, Positions};
+
+/// Index of the fluid particles.
+#[derive(Resource)]
+pub struct FluidIndex {
+    /// The structure that the scene asks for.
+    pub structure: Box<dyn SpatialIndex>,
+    /// Whether the rows were reordered since the last update.
+    pub reordered: bool,
+}
+
+/// Brings the index up to date with the rows (phase `RebuildIndex`).
+pub fn update_index(
+    mut index: ResMut<FluidIndex>,
+    mut failure: ResMut<Failure>,
+    positions: Res<Positions>,
+    execution: Res<Execution>,
+) {
+    let update = if index.reordered {
+        index.structure.rebuild(positions.points(), &execution)
+    } else {
+        index.structure.update(positions.points(), &execution)
+    };
+    match update {
+        Ok(()) => index.reordered = false,
+        Err(error) => failure.record(FailureCause::DomainTooLarge(error), Some(error.row)),
+    }
+}

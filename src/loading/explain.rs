@@ -1,0 +1,145 @@
+//! What is wrong with a RON text, in a sentence that says what would be right, at its line and column.
+
+use ron::error::{Error, SpannedError};
+use serde::de::DeserializeOwned;
+
+use super::ron_text::deserialize;
+use super::slips::{slip, slip_around};
+use super::spans::{Kind, byte_at, is_name, line_column, scan};
+use crate::input::without_mark;
+use crate::scene::{Place, SceneError, unknown_name};
+
+/// Reads what a RON file says; what is wrong with it is told with its line and column.
+pub(crate) fn read<T: DeserializeOwned>(text: &str, file_name: &str) -> Result<T, SceneError> {
+    let text = without_mark(text);
+    deserialize(text).map_err(|error| explain_in_file::<T>(&error, text, file_name))
+}
+
+/// Where the value at `path` stands in a RON text, or the innermost value around it that the text does write.
+pub(crate) fn place_of(path: &str, text: &str, file_name: &str) -> Place {
+    let steps: Vec<&str> = path.split('.').collect();
+    let byte = scan(text).map_or(0, |tree| tree.follow(&steps).0.span.start);
+    let (line, column) = line_column(text, byte);
+    Place::File {
+        file: file_name.to_owned(),
+        line,
+        column,
+    }
+}
+
+/// An error of ron's as one of ours, at the place the user must look at.
+fn explain_in_file<T: DeserializeOwned>(
+    error: &SpannedError,
+    text: &str,
+    file_name: &str,
+) -> SceneError {
+    let end = byte_at(text, error.span.end.line, error.span.end.col);
+    let start = byte_at(text, error.span.start.line, error.span.start.col);
+    let tree = scan(text);
+    let mut message = explain(&error.code);
+    let byte = match (&error.code, &tree) {
+        (Error::NoSuchStructField { .. } | Error::NoSuchEnumVariant { .. }, _) => start,
+        (Error::DuplicateStructField { field, .. }, Some(tree)) => {
+            tree.last_key(field, end).map_or(end, |key| key.start)
+        }
+        (Error::MissingStructField { .. } | Error::ExpectedDifferentLength { .. }, Some(tree)) => {
+            // A name that stands alone lacks the fields that have no default.
+            let alone = tree.name_that_ends(end, text).or_else(|| tree.bracket(end));
+            alone.map_or(end, |node| node.span.start)
+        }
+        (_, Some(tree)) => match tree.innermost(end) {
+            Some(node) => {
+                if let Some(slip) = slip::<T>(text, node.span.clone()) {
+                    message = slip.in_file(&text[node.span.clone()]);
+                } else if node.kind == Kind::Leaf
+                    && node.span.end == end
+                    && is_name(&text[node.span.clone()])
+                {
+                    message = format!(
+                        "`{}` needs its values in a bracket: {message}",
+                        &text[node.span.clone()]
+                    );
+                }
+                node.span.start
+            }
+            None => end,
+        },
+        (_, None) => match slip_around::<T>(text, end) {
+            Some((slip, start)) => {
+                message = slip;
+                start
+            }
+            None => end,
+        },
+    };
+    let (line, column) = line_column(text, byte);
+    SceneError::Syntax {
+        place: Place::File {
+            file: file_name.to_owned(),
+            line,
+            column,
+        },
+        message,
+    }
+}
+
+/// What ron says, in a sentence that says what would be right.
+pub(super) fn explain(error: &Error) -> String {
+    match error {
+        Error::NoSuchStructField {
+            expected,
+            found,
+            outer,
+        } => unknown_name("field", found, outer.as_deref(), expected),
+        Error::NoSuchEnumVariant {
+            expected,
+            found,
+            outer,
+        } => unknown_name("variant", found, outer.as_deref(), expected),
+        Error::MissingStructField { field, outer } => match outer {
+            Some(outer) => format!("`{outer}` lacks the field `{field}`, which has no default"),
+            None => format!("the field `{field}` is missing; it has no default"),
+        },
+        Error::DuplicateStructField { field, .. } => {
+            format!("the field `{field}` is given twice; keep one")
+        }
+        Error::InvalidValueForType { expected, found } => {
+            format!("expected {expected}, found {found}")
+        }
+        Error::ExpectedDifferentLength { expected, found } => {
+            let expected = expected.replace("a sequence of ", "");
+            format!(
+                "expected {}, found {found}",
+                expected.replace("f32 values", "numbers")
+            )
+        }
+        Error::ExpectedFloat => "expected a number".to_owned(),
+        Error::ExpectedInteger => "expected a whole number".to_owned(),
+        Error::IntegerOutOfBounds => "this whole number is too large or negative".to_owned(),
+        Error::ExpectedBoolean => "expected `true` or `false`".to_owned(),
+        Error::ExpectedString => "expected a text in double quotes".to_owned(),
+        Error::ExpectedArray => "expected a list, `[…]`".to_owned(),
+        Error::ExpectedStructLike => "expected `(…)`".to_owned(),
+        Error::ExpectedNamedStructLike(name) => {
+            format!("expected `(…)` with the fields of `{name}`")
+        }
+        Error::ExpectedIdentifier => "expected a name".to_owned(),
+        Error::SuggestRawIdentifier(found) => format!("expected a name, found `{found}`"),
+        Error::ExpectedStructLikeEnd => "expected a comma or `)`".to_owned(),
+        Error::ExpectedArrayEnd => "expected a comma or `]`".to_owned(),
+        Error::ExpectedDifferentStructName { expected, found } => {
+            format!("expected `(…)` with the fields of `{expected}`, found `{found}`")
+        }
+        Error::ExpectedComma => "expected a comma".to_owned(),
+        Error::ExpectedMapColon => "expected a colon after the field's name".to_owned(),
+        Error::Eof => "the text ends too early; a bracket is not closed".to_owned(),
+        Error::TrailingCharacters => "text after the end; a bracket closes too early".to_owned(),
+        other => {
+            let message = other.to_string();
+            let mut rest = message.chars();
+            rest.next().map_or_else(String::new, |first| {
+                first.to_lowercase().chain(rest).collect()
+            })
+        }
+    }
+}

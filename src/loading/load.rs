@@ -1,0 +1,112 @@
+//! From text to a checked scene: the file first, then the overrides, then the checks.
+
+use std::path::Path;
+
+use ron::ser::PrettyConfig;
+
+use super::check::{self, Problem, Size};
+use super::explain::{place_of, read};
+use super::overrides::Override;
+use super::ron_text::{options, plain_names};
+use crate::input::{read_text, without_mark};
+use crate::scene::{BoundaryShape, Place, Scene, SceneError};
+
+impl Scene {
+    /// Reads the scene file at `path`, applies `overrides` in their order and checks the result.
+    ///
+    /// Errors name the file, the line and the column, or the override, that cannot be.
+    pub fn load(path: &Path, overrides: &[Override]) -> Result<Self, SceneError> {
+        let text = read_text(path).map_err(|source| SceneError::Unreadable {
+            file: path.to_owned(),
+            source,
+        })?;
+        let file_name = path.display().to_string();
+        let scene = Self::parse(&text, &file_name, overrides)?;
+        match &scene.order {
+            Some(order) if !Path::new(order).is_file() => {
+                let problem = Problem::new("order", format!("there is no file `{order}`"));
+                Err(locate(problem, &text, &file_name, overrides))
+            }
+            _ => Ok(scene),
+        }
+    }
+
+    /// As [`load`](Self::load), from a text. `file_name` stands in errors; `order` and the meshes' files
+    /// are taken relative to its folder.
+    pub fn parse(text: &str, file_name: &str, overrides: &[Override]) -> Result<Self, SceneError> {
+        let text = without_mark(text);
+        let mut scene: Self = read(text, file_name)?;
+        for change in overrides {
+            scene = change.apply(&scene)?;
+        }
+        if let Some(folder) = Path::new(file_name).parent() {
+            for file in scene.files_mut() {
+                *file = folder.join(&*file).display().to_string();
+            }
+        }
+        check::check(&scene).map_err(|problem| locate(problem, text, file_name, overrides))?;
+        Ok(scene)
+    }
+
+    /// The scene as the text of a scene file, defaults included, in the spelling that files use: no `Some(…)`, one
+    /// bracket around a variant's fields. Fails if ron does.
+    pub fn to_ron(&self) -> Result<String, SceneError> {
+        let pretty = PrettyConfig::new().new_line("\n");
+        let written = options().to_string_pretty(self, pretty);
+        let text = written.map_err(|error| SceneError::Syntax {
+            place: Place::Field("scene".to_owned()),
+            message: error.to_string(),
+        })?;
+        Ok(plain_names(&text) + "\n")
+    }
+
+    /// Paths of the files that belong to the scene: the order's, if it names one, then those of the meshes, then those
+    /// that gauges are compared with.
+    pub fn files_mut(&mut self) -> impl Iterator<Item = &mut String> {
+        let meshes = self.boundaries.iter_mut().filter_map(|shape| match shape {
+            BoundaryShape::Mesh(mesh) => Some(&mut mesh.file),
+            _ => None,
+        });
+        let references = self.gauges.iter_mut().filter_map(|gauge| {
+            let reference = gauge.reference.as_mut()?;
+            Some(&mut reference.file)
+        });
+        self.order.iter_mut().chain(meshes).chain(references)
+    }
+
+    /// Checks a scene that was built in code, as [`load`](Self::load) checks a file.
+    pub fn check(&self) -> Result<(), SceneError> {
+        self.checked_size().map(|_| ())
+    }
+
+    /// As [`check`](Self::check), and says what room the scene needs.
+    pub(crate) fn checked_size(&self) -> Result<Size, SceneError> {
+        check::check(self).map_err(|problem| SceneError::Invalid {
+            place: Place::Field(problem.path.clone()),
+            field: problem.path,
+            message: problem.message,
+        })
+    }
+}
+
+/// Gives a problem its place: the last override that touches the field, else the field in the file, else (where the
+/// field has its default) the innermost value around it that the file does write.
+fn locate(problem: Problem, text: &str, file_name: &str, overrides: &[Override]) -> SceneError {
+    let touches = |change: &&Override| {
+        let (a, b) = (change.path.as_str(), problem.path.as_str());
+        let within = |a: &str, b: &str| {
+            b.strip_prefix(a)
+                .is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+        };
+        within(a, b) || within(b, a)
+    };
+    let place = match overrides.iter().rev().find(touches) {
+        Some(change) => change.place(),
+        None => place_of(&problem.path, text, file_name),
+    };
+    SceneError::Invalid {
+        place,
+        field: problem.path,
+        message: problem.message,
+    }
+}

@@ -1,0 +1,17 @@
+//! From a text to a checked scene: the file first, then the overrides, then the checks.
+//!
+//! Every error names file, line and column, what is wrong and what would be right. The methods of
+//! [`Scene`](crate::scene::Scene) that read, check and write one are here, since checks know of walls, meshes and
+//! time-step limits, of which the scene's own types do not.
+
+mod check;
+mod explain;
+mod load;
+mod overrides;
+mod ron_text;
+mod slips;
+mod spans;
+
+pub(crate) use check::Size;
+pub(crate) use explain::{place_of, read};
+pub use overrides::Override;

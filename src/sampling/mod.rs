@@ -1,0 +1,24 @@
+//! Walls as particles: surfaces of shapes and meshes into one layer of samples, without a world.
+
+mod count;
+mod front;
+mod layer;
+mod mesh;
+mod surfaces;
+
+use glam::Vec3;
+
+pub(crate) use count::count;
+pub use layer::{beside_wall, layer_depth};
+pub(crate) use mesh::expected as expected_of_mesh;
+pub use surfaces::sample;
+pub(crate) use surfaces::{for_each_sample, for_each_sample_of};
+
+/// A boundary particle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BoundarySample {
+    /// Where it is [m].
+    pub position: Vec3,
+    /// Unit vector from the solid into the fluid; in edges and corners the mean of the faces'.
+    pub normal: Vec3,
+}

@@ -1,0 +1,327 @@
+//! What can go wrong in a step: causes with their messages, and the failure of the step at hand.
+
+use bevy_ecs::prelude::*;
+use glam::Vec3;
+
+use super::{clock::Clock, columns::Rows, particle::Position};
+
+/// What went wrong in this step, if something did. The first failure counts.
+#[derive(Resource, Debug, Clone, Default)]
+pub struct Failure {
+    cause: Option<FailureCause>,
+    row: Option<usize>,
+    particle: Option<(Entity, Vec3)>,
+}
+
+impl Failure {
+    /// Records a failure, and the row concerned.
+    pub fn record(&mut self, cause: FailureCause, row: Option<usize>) {
+        if self.cause.is_none() {
+            self.cause = Some(cause);
+            self.row = row;
+        }
+    }
+
+    /// Records a failure of a particle that has no row.
+    pub(crate) fn record_of(&mut self, cause: FailureCause, particle: (Entity, Vec3)) {
+        if self.cause.is_none() {
+            self.cause = Some(cause);
+            self.particle = Some(particle);
+        }
+    }
+
+    /// Whether something went wrong that goes right, perhaps, in a shorter step.
+    pub(crate) fn depends_on_the_time_step(&self) -> bool {
+        match &self.cause {
+            None
+            | Some(
+                FailureCause::LeftDomain
+                | FailureCause::DomainTooLarge(_)
+                | FailureCause::ListsTooLong(_)
+                | FailureCause::NotInstalled { .. }
+                | FailureCause::TimeStep { .. }
+                | FailureCause::LacksComponent { .. }
+                | FailureCause::ParticlesChanged { .. }
+                | FailureCause::TooLarge { .. },
+            ) => false,
+            Some(
+                FailureCause::NotFinite { .. }
+                | FailureCause::TooFast { .. }
+                | FailureCause::OverCompressed { .. }
+                | FailureCause::EnergyGained { .. }
+                | FailureCause::NotConverged { .. }
+                | FailureCause::Shock(_),
+            ) => true,
+        }
+    }
+
+    /// Takes the failure away, and says what it was and of which particle.
+    pub(crate) fn forgive(&mut self) -> Option<(FailureCause, Option<(Entity, Vec3)>)> {
+        let Self {
+            cause, particle, ..
+        } = std::mem::take(self);
+        cause.map(|cause| (cause, particle))
+    }
+
+    /// The failure as an error of this step.
+    pub(crate) fn error(&self, clock: &Clock) -> Option<StepError> {
+        self.cause.clone().map(|cause| StepError {
+            step: clock.step + 1,
+            time: clock.time,
+            particle: self.particle,
+            cause,
+        })
+    }
+}
+
+/// Whether nothing went wrong so far: stages run only then.
+pub(crate) fn healthy(failure: Res<Failure>) -> bool {
+    failure.cause.is_none()
+}
+
+/// Finds the particle of a failure while the tables still hold it.
+pub(crate) fn name_the_particle(
+    mut failure: ResMut<Failure>,
+    rows: Res<Rows>,
+    places: Query<&Position>,
+) {
+    let row = failure.row.take();
+    if let Some(&entity) = row.and_then(|row| rows.entities.get(row)) {
+        let at = places.get(entity).map_or(Vec3::NAN, |x| x.0);
+        failure.particle = Some((entity, at));
+    }
+}
+
+/// Why a step failed. The columns keep the last good state.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("step {step} at t = {time:.6} s: {cause}{}", place(.particle))]
+pub struct StepError {
+    /// Number of the step that failed, from 1.
+    pub step: u64,
+    /// Simulated time at its start [s].
+    pub time: f64,
+    /// The particle concerned, if one is.
+    pub particle: Option<(Entity, Vec3)>,
+    /// What went wrong.
+    pub cause: FailureCause,
+}
+
+/// What went wrong in a step.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum FailureCause {
+    /// The world holds no scene that steps can be taken of.
+    #[error("{reason}")]
+    NotInstalled {
+        /// What is missing, and what brings it back.
+        reason: &'static str,
+    },
+    /// The time step that a host chose is none.
+    #[error("the time step is {dt:e} s; `Clock::next_dt` must be finite and above 0")]
+    TimeStep {
+        /// The time step [s].
+        dt: f32,
+    },
+    /// Particles lack a component that every fluid particle has.
+    #[error(
+        "a fluid particle lacks the component `{component}`{}; insert it again, or remove `Fluid` from what is no particle",
+        others(*.particles)
+    )]
+    LacksComponent {
+        /// Name of the component.
+        component: &'static str,
+        /// Particles in the same table, which all lack it.
+        particles: usize,
+    },
+    /// Particles came, went or moved to another table while the step was computed.
+    #[error(
+        "a system spawned, despawned or tagged fluid particles in the middle of the step, which had {before} and would write to {now}; \
+         order it before `Phase::RebuildIndex` or after `Phase::Integrate`, or do it between steps"
+    )]
+    ParticlesChanged {
+        /// Particles at the start of the step.
+        before: usize,
+        /// Particles at its end.
+        now: usize,
+    },
+    /// A value that the step starts from is so large that its square is not finite.
+    #[error("{quantity} is beyond 1e17 at the start of the step; a host wrote it")]
+    TooLarge {
+        /// Which quantity.
+        quantity: &'static str,
+    },
+    /// A position, velocity or density is not a number or infinite.
+    #[error("{quantity} is not finite")]
+    NotFinite {
+        /// Which quantity.
+        quantity: &'static str,
+    },
+    /// A particle would move more than half the support radius.
+    #[error(
+        "a particle would move {displacement:.3e} m in one step, more than h/2 = {limit:.3e} m; a smaller time step is needed"
+    )]
+    TooFast {
+        /// Length of the movement [m].
+        displacement: f32,
+        /// The limit, h/2 [m].
+        limit: f32,
+    },
+    /// A particle is compressed beyond the scene's limit.
+    #[error(
+        "compression {compression:.3} is above the limit {limit:.3}; a smaller time step or a stiffer fluid is needed"
+    )]
+    OverCompressed {
+        /// `(ρ − ρ0)/ρ0` [-].
+        compression: f32,
+        /// The scene's limit [-].
+        limit: f32,
+    },
+    /// Pressure did more work than the energies that it can draw on.
+    #[error(
+        "pressure did {work:.3e} J of work in one step, `limits.energy` allows {limit:.3e} J; a smaller time step, more \
+         iterations (`pressure.max_density_error`) or a smaller `pressure.recovery` is needed"
+    )]
+    EnergyGained {
+        /// Work [J; J/m in 2-D].
+        work: f64,
+        /// The limit [J; J/m in 2-D].
+        limit: f64,
+    },
+    /// A particle left the scene's domain.
+    #[error("a particle left the domain")]
+    LeftDomain,
+    /// The spatial index covers a box around all particles, which would take too much memory.
+    #[error(transparent)]
+    DomainTooLarge(DomainTooLarge),
+    /// Neighbour lists are longer than they can be.
+    #[error(transparent)]
+    ListsTooLong(ListsTooLong),
+    /// The pressure iterations did not reach the limit on the density error.
+    #[error(
+        "pressure did not converge: density error {error:.3e} after {iterations} iterations, the limit is {limit:.3e}; take \
+         shorter steps (`time_step`), allow more iterations (`pressure.max_iterations`) or a larger error \
+         (`pressure.max_density_error`), or go on with the error that remains (`pressure.not_converged=Accept`)"
+    )]
+    NotConverged {
+        /// Iterations done.
+        iterations: u32,
+        /// Density error reached [-].
+        error: f32,
+        /// The limit [-].
+        limit: f32,
+    },
+    /// The step met a shock, and the time step could not be made smaller (`time_step: Adaptive` only).
+    #[error("shock: {0}")]
+    Shock(Shock),
+}
+
+/// As many particles of one table lack the same.
+fn others(particles: usize) -> String {
+    match particles {
+        0 | 1 => String::new(),
+        more => format!(", and so do {} others", more - 1),
+    }
+}
+
+fn place(particle: &Option<(Entity, Vec3)>) -> String {
+    particle.map_or_else(String::new, |(entity, at)| {
+        format!(
+            " (particle {entity} at ({:.4}, {:.4}, {:.4}) m)",
+            at.x, at.y, at.z
+        )
+    })
+}
+
+/// Most cells of a dense structure: a table of 4 bytes a cell is then 512 MiB, and writing it takes a tenth of a
+/// second a step. A box that needs more is refused.
+pub const MAX_CELLS: u64 = 1 << 27;
+
+/// A dense structure would need more cells than [`MAX_CELLS`].
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error(
+    "the box around all particles has {} × {} × {} cells of {cell_size:.4} m, and the spatial index needs memory for each \
+     of them, at most {MAX_CELLS}; the structures CompactHashing and SpatialHashing need none for empty cells, and a \
+     `domain` in the scene stops particles that fly away", .cells[0], .cells[1], .cells[2]
+)]
+pub struct DomainTooLarge {
+    /// Cells along x, y and z.
+    pub cells: [u64; 3],
+    /// Their edge [m].
+    pub cell_size: f64,
+    /// The point furthest from the middle of all others.
+    pub row: usize,
+}
+
+/// Lists that would be longer than their spans can say.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum ListsTooLong {
+    /// One of them.
+    #[error(
+        "a particle has {count} neighbours, and a list holds {max}; particles lie on top of each other",
+        max = u16::MAX
+    )]
+    OfRow {
+        /// The particle's row.
+        row: usize,
+        /// Its neighbours.
+        count: usize,
+    },
+    /// All together.
+    #[error(
+        "there are {pairs} pairs of neighbours, and lists hold {most} in the memory of this machine; particles lie on top of \
+         each other, or there are too many: with `neighbours: Recomputed` there is no limit"
+    )]
+    Together {
+        /// Pairs of a row and a neighbour.
+        pairs: usize,
+        /// Pairs that lists can hold.
+        most: usize,
+    },
+}
+
+/// Steps taken back.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TakenBack {
+    /// How many, the one that went wrong included: 2, or 1 where no older state is left to go back to.
+    pub steps: u32,
+    /// What went wrong.
+    pub cause: FailureCause,
+    /// The particle concerned and where it was [m], if one is.
+    pub particle: Option<(Entity, Vec3)>,
+}
+
+/// What makes a step one to go back from, though none of the failure guard's limits is broken.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Shock {
+    /// The largest density error grew by more than 8 η in a step.
+    #[error(
+        "the largest density error jumped from {before:.3e} to {error:.3e}, by more than 8 η = {limit:.3e}"
+    )]
+    ErrorJumped {
+        /// Largest error before [-].
+        before: f32,
+        /// Largest error of this step [-].
+        error: f32,
+        /// The largest jump, 8 η [-].
+        limit: f32,
+    },
+    /// The largest density error is above the scene's limit.
+    #[error(
+        "the largest density error {error:.3e} is above `time_step.max_density_error` = {limit:.3e}"
+    )]
+    ErrorTooLarge {
+        /// Largest error [-].
+        error: f32,
+        /// The limit [-].
+        limit: f32,
+    },
+    /// A particle moved more than 0.45 h.
+    #[error("a particle moved {displacement:.3e} m in one step, more than 0.45 h = {limit:.3e} m")]
+    TooFast {
+        /// Length of the movement [m].
+        displacement: f32,
+        /// The limit [m].
+        limit: f32,
+    },
+}
