@@ -67,3 +67,73 @@ impl Near<'_> {
         }))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        index,
+        scene::{IndexStructure, Scene, shapes::split_mix},
+        state::Execution,
+    };
+
+    #[test]
+    fn every_structure_finds_who_is_in_a_box() {
+        let execution = Execution::new(1).expect("a thread");
+        let mut random = 7;
+        let mut number = |low: f32, high: f32| {
+            let part = split_mix(&mut random) as f64 / u64::MAX as f64;
+            low + (high - low) * part as f32
+        };
+        for (dimension, depth) in [(2, 0.0), (3, 1.0)] {
+            let points: Vec<Vec4> = (0..600)
+                .map(|_| {
+                    Vec4::new(
+                        number(-2.0, 2.0),
+                        number(-1.0, 1.0),
+                        depth * number(0.0, 1.0),
+                        0.0,
+                    )
+                })
+                .collect();
+            for (structure, cell_size) in IndexStructure::ALL
+                .iter()
+                .flat_map(|s| [(*s, 1.0), (*s, 0.4)])
+            {
+                let mut scene: Scene = ron::from_str(&format!(
+                    "(name: \"n\", dimension: {dimension}, spacing: 0.1, bodies: [])"
+                ))
+                .expect("a scene");
+                (scene.index.structure, scene.index.cell_size) = (structure, cell_size);
+                let mut index = index::build(&scene);
+                index.rebuild(&points, &execution).expect("room");
+                let near = Near {
+                    index: &*index,
+                    points: &points,
+                };
+                // From less than a cell to more than everything.
+                for reach in [0.01, 0.1, 0.2, 0.3, 0.7, 1.5, 9.0, 1e12] {
+                    let center = Vec3::new(
+                        number(-2.5, 2.5),
+                        number(-1.5, 1.5),
+                        depth * number(0.0, 1.0),
+                    );
+                    let reach = Vec3::new(reach, 0.7 * reach, depth * reach);
+                    let (low, high) = (center - reach, center + reach);
+                    let mut found = Vec::new();
+                    near.rows_in(low, high, &mut found);
+                    let is_inside = |x: &Vec4| {
+                        let x = x.truncate();
+                        x.cmpge(low).all() && x.cmple(high).all()
+                    };
+                    let rows = (0..).zip(&points).filter(|(_, x)| is_inside(x));
+                    let expected: Vec<u32> = rows.map(|(row, _)| row).collect();
+                    assert_eq!(
+                        found, expected,
+                        "{structure:?}, {dimension}-D, {center} ± {reach}"
+                    );
+                }
+            }
+        }
+    }
+}

@@ -61,15 +61,20 @@ impl Plan {
     pub fn load(path: &Path) -> Result<Self, StudyError> {
         let text = read_file("study", path)?;
         let file = path.display().to_string();
-        let study: Study = read(&text, &file)?;
-        Checker {
+        let mut study: Study = read(&text, &file)?;
+        let (cases, reference) = Checker {
             study: &study,
             text: &text,
             file: &file,
             folder: path.parent().unwrap_or(Path::new("")),
         }
-        .check()
-        .map(|(cases, reference)| Self {
+        .check()?;
+        for column in &mut study.columns {
+            if let (Measure::Gauge(measure), Some(case)) = (&mut column.measure, cases.first()) {
+                measure.name_its_column(&case.variants[0].scene);
+            }
+        }
+        Ok(Self {
             study,
             cases,
             reference,

@@ -59,11 +59,18 @@ impl GaugeMeasure {
         (self.gauge.clone(), self.column.clone())
     }
 
-    /// Unit of a column that is named; the first is told by its gauge.
+    /// Unit of its column.
     pub(super) fn unit(&self) -> &'static str {
         let column = self.column.as_deref().unwrap_or_default();
         let end = UNITS.iter().find(|(end, _)| column.ends_with(end));
         end.map_or("", |(_, unit)| unit)
+    }
+
+    /// Says which is the first column, if none is named.
+    pub(super) fn name_its_column(&mut self, scene: &Scene) {
+        let gauge = scene.gauges.iter().find(|gauge| gauge.name == self.gauge);
+        let first = || gauge?.columns().into_iter().next();
+        self.column = self.column.take().or_else(first);
     }
 
     /// What is wrong with it in a scene, and what would be right.
