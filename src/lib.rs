@@ -79,6 +79,7 @@ pub mod neighbours;
 pub mod output;
 pub mod pairs;
 pub mod pressure;
+pub mod registry;
 pub mod reorder;
 pub mod sampling;
 pub mod scene;

@@ -14,9 +14,19 @@ use crate::{
     index::{FluidIndex, z_curve},
     neighbours::{BoundaryNeighbours, FluidNeighbours},
     state::{
-        Clock, Execution,
+        Clock, Execution, Phase, Stage,
         particle::{Fluid, Position},
     },
+};
+
+/// Rows along the Z-curve, every `reorder_interval` steps of the scene.
+pub(crate) const STAGE: Stage = Stage {
+    invalidates: true,
+    wanted: |scene| scene.reorder_interval > 0,
+    install: |world, scene| world.insert_resource(ReorderState::new(scene.reorder_interval)),
+    ..Stage::new("reorder", Phase::Reorder, |_| {
+        reorder.run_if(reorder_is_due)
+    })
 };
 
 /// Which of two tables a particle's row is in.
@@ -80,7 +90,7 @@ pub fn reorder(world: &mut World) {
         move_rows(world, state.marked, state.handles.iter().map(entity));
         let old_rows = state.handles.iter().map(|handle| handle.1 as usize);
         if let Some(mut lists) = world.get_resource_mut::<FluidNeighbours>() {
-            lists.0.expect_order(old_rows.clone());
+            lists.lists.expect_order(old_rows.clone());
         }
         if let Some(mut lists) = world.get_resource_mut::<BoundaryNeighbours>() {
             lists.0.expect_order(old_rows);

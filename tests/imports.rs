@@ -38,6 +38,7 @@ const FLOORS: &[&str] = &[
     "pressure",
     "force",
     "gauge",
+    "registry",
     "step",
     "output",
     "study",
@@ -223,7 +224,7 @@ fn read(file: &Path, folder: &Path, module: ModPath, modules: &mut BTreeMap<ModP
     modules.insert(module.clone(), reader.found);
     for child in children {
         let own = folder.join(format!("{child}.rs"));
-        let path = [&module[..], &[child.clone()]].concat();
+        let path = [&module[..], std::slice::from_ref(&child)].concat();
         if own.is_file() {
             read(&own, &folder.join(&child), path, modules);
         } else {

@@ -2,17 +2,23 @@
 
 use bevy_ecs::prelude::*;
 
-use crate::state::{Accelerations, Execution, Material, Positions};
+use crate::state::{Accelerations, Execution, Material, Phase, Product, Stage};
 
-/// Sets every acceleration to gravity (phase `Forces`, first).
+/// Gravity.
+pub(crate) const STAGE: Stage = Stage {
+    needs: &[Product::Columns, Product::Forces],
+    ..Stage::new("gravity", Phase::Forces, |_| apply_gravity.into_configs())
+};
+
+/// Adds gravity to every acceleration (phase `Forces`).
 pub fn apply_gravity(
     mut accelerations: ResMut<Accelerations>,
-    positions: Res<Positions>,
     material: Res<Material>,
     execution: Res<Execution>,
 ) {
-    accelerations.0.resize(positions.rows(), material.gravity);
     execution.for_each_chunk(&mut accelerations.0, |_, chunk| {
-        chunk.fill(material.gravity)
+        for acceleration in chunk {
+            *acceleration += material.gravity;
+        }
     });
 }

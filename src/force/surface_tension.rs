@@ -6,8 +6,28 @@ use glam::{Vec3, Vec4};
 
 use crate::{
     pairs::{Pair, PairSum, PairsWithSlopes, accumulate},
+    scene::SurfaceTension,
     simd::Simd,
-    state::{Accelerations, Material},
+    state::{Accelerations, Material, Phase, Product, Stage},
+};
+
+/// Surface tension.
+pub(crate) const STAGE: Stage = Stage {
+    needs: &[
+        Product::Columns,
+        Product::Index,
+        Product::Neighbours,
+        Product::Forces,
+    ],
+    wanted: |scene| scene.fluid.surface_tension != SurfaceTension::None,
+    install: |world, scene| {
+        if let SurfaceTension::BeckerTeschner { kappa } = scene.fluid.surface_tension {
+            world.insert_resource(Cohesion(kappa));
+        }
+    },
+    ..Stage::new("surface_tension", Phase::Forces, |_| {
+        apply_surface_tension.into_configs()
+    })
 };
 
 /// Strength κ [m³/s²; m²/s² in 2-D] of the scene.

@@ -18,10 +18,87 @@ use glam::{Vec3, Vec4};
 
 use crate::{
     pairs::{Pair, PairSum, accumulate, broadcast, difference, dot},
-    pressure::{first_force::WithFirstForce, warm_start},
+    pressure::{
+        first_force::{self, FirstForce, WithFirstForce},
+        warm_start,
+    },
+    scene::{Scene, Viscosity},
     simd::Simd,
-    state::{Accelerations, Densities, Execution, Material, Positions, Pressures, Velocities},
+    state::{
+        Accelerations, Densities, Execution, Limit, Material, Phase, Positions, Pressures, Product,
+        Stage, Systems, Velocities,
+    },
 };
+
+/// Part of h²/ν that a step may take [-]: 1/8 of the square of the smoothing length h/2 (Morris et al. 1997, eq. 23).
+const LIMIT_FACTOR: f32 = 1.0 / 32.0;
+
+/// Viscosity.
+pub(crate) const STAGE: Stage = Stage {
+    needs: &[
+        Product::Columns,
+        Product::Index,
+        Product::Neighbours,
+        Product::Density,
+        Product::Divergence,
+        Product::Forces,
+    ],
+    wanted: |scene| scene.fluid.viscosity != Viscosity::None,
+    install,
+    limits,
+    ..Stage::new("viscosity", Phase::Forces, systems)
+};
+
+fn install(world: &mut World, scene: &Scene) {
+    match scene.fluid.viscosity {
+        Viscosity::None => {}
+        Viscosity::Laminar {
+            kinematic_viscosity,
+            numerical,
+        } => {
+            world.insert_resource(LaminarViscosity(kinematic_viscosity));
+            if numerical > 0.0 {
+                world.insert_resource(NumericalViscosity(numerical));
+            }
+        }
+        Viscosity::Artificial { alpha, sound_speed } => {
+            world.insert_resource(ArtificialViscosity { alpha, sound_speed });
+        }
+    }
+}
+
+fn systems(scene: &Scene) -> Systems {
+    let viscosity = match scene.fluid.viscosity {
+        Viscosity::Artificial { .. } => apply_artificial_viscosity.into_configs(),
+        Viscosity::Laminar { numerical, .. } if numerical > 0.0 => {
+            let terms = put_pressure_terms
+                .run_if(not(resource_exists::<FirstForce>))
+                .ambiguous_with_all();
+            (terms, apply_laminar_viscosity).chain()
+        }
+        Viscosity::Laminar { .. } | Viscosity::None => apply_laminar_viscosity.into_configs(),
+    };
+    if first_force::is_possible(scene) {
+        (first_force::start(), viscosity).chain()
+    } else {
+        viscosity
+    }
+}
+
+fn limits(scene: &Scene) -> Vec<Limit> {
+    let h = scene.support_radius();
+    let viscosity = match scene.fluid.viscosity {
+        Viscosity::None => 0.0,
+        Viscosity::Laminar {
+            kinematic_viscosity,
+            ..
+        } => kinematic_viscosity,
+        // The kinematic viscosity that it amounts to in 3-D (Monaghan 2005, eq. 8.8), with its smoothing length h.
+        Viscosity::Artificial { alpha, sound_speed } => alpha * h * sound_speed / 10.0,
+    };
+    let limit = (viscosity > 0.0).then(|| ("viscosity", LIMIT_FACTOR * h * h / viscosity));
+    limit.into_iter().collect()
+}
 
 /// Kinematic viscosity ν [m²/s] of the scene.
 #[derive(Resource, Debug, Clone, Copy)]

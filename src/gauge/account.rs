@@ -10,7 +10,7 @@ use bevy_ecs::prelude::*;
 
 use crate::{
     integrate::Motion,
-    pressure::state_equation::EquationOfState,
+    pressure::sesph::EquationOfState,
     state::{
         Densities, Material, in_order,
         particle::{Fluid, Position, Velocity},

@@ -8,7 +8,7 @@ use crate::{
     index::{BoundarySamples, FluidIndex},
     integrate::Motion,
     pairs::Pairs,
-    pressure::state_equation::EquationOfState,
+    pressure::sesph::EquationOfState,
     state::{Clock, Densities, Execution, Material, PredictedPositions, Pressures, Velocities},
     time_step::AdaptiveTimeStep,
 };

@@ -34,6 +34,7 @@ pub use spatial_hashing::SpatialHashing;
 pub use structure::SpatialIndex;
 pub use uniform_grid::UniformGrid;
 pub use update::{FluidIndex, update_index};
+pub(crate) use update::{STAGE, bytes_per_particle};
 pub use z_index_sort::ZIndexSort;
 
 #[cfg(test)]

@@ -6,9 +6,9 @@
 use glam::DVec3;
 
 use super::{
-    Soup,
     polygon::triangulate,
-    read::{lines, point, text_of},
+    soup::Soup,
+    text::{lines, point, text_of},
 };
 
 /// Statements of surfaces that are no polygons, or of other files: a file without them would be another surface.

@@ -10,8 +10,8 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use super::{
-    Soup,
     bvh::Bvh,
+    soup::Soup,
     topology::{key, sides},
     triangle,
     weld::cancel,

@@ -9,8 +9,8 @@ use std::str::SplitWhitespace;
 use glam::{DVec3, Vec3};
 
 use super::{
-    Soup,
-    read::{lines, point, text_of},
+    soup::Soup,
+    text::{lines, point, text_of},
 };
 
 /// Header and count of a binary file, and a triangle in it [bytes].

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
-use super::Soup;
+use super::soup::Soup;
 
 /// Neighbouring faces whose normals differ by more are a sharp edge: cosine of 30°.
 const SHARP: f64 = 0.866;

@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use glam::{DVec3, I64Vec3};
 
-use super::{Soup, topology::borders};
+use super::{soup::Soup, topology::borders};
 
 /// More triangles are a mesh made for looking at.
 const MAX_TRIANGLES: usize = 5_000_000;

@@ -1,12 +1,6 @@
-//! The state of all particles at one time, and its files.
-
-use std::path::Path;
+//! The state of all particles at one time.
 
 use glam::Vec3;
-
-use super::{OutputError, ply, vtu};
-use crate::input::read_bytes;
-use crate::scene::FrameFormat;
 
 /// The state of all fluid particles at one time: what frames and pictures are made from.
 ///
@@ -44,63 +38,5 @@ impl Frame {
     pub fn max_speed(&self) -> f32 {
         let squared = self.velocities.iter().map(|v| v.length_squared());
         squared.fold(0.0, f32::max).sqrt()
-    }
-
-    /// Writes the frame in a format; `path` should end in that format's [`extension`](FrameFormat::extension).
-    ///
-    /// # Errors
-    /// When the columns differ in length, there are more than 2³¹ − 1 particles, or the system refuses.
-    pub fn write(&self, path: &Path, format: FrameFormat) -> Result<(), OutputError> {
-        match format {
-            FrameFormat::Vtu => self.write_vtu(path),
-            FrameFormat::Ply => self.write_ply(path),
-        }
-    }
-
-    /// Writes a VTK XML unstructured grid with a vertex a particle, raw appended data, little endian.
-    /// Time [s] and step are the field data `TimeValue` and `step`.
-    ///
-    /// # Errors
-    /// As [`write`](Self::write).
-    pub fn write_vtu(&self, path: &Path) -> Result<(), OutputError> {
-        vtu::write(self, path)
-    }
-
-    /// Writes a binary little endian PLY file with an element `vertex` a particle: x, y, z [m], vx, vy, vz [m/s],
-    /// density [kg/m³], pressure [Pa], id. Time [s] and step are in comments of the header.
-    ///
-    /// # Errors
-    /// As [`write`](Self::write).
-    pub fn write_ply(&self, path: &Path) -> Result<(), OutputError> {
-        ply::write(self, path)
-    }
-
-    /// Reads a frame that [`write`](Self::write) wrote, by the ending of its name. Files of other programs are not
-    /// understood in general: this reads what we write.
-    ///
-    /// # Errors
-    /// When the system refuses, the ending is unknown, or the file is not a complete frame.
-    pub fn read(path: &Path) -> Result<Self, OutputError> {
-        let parse = match path.extension().and_then(|e| e.to_str()) {
-            Some("vtu") => vtu::parse,
-            Some("ply") => ply::parse,
-            _ => {
-                return Err(OutputError::UnknownFormat {
-                    path: path.to_owned(),
-                });
-            }
-        };
-        let bytes = read_bytes(path).map_err(|source| OutputError::io(path, source))?;
-        parse(&bytes).map_err(|reason| OutputError::malformed(path, reason))
-    }
-}
-
-impl FrameFormat {
-    /// How the names of its files end, without the dot.
-    pub fn extension(self) -> &'static str {
-        match self {
-            Self::Vtu => "vtu",
-            Self::Ply => "ply",
-        }
     }
 }

@@ -19,6 +19,7 @@ mod cursor;
 mod error;
 mod fields;
 mod frame;
+mod frame_file;
 mod gauges;
 mod history;
 #[cfg(feature = "cli")]

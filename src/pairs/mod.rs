@@ -17,6 +17,7 @@ use bevy_ecs::{prelude::*, system::SystemParam};
 use glam::Vec4;
 use rayon::prelude::*;
 
+use self::slopes::Generations;
 pub use self::{
     pass::{Pair, PairSum, accumulate, broadcast, difference, dot},
     rows::{Places, Source, sum},
@@ -27,7 +28,7 @@ use crate::{
     index::{BoundarySamples, FluidIndex},
     neighbours::{BoundaryNeighbours, FluidNeighbours, OnTheSpot, Search},
     simd::{Simd, Vectorised},
-    state::{CHUNK, Execution, Material, Positions, SENTINEL},
+    state::{CHUNK, Execution, Material, Positions, Rows, SENTINEL},
 };
 
 /// Neighbours of the fluid particles, stored or not, and where loops over them run.
@@ -37,6 +38,7 @@ pub struct Pairs<'w> {
     boundary: Option<Res<'w, BoundaryNeighbours>>,
     samples: Option<Res<'w, BoundarySamples>>,
     index: Res<'w, FluidIndex>,
+    rows: Res<'w, Rows>,
     positions: Res<'w, Positions>,
     material: Res<'w, Material>,
     /// Where loops run.
@@ -76,7 +78,11 @@ impl PairsWithSlopes<'_> {
         takers: impl IndexedParallelIterator<Item = T>,
     ) {
         let (source, places) = (self.source(), self.places(&self.positions.0));
-        let slopes = self.slopes.as_deref();
+        let generations = self.generations();
+        let slopes = self
+            .slopes
+            .as_deref()
+            .and_then(|slopes| slopes.at(generations));
         rows::over_rows(pass, source, places, slopes, takers, &self.execution);
     }
 }
@@ -99,6 +105,7 @@ impl Pairs<'_> {
         match (source, slopes) {
             (Source::Stored(fluid, boundary), Some(slopes)) => {
                 let lists = (fluid, boundary);
+                let slopes = (slopes, self.generations());
                 rows::over_rows_and_keep(pass, lists, places, slopes, takers, &self.execution);
             }
             _ => rows::over_rows(pass, source, places, None, takers, &self.execution),
@@ -110,6 +117,13 @@ impl Pairs<'_> {
     pub fn sum_at<P: PairSum>(&self, fluid: &[Vec4], pass: &P, out: &mut [P::Output]) {
         let places = self.places(fluid);
         sum(pass, self.source(), places, out, &self.execution);
+    }
+
+    fn generations(&self) -> Generations {
+        Generations {
+            rows: self.rows.generation,
+            lists: self.fluid.as_ref().map_or(0, |lists| lists.generation),
+        }
     }
 
     fn places<'a>(&'a self, fluid: &'a [Vec4]) -> Places<'a> {
@@ -161,7 +175,9 @@ impl Pairs<'_> {
 
     fn source(&self) -> Source<'_> {
         match &self.fluid {
-            Some(fluid) => Source::Stored(&fluid.0, self.boundary.as_ref().map(|lists| &lists.0)),
+            Some(fluid) => {
+                Source::Stored(&fluid.lists, self.boundary.as_ref().map(|lists| &lists.0))
+            }
             None => {
                 let (of, points) = (&*self.index.structure, self.positions.points());
                 let fluid = Search {

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::{
     Pair, PairSlopes, PairSum, broadcast, difference, dot, putting,
-    slopes::{Computed, Kept, Known, Slopes, make_room},
+    slopes::{Computed, Generations, Kept, Known, Slopes, make_room},
 };
 use crate::{
     kernel::CubicSpline,
@@ -115,13 +115,13 @@ pub(super) fn over_rows_and_keep<P: PairSum, T: FnMut(usize, P::Output)>(
     pass: &P,
     (fluid, boundary): (&NeighbourLists, Option<&NeighbourLists>),
     places: Places,
-    slopes: &mut PairSlopes,
+    (slopes, generations): (&mut PairSlopes, Generations),
     takers: impl IndexedParallelIterator<Item = T>,
     execution: &Execution,
 ) {
     debug_assert_eq!(takers.len(), places.chunks(), "a taker a chunk");
     let set = execution.instruction_set.arithmetic();
-    let slopes = slopes.chunks_to_fill(places.rows());
+    let slopes = slopes.chunks_to_fill(places.rows(), generations);
     execution.install(|| {
         let chunks = takers.zip(slopes).enumerate();
         chunks.for_each(|(chunk, (take, slopes))| {

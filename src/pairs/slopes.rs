@@ -18,32 +18,44 @@ use crate::{
     state::CHUNK,
 };
 
+/// Ages of what slopes are computed from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Generations {
+    /// Of the columns.
+    pub(super) rows: u64,
+    /// Of the fluid's lists.
+    pub(super) lists: u64,
+}
+
 /// Slopes `(b² − a²)/r` [m⁻¹] of all pairs at the positions of the step, row after row in the order of the
 /// lists of the fluid, filled up to whole vectors. Absent where neighbours are recomputed.
 #[derive(Resource, Debug, Default)]
 pub struct PairSlopes {
     /// By chunk of rows.
     chunks: Vec<Vec<Lanes>>,
-    /// Whether they belong to the positions and the lists that there are.
-    known: bool,
+    /// Generations of the columns and of the lists that they belong to.
+    filled_at: Option<Generations>,
 }
 
 impl PairSlopes {
-    /// Positions or lists are about to change.
-    pub fn forget(&mut self) {
-        self.known = false;
+    /// The slopes, if they belong to these columns and lists.
+    pub(super) fn at(&self, generations: Generations) -> Option<&Self> {
+        (self.filled_at == Some(generations)).then_some(self)
     }
 
-    /// Those of the chunk that begins with row `first`, if they are known.
+    /// Those of the chunk that begins with row `first`.
     pub(super) fn chunk(&self, first: usize) -> Option<&[Lanes]> {
-        let chunk = self.chunks.get(first / CHUNK).filter(|_| self.known)?;
-        Some(chunk)
+        self.chunks.get(first / CHUNK).map(Vec::as_slice)
     }
 
     /// A place for the chunks of so many rows, to be filled.
-    pub(super) fn chunks_to_fill(&mut self, rows: usize) -> &mut [Vec<Lanes>] {
+    pub(super) fn chunks_to_fill(
+        &mut self,
+        rows: usize,
+        generations: Generations,
+    ) -> &mut [Vec<Lanes>] {
         self.chunks.resize_with(rows.div_ceil(CHUNK), Vec::new);
-        self.known = true;
+        self.filled_at = Some(generations);
         &mut self.chunks
     }
 }

@@ -19,31 +19,122 @@ use std::mem;
 
 use bevy_ecs::{
     prelude::*,
-    schedule::{ScheduleConfigs, ScheduleLabel},
-    system::ScheduleSystem,
+    schedule::{InternedScheduleLabel, ScheduleLabel},
 };
 use glam::Vec4;
 
 use super::{
-    Corrected, PressureSolve,
+    convergence::Convergence,
+    force::pressure_force,
     implicit::{
         self, DensityRate, DensityRates, Iterate, Jacobi, PredictedVelocities, predict_rates,
+        take_pressures,
     },
+    iterate::{PressureIteration, iterate, solve_pressure},
     response::{AnsweringDensities, Responses},
-    solve::{Convergence, iterate, wants_force},
+    solver::{Iterations, PressureSolver, Requirement},
+    warm_start::WarmStart,
 };
 use crate::{
     boundary::sums::{WallSums, Walls},
     pairs::{PairSlopes, PairSum, Pairs, both, putting},
-    scene::{Dfsph, Dimension},
+    scene::{Dfsph, Dimension, Scene},
     simd::Simd,
     state::{
-        Clock, Densities, Execution, Material, Positions, PressureAccelerations, Pressures,
-        Velocities,
+        Clock, Column, Corrected, Densities, Execution, Material, Positions, PressureAccelerations,
+        PressureSolve, Pressures, Systems, Velocities, wants_force,
     },
 };
 
-pub use super::iisph::iteration;
+impl PressureSolver for Dfsph {
+    fn iterations(&self) -> Option<Iterations> {
+        Some(Iterations {
+            convergence: Convergence {
+                max_density_error: self.max_density_error,
+                criterion: self.criterion,
+                mean_density_error: None,
+                min_iterations: self.min_iterations,
+                max_iterations: self.max_iterations,
+                not_converged: self.not_converged,
+            },
+            warm_start: WarmStart {
+                share: self.warm_start,
+                steps: self.warm_start_steps,
+            },
+            recovery: self.recovery,
+            momentum: self.momentum,
+        })
+    }
+
+    fn requirements(&self) -> Vec<Requirement> {
+        vec![
+            Requirement::Relaxation("pressure.relaxation", self.relaxation, self.momentum),
+            Requirement::Error(
+                "pressure.max_divergence_error",
+                self.max_divergence_error,
+                "compression that is left in the velocities of a step",
+            ),
+            Requirement::Iterations(
+                "pressure.max_divergence_iterations",
+                self.min_divergence_iterations,
+                self.max_divergence_iterations,
+            ),
+        ]
+    }
+
+    fn columns(&self) -> &'static [Column] {
+        const {
+            let [a, b, c, d] = *implicit::COLUMNS;
+            &[
+                a,
+                b,
+                c,
+                d,
+                Column::derived(
+                    "divergence impulse",
+                    "Pa s m^6/kg^2",
+                    "of the divergence solve",
+                    8,
+                ),
+                Column::derived("neighbour count", "-", "fluid and boundary", 4),
+            ]
+        }
+    }
+
+    fn install(&self, world: &mut World) {
+        implicit::install(world, self.relaxation, self.momentum, HEAD_START);
+        world.init_resource::<NeighbourCounts>();
+        world.init_resource::<DivergenceTerms>();
+        world.insert_resource(DivergenceConvergence(Convergence {
+            max_density_error: self.max_divergence_error,
+            mean_density_error: None,
+            criterion: self.criterion,
+            // The first measures the velocities as they are, without a force.
+            min_iterations: self.min_divergence_iterations.saturating_add(1),
+            max_iterations: self.max_divergence_iterations.saturating_add(1),
+            not_converged: self.not_converged,
+        }));
+    }
+
+    fn density(&self) -> Systems {
+        compute_density.into_configs()
+    }
+
+    fn divergence(&self) -> Option<Systems> {
+        Some(solve_divergence.into_configs())
+    }
+
+    fn solve(&self, _: &Scene) -> Systems {
+        (solve_pressure, take_pressures, add_divergence_pressure).chain()
+    }
+
+    fn schedules(&self, _: &Scene) -> Vec<(InternedScheduleLabel, Systems)> {
+        vec![
+            (DivergenceIteration.intern(), divergence_iteration()),
+            (PressureIteration.intern(), implicit::iteration()),
+        ]
+    }
+}
 
 /// One iteration of the divergence solve: it measures the divergence of the predicted velocities and corrects the
 /// impulses.
@@ -80,39 +171,14 @@ fn least_neighbours(dimension: Dimension) -> u32 {
 }
 
 /// The systems of [`DivergenceIteration`], in their order.
-pub fn divergence_iteration() -> ScheduleConfigs<ScheduleSystem> {
+fn divergence_iteration() -> Systems {
     (
-        (
-            super::pressure_force,
-            predict_corrected_velocities,
-            predict_rates,
-        )
+        (pressure_force, predict_corrected_velocities, predict_rates)
             .chain()
             .run_if(wants_force),
         update_impulses,
     )
         .chain()
-}
-
-/// Inserts what the method needs.
-pub fn install(world: &mut World, parameters: Dfsph) {
-    implicit::install(
-        world,
-        parameters.relaxation,
-        parameters.momentum,
-        HEAD_START,
-    );
-    world.init_resource::<NeighbourCounts>();
-    world.init_resource::<DivergenceTerms>();
-    world.insert_resource(DivergenceConvergence(Convergence {
-        max_density_error: parameters.max_divergence_error,
-        mean_density_error: None,
-        criterion: parameters.criterion,
-        // The first measures the velocities as they are, without a force.
-        min_iterations: parameters.min_divergence_iterations.saturating_add(1),
-        max_iterations: parameters.max_divergence_iterations.saturating_add(1),
-        not_converged: parameters.not_converged,
-    }));
 }
 
 /// Densities, what the particles answer to their pressure, and Dρ/Dt of their velocities (phase `Density`).

@@ -10,24 +10,22 @@
 //! start from nothing. Pressures or densities that a host changes between the two phases count from the first
 //! correction on.
 
-use bevy_ecs::{
-    prelude::*,
-    schedule::ScheduleConfigs,
-    system::{ScheduleSystem, SystemParam},
-};
+use bevy_ecs::{prelude::*, system::SystemParam};
 use glam::Vec3;
 
 use super::{
-    PressureSolve,
     force::PressureForce,
     implicit::Jacobi,
-    warm_start::{self, MeanPressures, WarmStart},
+    warm_start::{self, WarmStart},
 };
 use crate::{
     boundary::sums::{WallSums, Walls},
     pairs::{PairSum, PairsWithSlopes, adding, both, putting},
     scene::{Scene, Viscosity},
-    state::{Densities, Execution, Material, Positions, PressureAccelerations, Pressures},
+    state::{
+        Densities, Execution, Material, MeanPressures, Positions, PressureAccelerations,
+        PressureSolve, Pressures, Systems,
+    },
 };
 
 /// In worlds whose scene and order let viscosity sum the first force.
@@ -45,12 +43,15 @@ pub(crate) fn install(world: &mut World) {
 /// Whether a scene has viscosity, and iterations that start with a force.
 pub(crate) fn is_possible(scene: &Scene) -> bool {
     scene.fluid.viscosity != Viscosity::None
-        && WarmStart::of(&scene.pressure).is_some_and(|start| start.share > 0.0)
+        && scene
+            .pressure
+            .iterations()
+            .is_some_and(|iterations| iterations.warm_start.share > 0.0)
 }
 
 /// What puts the terms that the solve starts from beside the positions, before viscosity (phase `Forces`). A host's
 /// system that wants no order against it may read positions: they stay what they are.
-pub(crate) fn start() -> ScheduleConfigs<ScheduleSystem> {
+pub(crate) fn start() -> Systems {
     start_solve
         .run_if(resource_exists::<FirstForce>)
         .ambiguous_with_all()

@@ -13,34 +13,72 @@
 //! counts too little density, too, in particles that have a pressure (see [`solve`](super::solve)). Walls act by the
 //! particle's own term, once (see [`force`](super::force)), and count in the diagonal as they do in the force.
 
-use bevy_ecs::{prelude::*, schedule::ScheduleConfigs, system::ScheduleSystem};
+use bevy_ecs::{
+    prelude::*,
+    schedule::{InternedScheduleLabel, ScheduleLabel},
+};
 
 use super::{
-    implicit::{self, predict_rates, predict_velocities, update_pressure},
-    solve::wants_force,
+    convergence::Convergence,
+    implicit::{self, take_pressures},
+    iterate::{PressureIteration, solve_pressure},
+    response,
+    solver::{Iterations, PressureSolver, Requirement},
+    warm_start::WarmStart,
 };
-use crate::scene::Iisph;
+use crate::{
+    scene::{Iisph, Scene},
+    state::{Column, Systems},
+};
 
 /// Iterations that the momentum is ahead by, as in [`dfsph`](super::dfsph): the solve is the same, and so is its limit.
 const HEAD_START: i32 = 10;
 
-/// The systems of [`PressureIteration`](super::solve::PressureIteration), in their order.
-pub fn iteration() -> ScheduleConfigs<ScheduleSystem> {
-    (
-        super::pressure_force.run_if(wants_force),
-        predict_velocities,
-        predict_rates,
-        update_pressure,
-    )
-        .chain()
-}
+impl PressureSolver for Iisph {
+    fn iterations(&self) -> Option<Iterations> {
+        Some(Iterations {
+            convergence: Convergence {
+                max_density_error: self.max_density_error,
+                criterion: self.criterion,
+                mean_density_error: None,
+                min_iterations: self.min_iterations,
+                max_iterations: self.max_iterations,
+                not_converged: self.not_converged,
+            },
+            warm_start: WarmStart {
+                share: self.warm_start,
+                steps: self.warm_start_steps,
+            },
+            recovery: self.recovery,
+            momentum: self.momentum,
+        })
+    }
 
-/// Inserts what the method needs.
-pub fn install(world: &mut World, parameters: Iisph) {
-    implicit::install(
-        world,
-        parameters.relaxation,
-        parameters.momentum,
-        HEAD_START,
-    );
+    fn requirements(&self) -> Vec<Requirement> {
+        vec![Requirement::Relaxation(
+            "pressure.relaxation",
+            self.relaxation,
+            self.momentum,
+        )]
+    }
+
+    fn columns(&self) -> &'static [Column] {
+        implicit::COLUMNS
+    }
+
+    fn install(&self, world: &mut World) {
+        implicit::install(world, self.relaxation, self.momentum, HEAD_START);
+    }
+
+    fn density(&self) -> Systems {
+        response::compute_density.into_configs()
+    }
+
+    fn solve(&self, _: &Scene) -> Systems {
+        (solve_pressure, take_pressures).chain()
+    }
+
+    fn schedules(&self, _: &Scene) -> Vec<(InternedScheduleLabel, Systems)> {
+        vec![(PressureIteration.intern(), implicit::iteration())]
+    }
 }

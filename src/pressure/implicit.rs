@@ -27,20 +27,48 @@
 use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};
 
-use super::{
-    Corrected, PressureSolve, recovery::RecoveryTime, response::Responses,
-    warm_start::MeanPressures,
-};
+use super::{force::pressure_force, response::Responses};
 use crate::{
     boundary::sums::{WallSums, Walls},
     lattice::Lattice,
     pairs::{Pair, PairSum, PairsWithSlopes, broadcast, difference, dot},
     simd::Simd,
     state::{
-        Accelerations, Clock, Densities, Execution, Material, Positions, PressureAccelerations,
-        Pressures, Velocities,
+        Accelerations, Clock, Column, Corrected, Densities, Execution, Material, MeanPressures,
+        Positions, PressureAccelerations, PressureSolve, Pressures, Systems, Velocities,
+        wants_force,
     },
+    time_step::RecoveryTime,
 };
+
+/// Columns of the iteration.
+pub(super) const COLUMNS: &[Column; 4] = &[
+    Column::derived("predicted velocity", "m/s", "at the end of the step", 16).in_halo(),
+    Column::derived(
+        "density rate",
+        "kg/(m^3 s)",
+        "of the predicted velocities",
+        4,
+    ),
+    Column::derived(
+        "diagonal",
+        "m^8/kg^2",
+        "inverse response to the own pressure",
+        4,
+    ),
+    Column::derived("pressure term", "Pa m^6/kg^2", "while it is solved for", 8),
+];
+
+/// The systems of one iteration, in their order.
+pub(super) fn iteration() -> Systems {
+    (
+        pressure_force.run_if(wants_force),
+        predict_velocities,
+        predict_rates,
+        update_pressure,
+    )
+        .chain()
+}
 
 /// Largest ω that a scene may ask for with momentum. On lattices that are not stable with it less is taken.
 pub const MAX_RELAXATION_WITH_MOMENTUM: f32 = 0.54;

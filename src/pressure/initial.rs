@@ -9,14 +9,15 @@ use bevy_ecs::{prelude::*, schedule::ScheduleLabel};
 use glam::Vec4;
 
 use super::{
+    convergence::Convergence,
     implicit::{PredictedVelocities, take_pressures},
-    recovery::RecoveryTime,
-    solve::{Convergence, iterate},
+    iterate::iterate,
     warm_start,
 };
 use crate::{
     scene::{Criterion, NotConverged, Scene},
     state::{Accelerations, Clock, Positions},
+    time_step::RecoveryTime,
 };
 
 /// One iteration of the solve.
@@ -31,7 +32,10 @@ const MAX_ITERATIONS: u32 = 2000;
 
 /// Whether a scene starts from a pressure that is solved for.
 pub(crate) fn is_solved_for(scene: &Scene) -> bool {
-    warm_start::WarmStart::of(&scene.pressure).is_some_and(|start| start.share > 0.0)
+    scene
+        .pressure
+        .iterations()
+        .is_some_and(|iterations| iterations.warm_start.share > 0.0)
 }
 
 /// Whether this is the first step.

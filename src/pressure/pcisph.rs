@@ -23,15 +23,19 @@
 //! compression that it finds ([`recovery`](super::recovery)), and the mean error is limited, too. Algorithm 2 to the
 //! letter is `warm_start: 0, momentum: false, recovery: 1, mean_density_error: None, last_correction: true`.
 
-use bevy_ecs::{prelude::*, schedule::ScheduleConfigs, system::ScheduleSystem};
+use bevy_ecs::{
+    prelude::*,
+    schedule::{InternedScheduleLabel, ScheduleLabel},
+};
 
 use super::{
-    Corrected, PressureSolve,
-    implicit::{self, Iterates, Jacobi},
-    lattice_response,
-    recovery::RecoveryTime,
-    response::Responses,
-    solve::wants_force,
+    convergence::Convergence,
+    force::pressure_force,
+    implicit::{self, Iterates, Jacobi, take_pressures},
+    iterate::{LastCorrection, PressureIteration, solve_pressure},
+    response::{self, Responses, lattice_response},
+    solver::{Iterations, PressureSolver, Requirement},
+    warm_start::WarmStart,
 };
 use crate::{
     boundary::direct_forcing,
@@ -39,9 +43,10 @@ use crate::{
     pairs::Pairs,
     scene::{Pcisph, Scene},
     state::{
-        Accelerations, Clock, Densities, Execution, Material, Positions, PredictedPositions,
-        PressureAccelerations, Velocities,
+        Accelerations, Clock, Column, Corrected, Densities, Execution, Material, Positions,
+        PredictedPositions, PressureAccelerations, PressureSolve, Systems, Velocities, wants_force,
     },
+    time_step::RecoveryTime,
 };
 
 /// δ as a relaxation of a particle's own answer [-]: it assumes twice that of a full lattice.
@@ -91,28 +96,93 @@ impl PressureCorrection {
 #[derive(Resource, Debug, Default)]
 pub struct PredictedDensities(Vec<f32>);
 
-/// The systems of [`PressureIteration`](super::solve::PressureIteration) for a scene, in their order.
-pub fn iteration(scene: &Scene) -> ScheduleConfigs<ScheduleSystem> {
+impl PressureSolver for Pcisph {
+    fn iterations(&self) -> Option<Iterations> {
+        Some(Iterations {
+            convergence: Convergence {
+                max_density_error: self.max_density_error,
+                criterion: self.criterion,
+                mean_density_error: self.mean_density_error,
+                min_iterations: self.min_iterations,
+                max_iterations: self.max_iterations,
+                not_converged: self.not_converged,
+            },
+            warm_start: WarmStart {
+                share: self.warm_start,
+                steps: self.warm_start_steps,
+            },
+            recovery: self.recovery,
+            momentum: self.momentum,
+        })
+    }
+
+    fn requirements(&self) -> Vec<Requirement> {
+        let limit = self.mean_density_error;
+        let limit = limit.map(|limit| {
+            Requirement::Error("pressure.mean_density_error", limit, "mean density error")
+        });
+        limit.into_iter().collect()
+    }
+
+    fn columns(&self) -> &'static [Column] {
+        const {
+            &[
+                Column::derived(
+                    "predicted density",
+                    "kg/m^3",
+                    "at the predicted positions",
+                    4,
+                ),
+                Column::derived(
+                    "diagonal",
+                    "m^8/kg^2",
+                    "inverse response to the own pressure",
+                    4,
+                ),
+                Column::derived("pressure term", "Pa m^6/kg^2", "while it is solved for", 8),
+                Column::derived("density rate", "kg/(m^3 s)", "of the initial solve", 4),
+            ]
+        }
+    }
+
+    fn install(&self, world: &mut World) {
+        let material = *world.resource::<Material>();
+        world.insert_resource(PressureCorrection::new(self, &material));
+        world.init_resource::<PredictedDensities>();
+        implicit::install(world, RELAXATION, self.momentum, HEAD_START);
+    }
+
+    fn density(&self) -> Systems {
+        response::compute_density.into_configs()
+    }
+
+    fn solve(&self, _: &Scene) -> Systems {
+        (solve_pressure, take_pressures).chain()
+    }
+
+    fn schedules(&self, scene: &Scene) -> Vec<(InternedScheduleLabel, Systems)> {
+        let mut schedules = vec![(PressureIteration.intern(), iteration(scene))];
+        if self.last_correction {
+            schedules.push((LastCorrection.intern(), pressure_force.into_configs()));
+        }
+        schedules
+    }
+}
+
+/// The systems of one iteration, in their order.
+fn iteration(scene: &Scene) -> Systems {
     let predict = if scene.forces_directly() {
         (predict_positions, direct_forcing::correct_prediction).chain()
     } else {
         predict_positions.into_configs()
     };
     (
-        super::pressure_force.run_if(wants_force),
+        pressure_force.run_if(wants_force),
         predict,
         predict_density,
         update_pressure,
     )
         .chain()
-}
-
-/// Inserts what the method needs.
-pub fn install(world: &mut World, parameters: &Pcisph, material: &Material) {
-    world.insert_resource(PressureCorrection::new(parameters, material));
-    world.init_resource::<PredictedDensities>();
-    implicit::install(world, RELAXATION, parameters.momentum, HEAD_START);
-    world.init_resource::<Responses>();
 }
 
 fn predict_positions(

@@ -6,7 +6,6 @@ use bevy_ecs::{prelude::*, system::SystemParam};
 use glam::{Vec3, Vec4};
 use rayon::iter::IndexedParallelIterator;
 
-use super::lattice_response;
 use crate::{
     boundary::sums::{WallSums, Walls},
     density::DensitySum,
@@ -18,6 +17,19 @@ use crate::{
 /// `1/D` of every particle [m⁸/kg²; m⁶/kg² in 2-D]; 0 where nothing answers.
 #[derive(Resource, Debug, Default)]
 pub struct Responses(pub Vec<f32>);
+
+/// `|Σ_j ∇W_ij|² + Σ_j |∇W_ij|²` of a particle in a full lattice.
+pub(super) fn lattice_response(material: &Material) -> f64 {
+    let gradients = || {
+        let lattice = material
+            .kernel
+            .lattice(material.dimension, material.spacing);
+        lattice.map(|x| material.kernel.gradient(x).as_dvec3())
+    };
+    let sum: glam::DVec3 = gradients().sum();
+    let squares: f64 = gradients().map(|gradient| gradient.length_squared()).sum();
+    sum.length_squared() + squares
+}
 
 /// Densities, and what the particles answer to their pressure (phase `Density`).
 pub fn compute_density(

@@ -32,15 +32,15 @@
 use std::mem;
 
 use bevy_ecs::prelude::*;
-use bytemuck::TransparentWrapper;
 use glam::Vec3;
 
-use super::{PressureSolve, implicit::Jacobi};
+use super::implicit::Jacobi;
 use crate::{
-    scene::{PressureMethod, Scene},
+    scene::Scene,
     state::{
-        Densities, Execution, Positions, PressureAccelerations, Pressures, in_order,
-        particle::{Fluid, MeanPressure, Pressure},
+        Column, Densities, Execution, MeanPressures, Positions, PressureAccelerations,
+        PressureSolve, Pressures,
+        particle::{Fluid, MeanPressure},
     },
 };
 
@@ -53,35 +53,22 @@ pub struct WarmStart {
     pub steps: u32,
 }
 
-impl WarmStart {
-    /// What a scene's method starts from; none if it does not iterate.
-    pub fn of(method: &PressureMethod) -> Option<Self> {
-        let (share, steps) = match method {
-            PressureMethod::Sesph(_) => return None,
-            PressureMethod::Pcisph(method) => (method.warm_start, method.warm_start_steps),
-            PressureMethod::Iisph(method) => (method.warm_start, method.warm_start_steps),
-            PressureMethod::Dfsph(method) => (method.warm_start, method.warm_start_steps),
-        };
-        Some(Self { share, steps })
-    }
-}
-
-/// Means of the pressures over the steps before [Pa]. In scenes whose steps start from them.
-#[derive(Resource, Debug)]
-pub struct MeanPressures {
-    /// Weight 1/n of a step.
-    weight: f32,
-    /// By row.
-    means: Vec<f32>,
-}
+/// The column of the means.
+pub(crate) const MEAN_PRESSURE: Column =
+    Column::lasting::<MeanPressure>("mean pressure", "Pa", "over the steps before", 4)
+        .gathered::<MeanPressure>()
+        .only_if(starts_from_means);
 
 /// Whether the steps of a scene start from means.
-pub fn starts_from_means(scene: &Scene) -> bool {
-    WarmStart::of(&scene.pressure).is_some_and(|start| start.steps > 1)
+pub(crate) fn starts_from_means(scene: &Scene) -> bool {
+    scene
+        .pressure
+        .iterations()
+        .is_some_and(|iterations| iterations.warm_start.steps > 1)
 }
 
 /// Gives fluid that is spawned from now on a mean, if the steps of the scene start from means.
-pub fn require_means(world: &mut World, scene: &Scene) {
+pub(crate) fn require_means(world: &mut World, scene: &Scene) {
     if starts_from_means(scene) {
         // Fails where a host has fluid already: of such particles the last pressures count.
         let _ = world.try_register_required_components::<Fluid, MeanPressure>();
@@ -99,20 +86,6 @@ pub fn install(world: &mut World, start: WarmStart) {
     }
 }
 
-/// Brings the means of all tables together (phase `RebuildIndex`, after the columns).
-pub fn gather_mean_pressures(
-    mut pressures: ResMut<MeanPressures>,
-    fluid: Query<(Entity, &Pressure, Option<&MeanPressure>), With<Fluid>>,
-) {
-    let means = &mut pressures.means;
-    means.clear();
-    let tables = fluid.contiguous_iter().into_iter().flatten();
-    for (_, pressure, mean) in in_order(tables, |table| table.0) {
-        let pressure = Pressure::peel_slice(pressure);
-        means.extend_from_slice(mean.map_or(pressure, MeanPressure::peel_slice));
-    }
-}
-
 /// Counts the pressures of this step in (phase `Pressure`, last).
 pub fn average_pressures(
     mut means: ResMut<MeanPressures>,
@@ -125,22 +98,6 @@ pub fn average_pressures(
             *mean += *weight * (pressure - *mean);
         }
     });
-}
-
-/// Writes the means into the tables (phase `Integrate`, with the state).
-pub fn scatter_mean_pressures(
-    means: Res<MeanPressures>,
-    mut fluid: Query<(Entity, &Pressure, Option<&mut MeanPressure>), With<Fluid>>,
-) {
-    let mut rest = &means.means[..];
-    let tables = fluid.contiguous_iter_mut().into_iter().flatten();
-    for (entities, _, mean) in in_order(tables, |table| table.0) {
-        let (means, others) = rest.split_at(entities.len());
-        if let Some(mut mean) = mean {
-            MeanPressure::peel_slice_mut(&mut mean).copy_from_slice(means);
-        }
-        rest = others;
-    }
 }
 
 /// Puts a share of those pressures beside the positions, as terms. With none the forces are zero until there are

@@ -13,7 +13,7 @@ use glam::Vec3;
 use crate::{
     kernel::CubicSpline,
     lattice::{BesideWall, Lattice},
-    scene::{BoundaryHandling, PressureMethod, Scene},
+    scene::{BoundaryHandling, Scene},
     state::Material,
 };
 
@@ -55,15 +55,7 @@ pub fn layer_depth(scene: &Scene) -> f32 {
 }
 
 /// What makes the layer of samples act on a lattice beside it as a lattice that goes on would.
-///
-/// An equation of state stores energy in the density, whose gradient the force has to be: there walls push as they are.
 pub fn beside_wall(scene: &Scene) -> BesideWall {
-    if let PressureMethod::Sesph(_) = scene.pressure {
-        return BesideWall {
-            push: 1.0,
-            slide: 0.0,
-        };
-    }
     let kernel = CubicSpline::new(scene.dimension, scene.support);
     let layer = || kernel.lattice(scene.dimension, 1.0).filter(|x| x.y == 0.0);
     let in_layer: f32 = layer().map(|x| kernel.value(x.length())).sum();

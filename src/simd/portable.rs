@@ -4,7 +4,10 @@ use std::array::from_fn;
 
 use glam::Vec4;
 
-use super::{Candidates, Cube, LANES, Lanes, Near, Probe, Run, Simd};
+use super::{
+    candidates::{Candidates, Near, Probe, Run},
+    vector::{Cube, LANES, Lanes, Simd},
+};
 
 /// Plain Rust.
 #[derive(Debug, Clone, Copy)]

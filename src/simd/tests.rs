@@ -1,3 +1,5 @@
+use glam::Vec4;
+
 use super::*;
 
 /// A small generator: the same numbers everywhere.

@@ -3,7 +3,7 @@
 
 use std::arch::x86_64::*;
 
-use super::{Candidates, Near, Probe, Run};
+use super::candidates::{Candidates, Near, Probe, Run};
 
 /// A vector of the search, which is written once for two widths. Its lanes are numbers, or rows as bits.
 pub(super) trait Wide: Copy {

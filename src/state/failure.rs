@@ -3,7 +3,7 @@
 use bevy_ecs::prelude::*;
 use glam::Vec3;
 
-use super::{clock::Clock, columns::Rows, particle::Position};
+use super::{particle::Position, rows::Rows};
 
 /// What went wrong in this step, if something did. The first failure counts.
 #[derive(Resource, Debug, Clone, Default)]
@@ -64,10 +64,10 @@ impl Failure {
     }
 
     /// The failure as an error of this step.
-    pub(crate) fn error(&self, clock: &Clock) -> Option<StepError> {
+    pub(crate) fn error(&self, step: u64, time: f64) -> Option<StepError> {
         self.cause.clone().map(|cause| StepError {
-            step: clock.step + 1,
-            time: clock.time,
+            step,
+            time,
             particle: self.particle,
             cause,
         })

@@ -3,19 +3,25 @@
 //! Nothing here knows of the systems that use it.
 
 pub mod clock;
+mod column;
 mod columns;
 mod execution;
 pub mod failure;
 mod material;
 pub mod particle;
 mod phase;
+mod residual;
+mod rows;
+mod stage;
 pub mod transfer;
 
 pub use clock::Clock;
+pub(crate) use column::in_order;
+pub use column::{Column, Lasting};
 pub(crate) use columns::TOO_LARGE;
 pub use columns::{
-    Accelerations, Densities, Positions, PredictedPositions, PressureAccelerations, Pressures,
-    Rows, SENTINEL, Velocities,
+    Accelerations, COLUMNS, Densities, MeanPressures, Positions, PredictedPositions,
+    PressureAccelerations, Pressures, SENTINEL, Velocities,
 };
 pub(crate) use execution::start_task_threads;
 pub use execution::{CHUNK, ChunkResults, Execution};
@@ -24,4 +30,8 @@ pub use failure::{
 };
 pub use material::Material;
 pub use phase::Phase;
-pub(crate) use transfer::in_order;
+pub(crate) use residual::{Corrected, wants_force};
+pub use residual::{DensityError, PressureSolve};
+pub use rows::Rows;
+pub(crate) use stage::chain;
+pub use stage::{Limit, Product, Stage, Systems};

@@ -1,15 +1,7 @@
 //! What a scene needs in memory, by what holds it, and whether the machine has it.
 
-use super::install::InstallError;
-use crate::{
-    index,
-    loading::Size,
-    memory,
-    pressure::warm_start,
-    scene::{IndexStructure, Neighbours, PressureMethod, Scene, TimeStep},
-    state::Material,
-    time_step::roll_back::KEPT_BYTES,
-};
+use super::error::InstallError;
+use crate::{index, loading::Size, memory, registry::Stages, scene::Scene, state::Material};
 
 /// A candidate for a sample of a mesh, with its place in the lists of the front [bytes].
 const BYTES_A_CANDIDATE: f64 = 60.0;
@@ -31,11 +23,9 @@ pub(super) fn expected_neighbours(scene: &Scene, material: &Material) -> f32 {
 /// What a scene of this size needs. Fails if a dense index cannot cover it.
 pub(crate) fn need(scene: &Scene, size: &Size) -> Result<Need, InstallError> {
     let material = Material::new(scene);
-    let sum = |bytes: Vec<(String, f64)>| bytes.iter().map(|(_, bytes)| bytes).sum::<f64>();
-    let a_particle = sum(bytes_per_particle(
-        scene,
-        expected_neighbours(scene, &material),
-    ));
+    let sum = |bytes: Vec<(&'static str, f64)>| bytes.iter().map(|(_, bytes)| bytes).sum::<f64>();
+    let neighbours = expected_neighbours(scene, &material);
+    let a_particle = sum(Stages::default().bytes(scene, neighbours));
     let a_sample = sum(bytes_per_boundary_particle(scene));
     let cells = |(low, high)| index::table_bytes(scene, low, high);
     let mut tables = cells(size.fluid_box).map_err(InstallError::Fluid)?;
@@ -82,96 +72,12 @@ fn enough(scene: &Scene, size: &Size, need: &Need, machine: f64) -> Result<(), I
     })
 }
 
-pub(super) fn bytes_per_particle(scene: &Scene, neighbours: f32) -> Vec<(String, f64)> {
-    let mut bytes = vec![
-        // Five columns of 36 bytes, 8 bytes of change ticks each, and the entity's own entries.
-        (
-            "tables: position, velocity, density, pressure, number".to_owned(),
-            36.0 + 5.0 * 8.0 + 24.0,
-        ),
-        (
-            "packed columns and accelerations, entities".to_owned(),
-            2.0 * 16.0 + 2.0 * 4.0 + 2.0 * 12.0 + 8.0,
-        ),
-        ("spatial index".to_owned(), index_bytes(scene)),
-    ];
-    if scene.neighbours == Neighbours::Stored {
-        let lists = if scene.boundaries.is_empty() {
-            1.0
-        } else {
-            2.0
-        };
-        bytes.push((
-            "neighbour lists".to_owned(),
-            f64::from(neighbours) * 4.0 * 1.01 + 6.0 * lists,
-        ));
-        // Filled up to whole vectors, half of one on average.
-        bytes.push((
-            "slopes of the kernel".to_owned(),
-            (f64::from(neighbours) + 4.0) * 4.0 * 9.0 / 8.0,
-        ));
-    }
-    if !scene.boundaries.is_empty() {
-        bytes.push(("sums over the walls".to_owned(), 16.0));
-    }
-    if let TimeStep::Adaptive(_) = scene.time_step {
-        bytes.push(("state to go back to".to_owned(), KEPT_BYTES as f64));
-    }
-    if warm_start::starts_from_means(scene) {
-        // A column with its change ticks, packed once; and once more to go back to.
-        let kept = if let TimeStep::Adaptive(_) = scene.time_step {
-            4.0
-        } else {
-            0.0
-        };
-        bytes.push(("mean pressures".to_owned(), 4.0 + 8.0 + 4.0 + kept));
-    }
-    match scene.pressure {
-        PressureMethod::Sesph(_) => {}
-        PressureMethod::Pcisph(_) => {
-            bytes.push((
-                "predicted positions and densities, responses, terms, rates".to_owned(),
-                36.0,
-            ));
-        }
-        PressureMethod::Iisph(_) => {
-            bytes.push((
-                "predicted velocities, rates, responses, terms".to_owned(),
-                32.0,
-            ));
-        }
-        PressureMethod::Dfsph(_) => bytes.push((
-            "predicted velocities, rates, responses, terms, impulses, numbers of neighbours"
-                .to_owned(),
-            44.0,
-        )),
-    }
-    bytes
-}
-
-/// What the scene's spatial index takes, measured with eight particles per cell [bytes per particle]; the dense
-/// structures take 4 bytes more for every empty cell of the box, spatial hashing two hash cells of 1.5 times a full
-/// cell.
-fn index_bytes(scene: &Scene) -> f64 {
-    match scene.index.structure {
-        IndexStructure::UniformGrid => 25.0,
-        IndexStructure::IndexSort => 37.0,
-        IndexStructure::ZIndexSort => 33.0,
-        IndexStructure::SpatialHashing => 216.0,
-        IndexStructure::CompactHashing => 77.0,
-        IndexStructure::BruteForce => 16.0,
-    }
-}
-
-pub(super) fn bytes_per_boundary_particle(scene: &Scene) -> Vec<(String, f64)> {
+pub(super) fn bytes_per_boundary_particle(scene: &Scene) -> Vec<(&'static str, f64)> {
     vec![
         // Three columns of 28 bytes, 8 bytes of change ticks each, and the entity's own entries.
-        (
-            "tables: position, normal, volume".to_owned(),
-            28.0 + 3.0 * 8.0 + 24.0,
-        ),
-        ("packed positions and normals".to_owned(), 16.0 + 12.0),
-        ("spatial index".to_owned(), index_bytes(scene)),
+        ("tables: position, normal, volume", 28.0 + 3.0 * 8.0 + 24.0),
+        ("packed positions and normals", 16.0 + 12.0),
+        ("spatial index", index::bytes_per_particle(scene)),
     ]
 }
 

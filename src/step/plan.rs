@@ -4,17 +4,17 @@
 use glam::{DVec3, Vec3};
 
 use super::{
-    install::{InstallError, order_of},
+    error::{InstallError, StartDensity},
     memory,
-    schedule::planned,
-    start_density::{self, StartDensity},
-    warnings,
+    order::{Flow, order_of},
+    start_density, warnings,
 };
 use crate::{
-    boundary, index, sampling,
+    boundary, index,
+    registry::Stages,
+    sampling,
     scene::{Scene, TimeStep, shapes},
-    state::Phase,
-    state::{Execution, Material},
+    state::{Execution, Material, Phase},
     time_step::{self, adaptive},
 };
 
@@ -40,10 +40,12 @@ pub struct Plan {
     pub particle_mass: f32,
     /// Phases with their stages, in order.
     pub phases: Vec<(Phase, Vec<String>)>,
-    /// Memory by what it holds [bytes a fluid particle].
-    pub bytes_per_particle: Vec<(String, f64)>,
-    /// The same [bytes a boundary particle].
-    pub bytes_per_boundary_particle: Vec<(String, f64)>,
+    /// The flow of data through the stages.
+    pub flow: Vec<Flow>,
+    /// Memory by what holds it [bytes per fluid particle].
+    pub bytes_per_particle: Vec<(&'static str, f64)>,
+    /// The same [bytes per boundary particle].
+    pub bytes_per_boundary_particle: Vec<(&'static str, f64)>,
     /// What the time step may be at most by each cause [s].
     pub time_step_limits: Vec<(String, f32)>,
     /// Neighbours of a particle within the fluid.
@@ -61,7 +63,7 @@ pub struct Plan {
 /// Plans a scene. Refuses what [`install`](super::install) would refuse.
 pub fn plan(scene: &Scene) -> Result<Plan, InstallError> {
     let size = scene.checked_size()?;
-    let order = order_of(scene)?;
+    let order = order_of(scene, &Stages::default())?;
     let need = memory::check(scene, &size)?;
     let material = Material::new(scene);
     let (mut particles, mut low, mut high) = (0, Vec3::INFINITY, Vec3::NEG_INFINITY);
@@ -89,8 +91,9 @@ pub fn plan(scene: &Scene) -> Result<Plan, InstallError> {
         whole_box: single(size.whole_box),
         support_radius: scene.support_radius(),
         particle_mass: material.particle_mass,
-        phases: planned(&order, scene),
-        bytes_per_particle: memory::bytes_per_particle(scene, expected_neighbours),
+        phases: order.lines(),
+        flow: order.flow(),
+        bytes_per_particle: Stages::default().bytes(scene, expected_neighbours),
         bytes_per_boundary_particle: memory::bytes_per_boundary_particle(scene),
         expected_steps: f64::from(scene.duration) / f64::from(expected_step(scene, &limits)),
         time_step_limits: limits,
@@ -148,11 +151,13 @@ fn time_step_limits(scene: &Scene, low: Vec3, high: Vec3) -> Vec<(String, f32)> 
     ];
     // Of water at rest as deep as the fluid is high: p/ρ is half the square of the fall.
     let deep = scene.fluid.rest_density * 0.5 * fall * fall;
-    let step = time_step::pressure_step(scene);
+    let stages = Stages::default();
+    let step = stages.step_limits(scene).pressure_step;
     let pressure = time_step::pressure_limit(step, &Material::new(scene), deep);
     limits.push(("pressure at the fluid's depth".to_owned(), pressure));
     limits.extend(
-        time_step::constant_limits(scene)
+        stages
+            .constant_limits(scene)
             .into_iter()
             .map(|(name, dt)| (name.to_owned(), dt)),
     );

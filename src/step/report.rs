@@ -71,14 +71,14 @@ pub(super) fn finish(
         Option<Res<BoundaryNeighbours>>,
     ),
 ) {
-    if let Some(error) = failure.error(&clock) {
+    if let Some(error) = failure.error(clock.step + 1, clock.time) {
         outcome.0 = Err(error);
         return;
     }
     let particles = positions.rows();
     let (fluid, boundary) = lists;
     let pairs =
-        fluid.map_or(0, |lists| lists.0.pairs()) + boundary.map_or(0, |lists| lists.0.pairs());
+        fluid.map_or(0, |found| found.lists.pairs()) + boundary.map_or(0, |lists| lists.0.pairs());
     outcome.0 = Ok(StepReport {
         step: clock.step,
         time: clock.time,

@@ -3,32 +3,27 @@
 use bevy_ecs::{
     prelude::*,
     schedule::{
-        Chain, InternedScheduleLabel, LogLevel, ScheduleBuildSettings, ScheduleConfigs,
-        ScheduleLabel, SingleThreadedExecutor,
+        InternedScheduleLabel, LogLevel, ScheduleBuildSettings, ScheduleLabel,
+        SingleThreadedExecutor,
     },
-    system::ScheduleSystem,
 };
 
 use super::{
+    error::InstallError,
     executor::StepExecutor,
-    install::InstallError,
-    order::{Order, OrderItem, stages},
+    order::{PlannedOrder, is_due},
     report::finish,
-    stage::{Datum, Stage},
-    timer::{start_timer, stop_watch},
+    timer::{lap, start_timer},
 };
 use crate::{
     gauge,
-    pressure::{
-        dfsph::{self, DivergenceIteration},
-        first_force, iisph,
-        initial::{self, InitialIteration},
-        pcisph, pressure_force,
-        solve::{LastCorrection, PressureIteration},
+    pressure::first_force,
+    scene::{Executor, Scene, TimeStep},
+    state::{
+        Clock, Phase, Rows, Systems, chain, clock,
+        failure::{self, healthy},
+        start_task_threads,
     },
-    scene::{Executor, PressureMethod, Scene, TimeStep},
-    state::{Clock, Phase, clock, failure, failure::healthy},
-    state::{Rows, start_task_threads},
     time_step::roll_back,
 };
 
@@ -36,9 +31,9 @@ use crate::{
 #[derive(ScheduleLabel, Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Step;
 
-/// There where a step runs its systems one after the other.
+/// Present if the step's systems run one at a time.
 #[derive(Resource, Debug)]
-pub(super) struct InTurn;
+pub(super) struct SingleThreadedStep;
 
 /// Fluid particles below which the step's own executor is single-threaded, unless the scene says which.
 ///
@@ -51,7 +46,7 @@ const PARALLEL_FROM: usize = 30_000;
 /// The schedules of a scene, built and not yet in the world.
 pub(super) struct Built {
     schedules: Vec<Schedule>,
-    in_turn: bool,
+    single_threaded: bool,
     sums_first_force: bool,
 }
 
@@ -62,8 +57,8 @@ pub(super) struct Labels(pub(super) Vec<InternedScheduleLabel>);
 impl Built {
     /// Adds the schedules, and what they need, to the world.
     pub(super) fn add(self, world: &mut World) {
-        if self.in_turn {
-            world.insert_resource(InTurn);
+        if self.single_threaded {
+            world.insert_resource(SingleThreadedStep);
         }
         if self.sums_first_force {
             first_force::install(world);
@@ -79,7 +74,7 @@ impl Built {
 pub(super) fn build_schedules(
     world: &mut World,
     scene: &Scene,
-    order: &Order,
+    order: &PlannedOrder,
     particles: usize,
     threads: usize,
 ) -> Result<Built, InstallError> {
@@ -97,7 +92,7 @@ pub(super) fn build_schedules(
     if gauge::measures_energy(scene) {
         configs.push(gauge::note_start.run_if(healthy));
     }
-    add_stages(&order.stages, scene, None, &mut configs);
+    add_stages(order, scene, &mut configs);
     let has_gauges = !scene.gauges.is_empty();
     if gauge::measures_energy(scene) {
         configs.push(gauge::book.in_set(Phase::Observe).run_if(healthy));
@@ -112,17 +107,11 @@ pub(super) fn build_schedules(
             configs.push(gauge::go_back.in_set(Phase::Observe));
         }
     }
-    configs.push(
-        (stop_watch(Phase::Observe), finish)
-            .chain()
-            .in_set(Phase::Observe),
-    );
+    configs.push((lap(Phase::Observe), finish).chain().in_set(Phase::Observe));
     step.set_build_settings(strict());
     // A host orders its systems against phases, also against one that has no stage in this scene. An order that goes
     // back to an earlier phase has no such chain.
-    let mut phases = Vec::new();
-    visited(&order.stages, scene, &mut phases);
-    if phases.is_sorted() {
+    if order.keeps_phases() {
         let [a, b, c, d, e, f, g, h] = Phase::ALL;
         step.configure_sets((a, b, c, d, e, f, g, h).chain());
     }
@@ -130,49 +119,23 @@ pub(super) fn build_schedules(
     step.initialize(world)
         .map_err(|error| InstallError::Schedule(error.to_string(step.graph(), world)))?;
     let mut schedules = vec![step];
-    let mut add = |schedule: Result<Schedule, InstallError>| -> Result<(), InstallError> {
-        schedules.push(schedule?);
-        Ok(())
-    };
-    if initial::is_solved_for(scene) {
-        add(iteration(world, InitialIteration, iisph::iteration()))?;
-    }
-    match scene.pressure {
-        PressureMethod::Sesph(_) => {}
-        PressureMethod::Pcisph(parameters) => {
-            add(iteration(
-                world,
-                PressureIteration,
-                pcisph::iteration(scene),
-            ))?;
-            if parameters.last_correction {
-                add(iteration(
-                    world,
-                    LastCorrection,
-                    pressure_force.into_configs(),
-                ))?;
-            }
-        }
-        PressureMethod::Iisph(_) => add(iteration(world, PressureIteration, iisph::iteration()))?,
-        PressureMethod::Dfsph(_) => {
-            let divergence = dfsph::divergence_iteration();
-            add(iteration(world, DivergenceIteration, divergence))?;
-            add(iteration(world, PressureIteration, dfsph::iteration()))?;
+    for stage in order.installed() {
+        for (label, systems) in (stage.schedules)(scene) {
+            schedules.push(iteration(world, label, systems)?);
         }
     }
     Ok(Built {
         schedules,
-        in_turn: !parallel,
-        sums_first_force: first_force::is_possible(scene)
-            && follows_viscosity(&order.stages, scene),
+        single_threaded: !parallel,
+        sums_first_force: first_force::is_possible(scene) && order.follows("pressure", "viscosity"),
     })
 }
 
-/// The schedule of one iteration of a pressure method.
+/// A schedule that a stage runs, such as an iteration of a pressure method.
 fn iteration(
     world: &mut World,
-    label: impl ScheduleLabel,
-    systems: ScheduleConfigs<ScheduleSystem>,
+    label: InternedScheduleLabel,
+    systems: Systems,
 ) -> Result<Schedule, InstallError> {
     let mut iteration = Schedule::new(label);
     iteration
@@ -193,149 +156,17 @@ fn strict() -> ScheduleBuildSettings {
     }
 }
 
-fn chain(configs: Vec<ScheduleConfigs<ScheduleSystem>>) -> ScheduleConfigs<ScheduleSystem> {
-    ScheduleConfigs::Configs {
-        configs,
-        collective_conditions: Vec::new(),
-        metadata: Chain::Unchained,
-    }
-    .chain()
-}
-
-/// Appends the stages that the scene wants, each followed by its stop watch.
-fn add_stages(
-    items: &[OrderItem],
-    scene: &Scene,
-    every: Option<u64>,
-    configs: &mut Vec<ScheduleConfigs<ScheduleSystem>>,
-) {
-    for item in items {
-        match item {
-            OrderItem::Run(name) => {
-                // Names were checked with the order.
-                let Some(stage) = Stage::ALL.iter().find(|stage| stage.name == name) else {
-                    continue;
-                };
-                if !(stage.wanted)(scene) {
-                    continue;
-                }
-                let mut systems = (stage.systems)(scene).in_set(stage.phase).run_if(healthy);
-                if let Some(count) = every {
-                    systems = systems.run_if(move |clock: Res<Clock>, rows: Res<Rows>| {
-                        clock.step.is_multiple_of(count) || rows.changed
-                    });
-                }
-                configs.push(systems);
-                configs.push(stop_watch(stage.phase).in_set(stage.phase));
-            }
-            OrderItem::Every(count, items) => {
-                let count = u64::from(*count);
-                add_stages(
-                    items,
-                    scene,
-                    Some(every.map_or(count, |outer| outer.saturating_mul(count))),
-                    configs,
-                );
-            }
-            OrderItem::Repeat(_, items) if stages(items) == 0 => {}
-            OrderItem::Repeat(count, items) => {
-                (0..*count).for_each(|_| add_stages(items, scene, every, configs))
-            }
+/// Appends the stages, each followed by the system that notes its time.
+fn add_stages(order: &PlannedOrder, scene: &Scene, configs: &mut Vec<Systems>) {
+    for planned in order.stages() {
+        let (stage, every) = (planned.stage, planned.every);
+        let mut systems = (stage.systems)(scene).in_set(stage.phase).run_if(healthy);
+        if every > 1 {
+            systems = systems.run_if(move |clock: Res<Clock>, rows: Res<Rows>| {
+                is_due(every, &clock, rows.changed)
+            });
         }
+        configs.push(systems);
+        configs.push(lap(stage.phase).in_set(stage.phase));
     }
-}
-
-/// Whether the pressure solve follows viscosity in every step, both run once, and no more than forces are made between
-/// them.
-fn follows_viscosity(items: &[OrderItem], scene: &Scene) -> bool {
-    fn count(items: &[OrderItem], searched: &str) -> usize {
-        let of_item = |item: &OrderItem| match item {
-            OrderItem::Run(name) => usize::from(name == searched),
-            OrderItem::Every(_, items) | OrderItem::Repeat(_, items) => count(items, searched),
-        };
-        items.iter().map(of_item).sum()
-    }
-    let runs = |searched: &'static str| move |item: &OrderItem| matches!(item, OrderItem::Run(name) if name == searched);
-    let leaves_all = |item: &OrderItem| match item {
-        OrderItem::Run(name) => Stage::find(name).is_ok_and(|stage| {
-            !(stage.wanted)(scene)
-                || !stage.spoils_all && stage.makes.iter().all(|made| *made == Datum::Forces)
-        }),
-        OrderItem::Every(..) | OrderItem::Repeat(..) => false,
-    };
-    let mut after = items
-        .iter()
-        .skip_while(|item| !runs("viscosity")(item))
-        .skip(1);
-    let next = after.find(|item| runs("pressure")(item) || !leaves_all(item));
-    next.is_some_and(runs("pressure"))
-        && ["viscosity", "pressure"]
-            .iter()
-            .all(|name| count(items, name) == 1)
-}
-
-/// The phases that `items` go through, in their order; of repetitions the first two, which show whether it goes back.
-fn visited(items: &[OrderItem], scene: &Scene, phases: &mut Vec<Phase>) {
-    for item in items {
-        match item {
-            OrderItem::Run(name) => {
-                let stage = Stage::ALL.iter().find(|stage| stage.name == name);
-                phases.extend(
-                    stage
-                        .filter(|stage| (stage.wanted)(scene))
-                        .map(|stage| stage.phase),
-                );
-            }
-            OrderItem::Every(_, items) => visited(items, scene, phases),
-            OrderItem::Repeat(_, items) if stages(items) == 0 => {}
-            OrderItem::Repeat(count, items) => {
-                (0..(*count).min(2)).for_each(|_| visited(items, scene, phases));
-            }
-        }
-    }
-}
-
-/// The stages of `order` that `scene` wants, by phase, in the order in which they run. A group of one stage is written
-/// `every 2 steps: a`, a longer one `every 2 steps { a` to `b }`, over as many phases as it goes through.
-pub(super) fn planned(order: &Order, scene: &Scene) -> Vec<(Phase, Vec<String>)> {
-    let mut lines = Vec::new();
-    for item in &order.stages {
-        lines.append(&mut lines_of(item, scene));
-    }
-    let mut out: Vec<(Phase, Vec<String>)> = Vec::new();
-    for (phase, line) in lines {
-        match out.last_mut() {
-            Some((last, lines)) if *last == phase => lines.push(line),
-            _ => out.push((phase, vec![line])),
-        }
-    }
-    out
-}
-
-fn lines_of(item: &OrderItem, scene: &Scene) -> Vec<(Phase, String)> {
-    let (group, items) = match item {
-        OrderItem::Run(name) => {
-            let stage = Stage::ALL.iter().find(|stage| stage.name == name);
-            let wanted = stage.filter(|stage| (stage.wanted)(scene));
-            return wanted
-                .map(|stage| (stage.phase, name.clone()))
-                .into_iter()
-                .collect();
-        }
-        OrderItem::Every(count, items) => (format!("every {count} steps"), items),
-        OrderItem::Repeat(count, items) => (format!("{count} times"), items),
-    };
-    let mut lines: Vec<_> = items
-        .iter()
-        .flat_map(|item| lines_of(item, scene))
-        .collect();
-    match lines.as_mut_slice() {
-        [] => {}
-        [(_, only)] => *only = format!("{group}: {only}"),
-        [(_, first), .., (_, last)] => {
-            *first = format!("{group} {{ {first}");
-            last.push_str(" }");
-        }
-    }
-    lines
 }

@@ -2,7 +2,7 @@
 
 use bevy_ecs::prelude::*;
 
-use super::install::InstallError;
+use super::error::InstallError;
 use crate::{
     boundary::{
         self,
@@ -114,7 +114,7 @@ impl Walls {
             drop(spawned);
         }
         world.insert_resource(samples);
-        world.insert_resource(WallSums::new(sampling::beside_wall(scene)));
+        world.insert_resource(WallSums::new(scene.pressure.solver().beside_wall(scene)));
         if let BoundaryHandling::DirectForcing(parameters) = scene.boundary_handling {
             let direct = DirectForcing::new(parameters, world.resource::<Material>());
             world.insert_resource(direct);

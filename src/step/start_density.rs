@@ -4,9 +4,9 @@
 //! pressure. The check of places knows about lattices and plain solids alone. What else can bring particles near to
 //! each other, or walls near to them (thin parts of meshes, walls that lie side by side), shows here.
 
-use glam::{Vec3, Vec4};
+use glam::Vec4;
 
-use super::install::InstallError;
+use super::error::{InstallError, LARGEST_ERROR, StartDensity};
 use crate::{
     density::DensitySum,
     index::{self, BoundarySamples},
@@ -20,21 +20,6 @@ use crate::{
 /// Scenes with more particles, of the fluid or of walls, are not asked: it would take memory and time that a run alone
 /// should take.
 const MOST_PARTICLES: f64 = 1e6;
-
-/// The largest error that is let through. Lattices in corners have 0.008, with a support of four spacings 0.08, beside
-/// meshes 0.02; half a plate of 0.8 spacings has 0.15.
-pub(super) const LARGEST_ERROR: f32 = 0.1;
-
-/// How far the density of the fluid is above the rest density at the start.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StartDensity {
-    /// Largest `max(0, (ρ − ρ0)/ρ0)` [-].
-    pub max_error: f32,
-    /// The particle that has it [m].
-    pub place: Vec3,
-    /// Mean over all particles of the same [-].
-    pub mean_error: f32,
-}
 
 /// Whether a scene of this size is asked.
 pub(super) fn is_asked(size: &Size) -> bool {

@@ -27,8 +27,8 @@ pub(super) fn start_timer(mut timer: ResMut<PhaseTimer>) {
     *timer = PhaseTimer::default();
 }
 
-/// A system that books the time since the last one of its kind to `phase`.
-pub(super) fn stop_watch(phase: Phase) -> impl FnMut(ResMut<PhaseTimer>) {
+/// A system that counts the time since the last one of its kind for `phase`.
+pub(super) fn lap(phase: Phase) -> impl FnMut(ResMut<PhaseTimer>) {
     move |mut timer| {
         let now = Instant::now();
         timer.seconds[phase as usize] += (now - timer.last).as_secs_f64();

@@ -4,6 +4,7 @@ use glam::Vec3;
 
 use crate::{
     loading::Size,
+    registry::Stages,
     scene::{Scene, SceneError, TimeStep},
     time_step,
 };
@@ -51,7 +52,7 @@ pub(super) fn of_size(scene: &Scene, size: &Size) -> Vec<String> {
     }
     if let TimeStep::Fixed(dt) = scene.time_step {
         let [speed, _] = time_step::motion_limits(0.5, scene.support_radius(), fall, 0.0);
-        let certain = time_step::certain_limits(scene);
+        let certain = Stages::default().certain_limits(scene);
         let expected = ("the fall through the fluid's height", speed.1);
         let least = certain
             .into_iter()

@@ -267,7 +267,7 @@ fn count_pairs(world: &World, block: &mut Block) {
     block.counts += 1.0;
     block.pairs = world
         .get_resource::<FluidNeighbours>()
-        .map(|lists| lists.0.pairs() as f64);
+        .map(|found| found.lists.pairs() as f64);
     block.tested_pairs += tested_pairs(&Search {
         of,
         points,

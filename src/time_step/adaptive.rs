@@ -20,14 +20,17 @@
 
 use bevy_ecs::prelude::*;
 
-use super::{ITERATIONS, Limit, constant_limit, pressure_limit, pressure_step};
+use super::{
+    cfl::ITERATIONS,
+    limits::{StepLimits, pressure_limit},
+};
 use crate::{
     integrate::Motion,
-    pressure::{DensityError, PressureSolve, solve::Convergence},
     scene::{self, Scene},
-    state::Shock,
-    state::TakenBack,
-    state::{Clock, Failure, FailureCause, Material},
+    state::{
+        Clock, DensityError, Failure, FailureCause, Limit, Material, PressureSolve, Shock,
+        TakenBack,
+    },
 };
 
 const GROWTH: f32 = 1.002;
@@ -57,12 +60,16 @@ pub struct AdaptiveTimeStep {
 }
 
 /// The first time step [s] and the scheme of a scene.
-pub(super) fn start(scheme: scene::Adaptive, scene: &Scene) -> (f32, AdaptiveTimeStep) {
+pub(super) fn start(
+    scheme: scene::Adaptive,
+    scene: &Scene,
+    limits: &StepLimits,
+) -> (f32, AdaptiveTimeStep) {
     let adaptive = AdaptiveTimeStep {
         scheme,
-        constant_limit: constant_limit(scene),
-        pressure_step: pressure_step(scene),
-        error_counts: Convergence::of(&scene.pressure).is_some(),
+        constant_limit: limits.constant,
+        pressure_step: limits.pressure_step,
+        error_counts: limits.momentum.is_some(),
         largest_error: f32::INFINITY,
         in_a_row: 0,
         place: 0.0,
@@ -195,16 +202,21 @@ mod tests {
     use super::*;
     use crate::scene::TimeStep;
 
-    fn scheme(pressure: &str) -> AdaptiveTimeStep {
+    fn scheme(momentum: Option<bool>) -> AdaptiveTimeStep {
         let text = format!(
-            "(name: \"t\", spacing: 0.1, time_step: Adaptive(density_error: 0.01), pressure: {pressure},
+            "(name: \"t\", spacing: 0.1, time_step: Adaptive(density_error: 0.01),
               bodies: [(shape: Box(min: (0, 0, 0), max: (1, 1, 1)), velocity: (0, -8, 0))])"
         );
-        let scene = Scene::parse(&text, "t.ron", &[]).expect("a scene");
+        let scene = ron::from_str::<Scene>(&text).expect("a scene");
+        let limits = StepLimits {
+            constant: f32::INFINITY,
+            pressure_step: f32::INFINITY,
+            momentum,
+        };
         let TimeStep::Adaptive(adaptive) = scene.time_step else {
             panic!("an adaptive scene");
         };
-        let (dt, adaptive) = start(adaptive, &scene);
+        let (dt, adaptive) = start(adaptive, &scene, &limits);
         // 0.08 h/v, less than 0.2 sqrt(h/g) = 0.0286 s.
         assert!((dt - 0.002).abs() < 1e-9, "{dt}");
         adaptive
@@ -228,7 +240,7 @@ mod tests {
 
     #[test]
     fn changes_by_the_published_conditions() {
-        let pcisph = scheme("Pcisph()");
+        let pcisph = scheme(Some(false));
         let (up, down, same) = (0.002, -0.002, 0.0);
         // The limits of speed are 39 and 40 m/s, those of the acceleration 3610 and 4000 m/s².
         for (speed, acceleration, largest, mean, expected) in [
@@ -252,13 +264,13 @@ mod tests {
         let change_by_iterations =
             1e3 * pcisph.next(1e-3, motion_limits(0.1, 1.0, 1.0), error, 11) - 1.0;
         assert!((change_by_iterations - down).abs() < 1e-5);
-        let sesph = scheme("Sesph(equation: Tait(stiffness: 1000))");
+        let sesph = scheme(None);
         assert!((change(&sesph, 38.0, 3500.0, 0.056, 0.0101) - up).abs() < 1e-5);
     }
 
     #[test]
     fn goes_back_to_the_published_time_step_or_half() {
-        let mut adaptive = scheme("Pcisph()");
+        let mut adaptive = scheme(Some(false));
         let mut back = |dt, max_speed, max_acceleration| {
             let clock = Clock {
                 dt,

@@ -12,17 +12,12 @@
 
 use bevy_ecs::prelude::*;
 
-use super::AdaptiveTimeStep;
+use super::{adaptive::AdaptiveTimeStep, recovery::RecoveryTime};
 use crate::{
     index::FluidIndex,
     integrate::Motion,
-    pressure::{recovery::RecoveryTime, warm_start::MeanPressures},
     reorder::{self, ReorderState},
-    state::TakenBack,
-    state::{
-        Clock, Failure, Material, in_order,
-        particle::{Density, Fluid, MeanPressure, Position, Pressure, Velocity},
-    },
+    state::{Clock, Failure, Lasting, Material, TakenBack, in_order, particle::Fluid},
 };
 
 /// The state before the last good step, and where the run stood.
@@ -34,39 +29,32 @@ pub struct KeptState {
     recovery: Option<RecoveryTime>,
     largest_error: f32,
     downwards: bool,
-    /// In the order of the rows, as all columns.
+    /// In the order of the rows, as what is kept of every column.
     entities: Vec<Entity>,
-    positions: Vec<Position>,
-    velocities: Vec<Velocity>,
-    densities: Vec<Density>,
-    pressures: Vec<Pressure>,
-    /// Where the scene's pressure solve starts from means.
-    means: Vec<MeanPressure>,
+    /// The columns that are kept.
+    columns: Vec<Lasting>,
 }
 
-/// Bytes a fluid particle of the state that is kept.
-pub const KEPT_BYTES: usize = size_of::<Entity>()
-    + size_of::<Position>()
-    + size_of::<Velocity>()
-    + size_of::<Density>()
-    + size_of::<Pressure>();
+/// Bytes per fluid particle of what is kept besides the columns.
+pub const KEPT_BYTES: usize = size_of::<Entity>();
 
-type Columns = (
-    Entity,
-    &'static Position,
-    &'static Velocity,
-    &'static Density,
-    &'static Pressure,
-    Option<&'static MeanPressure>,
-);
+/// Lets these columns be kept.
+pub(crate) fn install(world: &mut World, columns: Vec<Lasting>) {
+    for column in &columns {
+        (column.install_keeping)(world);
+    }
+    world.insert_resource(KeptState {
+        columns,
+        ..KeptState::default()
+    });
+}
 
-/// Keeps what the tables hold before they take a new state (phase `Integrate`, when the step is good).
+/// Keeps whose state it is before the tables take a new one (phase `Integrate`, when the step is good).
 pub fn keep_state(
     mut kept: ResMut<KeptState>,
-    fluid: Query<Columns, With<Fluid>>,
+    fluid: Query<Entity, With<Fluid>>,
     adaptive: Res<AdaptiveTimeStep>,
     reorder: Option<Res<ReorderState>>,
-    means: Option<Res<MeanPressures>>,
     recovery: Option<Res<RecoveryTime>>,
     clock: Res<Clock>,
 ) {
@@ -77,24 +65,9 @@ pub fn keep_state(
     kept.largest_error = adaptive.largest_error;
     kept.downwards = reorder.is_some_and(|state| state.downwards);
     kept.entities.clear();
-    kept.positions.clear();
-    kept.velocities.clear();
-    kept.densities.clear();
-    kept.pressures.clear();
-    kept.means.clear();
     let tables = fluid.contiguous_iter().into_iter().flatten();
-    for (entities, x, v, rho, p, mean) in in_order(tables, |table| table.0) {
+    for entities in in_order(tables, |table| table) {
         kept.entities.extend_from_slice(entities);
-        kept.positions.extend_from_slice(x);
-        kept.velocities.extend_from_slice(v);
-        kept.densities.extend_from_slice(rho);
-        kept.pressures.extend_from_slice(p);
-        if means.is_some() {
-            match mean {
-                Some(mean) => kept.means.extend_from_slice(mean),
-                None => kept.means.extend(p.iter().map(|p| MeanPressure(p.0))),
-            }
-        }
     }
 }
 
@@ -156,21 +129,8 @@ fn restore(world: &mut World, kept: &KeptState) -> bool {
         }
         world.resource_mut::<FluidIndex>().reordered = true;
     }
-    let mut fluid = world.query::<(
-        &mut Position,
-        &mut Velocity,
-        &mut Density,
-        &mut Pressure,
-        Option<&mut MeanPressure>,
-    )>();
-    for (row, &entity) in kept.entities.iter().enumerate() {
-        if let Ok((mut x, mut v, mut rho, mut p, mean)) = fluid.get_mut(world, entity) {
-            (*x, *v) = (kept.positions[row], kept.velocities[row]);
-            (*rho, *p) = (kept.densities[row], kept.pressures[row]);
-            if let (Some(mut mean), Some(kept)) = (mean, kept.means.get(row)) {
-                *mean = *kept;
-            }
-        }
+    for column in &kept.columns {
+        (column.restore)(world, &kept.entities);
     }
     true
 }

@@ -1,6 +1,9 @@
 //! Scenes and comparisons that several tests share.
 
-#![allow(dead_code, reason = "each test uses a part")]
+#![allow(
+    dead_code,
+    reason = "every crate that has this module uses a part of it"
+)]
 
 use bevy_ecs::prelude::*;
 use glam::Vec3;

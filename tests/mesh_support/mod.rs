@@ -1,6 +1,9 @@
 //! Meshes that tests write: shapes whose surfaces are known.
 
-#![allow(dead_code, reason = "each test uses a part")]
+#![allow(
+    dead_code,
+    reason = "every crate that has this module uses a part of it"
+)]
 
 use std::fmt::Write;
 use std::path::PathBuf;

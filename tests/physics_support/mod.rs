@@ -1,7 +1,7 @@
 //! What the physics tests share: scenes from text, particles as plain values, sums over them.
 #![allow(
     dead_code,
-    reason = "every test file is a crate of its own and uses a part of this one"
+    reason = "every crate that has this module uses a part of it"
 )]
 
 use std::path::Path;

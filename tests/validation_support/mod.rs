@@ -2,7 +2,7 @@
 //! the tests, which run the scenes as they are, and for `cargo bench --bench validation`, which prints all figures.
 #![allow(
     dead_code,
-    reason = "every test file is a crate of its own and uses a part of this one"
+    reason = "every crate that has this module uses a part of it"
 )]
 
 pub(crate) mod dam_break;

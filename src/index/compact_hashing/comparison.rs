@@ -12,23 +12,21 @@
 //! With two threads 131 072 points of which 3.7 % change their cell take 3.4 ns each, half of it for those. Tried and
 //! dropped for them: leavers that are only noted in the loop, and looked at together after it (no difference).
 
-use glam::{IVec3, Vec4};
-use rayon::prelude::*;
+use glam::Vec4;
 
 use super::{
     super::{
-        Grid,
-        entries::{NOBODY, PADDING, prefetch_block},
+        entries::{NOBODY, prefetch_block},
+        grid::Grid,
         hash::CellHash,
     },
-    CompactHashing, UsedCell,
+    arrivals::Arrivals,
     links::{ABSENT, Links},
+    movers::{Mover, Moves},
     pool::QUARTER,
+    used_cell::UsedCell,
 };
-use crate::{
-    simd::{Cube, LANES, Simd, Vectorised, prefetch},
-    state::Execution,
-};
+use crate::simd::{Cube, LANES, Simd, Vectorised, prefetch};
 
 /// Blocks that are one task: along the Z-curve 8 × 8 × 16 cells, whose points fit the second-level cache. More than
 /// four of five who leave a cell there come to another of them.
@@ -39,60 +37,14 @@ const BLOCKS_AHEAD: usize = 8;
 /// The same of points.
 const POINTS_AHEAD: usize = 3;
 
-/// A point that left its cell and is in none.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Mover {
-    pub(super) row: u32,
-    /// The used cell that it left; then the one at the hash of the cell that it comes to.
-    pub(super) handle: u32,
-    /// The only block of that, if the cell is its first; or else nobody's.
-    pub(super) block: u32,
-    /// The cell that it comes to.
-    pub(super) to: IVec3,
-}
-
-/// What the points of a chunk of blocks did.
-#[derive(Debug, Default)]
-pub(super) struct Moves {
-    /// Points that have no place yet.
-    pub(super) movers: Vec<Mover>,
-    /// Number of points that left simple used cells.
-    left: usize,
-    /// Simple used cells that lost their last point.
-    pub(super) emptied: Vec<u32>,
-    /// The used cells that are not simple and lost a point, and the spatial cell that it was in.
-    pub(super) departures: Vec<(u32, IVec3)>,
-}
-
-impl Moves {
-    fn clear(&mut self) {
-        self.movers.clear();
-        self.left = 0;
-        self.emptied.clear();
-        self.departures.clear();
-    }
-
-    /// Points that changed their cell, or are gone.
-    pub(super) fn len(&self) -> usize {
-        self.left + self.departures.len()
-    }
-
-    /// Memory held [bytes].
-    pub(super) fn bytes(&self) -> usize {
-        self.movers.capacity() * size_of::<Mover>()
-            + self.emptied.capacity() * size_of::<u32>()
-            + self.departures.capacity() * size_of::<(u32, IVec3)>()
-    }
-}
-
 /// What the comparison reads.
-struct Comparison<'a> {
-    grid: &'a Grid,
-    cells: &'a [UsedCell],
-    links: &'a Links,
-    hash: CellHash,
-    table: &'a [u32],
-    points: &'a [Vec4],
+pub(super) struct Comparison<'a> {
+    pub(super) grid: &'a Grid,
+    pub(super) cells: &'a [UsedCell],
+    pub(super) links: &'a Links,
+    pub(super) hash: CellHash,
+    pub(super) table: &'a [u32],
+    pub(super) points: &'a [Vec4],
 }
 
 /// A block whose entries are compared.
@@ -266,14 +218,14 @@ impl Comparison<'_> {
 }
 
 /// The comparison of some blocks.
-struct Blocks<'a> {
-    comparison: &'a Comparison<'a>,
+pub(super) struct Blocks<'a> {
+    pub(super) comparison: &'a Comparison<'a>,
     /// The first of them.
-    first: usize,
-    owners: &'a [u32],
-    words: &'a mut [u32],
-    words_a_block: usize,
-    moves: &'a mut Moves,
+    pub(super) first: usize,
+    pub(super) owners: &'a [u32],
+    pub(super) words: &'a mut [u32],
+    pub(super) words_a_block: usize,
+    pub(super) moves: &'a mut Moves,
 }
 
 impl Vectorised for Blocks<'_> {
@@ -308,119 +260,6 @@ impl Vectorised for Blocks<'_> {
     }
 }
 
-/// A chunk of blocks that points come to.
-pub(super) struct Arrivals<'a> {
-    pub(super) cells: &'a [UsedCell],
-    pub(super) points: &'a [Vec4],
-    /// The first of the blocks.
-    pub(super) first: usize,
-    pub(super) words: &'a mut [u32],
-    pub(super) words_a_block: usize,
-    pub(super) movers: &'a mut Vec<Mover>,
-}
-
-impl Arrivals<'_> {
-    /// The block that a point comes to, if it is of the chunk.
-    #[inline(always)]
-    fn block(&mut self, mover: &Mover) -> Option<&mut [u32]> {
-        let start = (mover.block as usize).checked_sub(self.first)? * self.words_a_block;
-        self.words.get_mut(start..start + self.words_a_block)
-    }
-
-    /// Puts a point in if it comes to a simple used cell of the chunk that has room.
-    #[inline(always)]
-    fn put_in<S: Simd>(&mut self, simd: S, mover: &Mover) -> bool {
-        let (cells, points) = (self.cells, self.points);
-        let Some(block) = self.block(mover) else {
-            return false;
-        };
-        let used = &cells[mover.handle as usize];
-        let point = points[mover.row as usize];
-        // Another cell may be its first by now.
-        let has_cell = used.cell == mover.to && used.is_simple();
-        let is_in = has_cell && insert_by_row(simd, block, mover.row, point);
-        if is_in {
-            used.set_len(used.len.get() + 1);
-        }
-        is_in
-    }
-}
-
-impl Vectorised for Arrivals<'_> {
-    type Output = ();
-
-    /// Puts in who finds a place, and keeps the others.
-    #[inline(always)]
-    fn run<S: Simd>(mut self, simd: S) {
-        let mut movers = std::mem::take(self.movers);
-        for mover in &movers {
-            let (cells, points) = (self.cells, self.points);
-            if let Some(block) = self.block(mover) {
-                prefetch_block(block);
-                prefetch(&points[mover.row as usize]);
-                prefetch(&cells[mover.handle as usize]);
-            }
-        }
-        // A closure, as that of `retain`, would not be compiled for the instruction set.
-        let mut kept = 0;
-        for k in 0..movers.len() {
-            let mover = movers[k];
-            if !self.put_in(simd, &mover) {
-                movers[kept] = mover;
-                kept += 1;
-            }
-        }
-        movers.truncate(kept);
-        *self.movers = movers;
-    }
-}
-
-impl CompactHashing {
-    /// Copies the positions of all points to their entries. Points that leave their cell are taken out; those that come
-    /// to a simple one nearby are put in.
-    pub(super) fn copy_and_compare(&mut self, points: &[Vec4], execution: &Execution) {
-        let comparison = Comparison {
-            grid: &self.grid,
-            cells: &self.cells,
-            links: &self.links,
-            hash: self.hash,
-            table: &self.table,
-            points,
-        };
-        let words_a_block = 4 * self.pool.reserved();
-        let owners = &self.pool.owners;
-        let words = &mut self.pool.entries.words;
-        let len = words.len() - PADDING;
-        let chunks = owners.len().div_ceil(BLOCKS);
-        self.moves.resize_with(chunks, Moves::default);
-        let moves = &mut self.moves;
-        let instruction_set = execution.instruction_set.arithmetic();
-        execution.install(|| {
-            moves
-                .par_iter_mut()
-                .zip(words[..len].par_chunks_mut(BLOCKS * words_a_block))
-                .zip(owners.par_chunks(BLOCKS))
-                .enumerate()
-                .for_each(|(chunk, ((moves, words), owners))| {
-                    moves.clear();
-                    instruction_set.dispatch(Blocks {
-                        comparison: &comparison,
-                        first: chunk * BLOCKS,
-                        owners,
-                        words,
-                        words_a_block,
-                        moves,
-                    });
-                });
-        });
-    }
-
-    /// How many points the comparison found to have changed their cell, or to be gone.
-    pub(super) fn moved(&self) -> usize {
-        self.moves.iter().map(Moves::len).sum()
-    }
-}
-
 /// The columns of a block: x, y and z, as bits, and rows.
 #[inline(always)]
 fn columns(block: &mut [u32]) -> ([&mut [u32]; 3], &mut [u32]) {
@@ -429,18 +268,4 @@ fn columns(block: &mut [u32]) -> ([&mut [u32]; 3], &mut [u32]) {
     let (x, yz) = positions.split_at_mut(pitch);
     let (y, z) = yz.split_at_mut(pitch);
     ([x, y, z], rows)
-}
-
-/// Adds a point to a block of one spatial cell, so that rows ascend, unless the block is empty or full.
-#[inline(always)]
-fn insert_by_row<S: Simd>(simd: S, block: &mut [u32], row: u32, point: Vec4) -> bool {
-    let rows = &block[3 * block.len() / 4..];
-    if rows[0] == NOBODY || rows[rows.len() - 1] != NOBODY {
-        return false;
-    }
-    // Rows ascend, and nobody is the largest.
-    let place: usize = rows.iter().map(|&other| usize::from(other < row)).sum();
-    let [x, y, z, _] = point.to_array().map(f32::to_bits);
-    simd.insert(block, place, [x, y, z, row]);
-    true
 }

@@ -1,4 +1,5 @@
-//! Those who changed their cell, and are not in the new one yet (paper 4.5.1; see `comparison.rs`).
+//! Points that changed their cell (paper 4.5.1): found by the comparison (see `comparison.rs`), then brought to the new
+//! one if they are not in it yet.
 //!
 //! Who comes to a simple used cell of another chunk is put in in parallel, by the thread whose chunk it is; it counts,
 //! too. What is left, new cells, cells that collide or are full, a twentieth, is a matter of single points, in a fixed
@@ -14,8 +15,10 @@ use rayon::prelude::*;
 
 use super::{
     super::entries::PADDING,
-    CompactHashing, EMPTY,
-    comparison::{Arrivals, BLOCKS, Mover},
+    arrivals::Arrivals,
+    cells::{CompactHashing, EMPTY},
+    comparison::{BLOCKS, Blocks, Comparison},
+    movers::{Mover, Moves},
 };
 use crate::{simd::prefetch, state::Execution};
 
@@ -23,6 +26,50 @@ use crate::{simd::prefetch, state::Execution};
 const AHEAD: usize = 6;
 
 impl CompactHashing {
+    /// Copies the positions of all points to their entries. Points that leave their cell are taken out; those that come
+    /// to a simple one nearby are put in.
+    pub(super) fn copy_and_compare(&mut self, points: &[Vec4], execution: &Execution) {
+        let comparison = Comparison {
+            grid: &self.grid,
+            cells: &self.cells,
+            links: &self.links,
+            hash: self.hash,
+            table: &self.table,
+            points,
+        };
+        let words_a_block = 4 * self.pool.reserved();
+        let owners = &self.pool.owners;
+        let words = &mut self.pool.entries.words;
+        let len = words.len() - PADDING;
+        let chunks = owners.len().div_ceil(BLOCKS);
+        self.moves.resize_with(chunks, Moves::default);
+        let moves = &mut self.moves;
+        let instruction_set = execution.instruction_set.arithmetic();
+        execution.install(|| {
+            moves
+                .par_iter_mut()
+                .zip(words[..len].par_chunks_mut(BLOCKS * words_a_block))
+                .zip(owners.par_chunks(BLOCKS))
+                .enumerate()
+                .for_each(|(chunk, ((moves, words), owners))| {
+                    moves.clear();
+                    instruction_set.dispatch(Blocks {
+                        comparison: &comparison,
+                        first: chunk * BLOCKS,
+                        owners,
+                        words,
+                        words_a_block,
+                        moves,
+                    });
+                });
+        });
+    }
+
+    /// How many points the comparison found to have changed their cell, or to be gone.
+    pub(super) fn moved(&self) -> usize {
+        self.moves.iter().map(Moves::len).sum()
+    }
+
     /// Accounts for the points that left used cells that are not simple.
     pub(super) fn account_for_departures(&mut self) {
         let moves = take(&mut self.moves);

@@ -9,8 +9,9 @@ use std::collections::HashMap;
 use glam::{DVec3, I64Vec3, Vec3};
 use smallvec::SmallVec;
 
+use super::problem::{Checked, Problem, ensure};
+use super::proper::{AXIS_NAMES, axes, box_is_proper, is_flat, radius_is_proper};
 use super::solids::Obstacle;
-use super::{AXIS_NAMES, Checked, Problem, axes, box_is_proper, ensure, is_flat, radius_is_proper};
 use crate::mesh::{Mesh, TOLERANCE};
 use crate::sampling::layer_depth;
 use crate::scene::shapes::{Lattice, tolerance};

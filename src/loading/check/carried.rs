@@ -2,7 +2,8 @@
 
 use glam::DVec3;
 
-use super::{AXIS_NAMES, Checked, Problem, axes, ensure};
+use super::problem::{Checked, Problem, ensure};
+use super::proper::{AXIS_NAMES, axes};
 use crate::kernel::CubicSpline;
 use crate::mesh::Mesh;
 use crate::scene::shapes::RESOLUTION;

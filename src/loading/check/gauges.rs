@@ -4,7 +4,8 @@ use std::path::Path;
 
 use glam::Vec3;
 
-use super::{Checked, Problem, axes, box_is_proper, ensure, is_flat};
+use super::problem::{Checked, Problem, ensure};
+use super::proper::{axes, box_is_proper, is_flat};
 use crate::scene::{
     Dimension, Gauge, GaugeKind, GaugeReference, Rate, Scene, TimeStep, unknown_name,
 };

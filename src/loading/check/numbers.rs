@@ -1,14 +1,16 @@
 //! Single numbers and pairs of them.
 
-use super::{Checked, Problem, ensure, is_flat};
+use super::problem::{Checked, Problem, ensure};
+use super::proper::is_flat;
 use crate::loading::ron_text::options;
 use crate::loading::spans::scan;
 use crate::pressure::{
-    implicit::MAX_RELAXATION_WITH_MOMENTUM, recovery, solve::Convergence, warm_start::WarmStart,
+    implicit::MAX_RELAXATION_WITH_MOMENTUM,
+    solver::{Iterations, Requirement},
+    warm_start::WarmStart,
 };
 use crate::scene::{
-    Adaptive, BoundaryHandling, Cfl, Dfsph, Iisph, Pcisph, PressureMethod, Scene, StateEquation,
-    SurfaceTension, TimeStep, Viscosity,
+    Adaptive, BoundaryHandling, Cfl, PressureMethod, Scene, SurfaceTension, TimeStep, Viscosity,
 };
 
 /// Least cell edge in support radii: 41 cells across the support.
@@ -105,96 +107,72 @@ pub(super) fn numbers(scene: &Scene) -> Checked {
 }
 
 fn pressure(method: &PressureMethod) -> Checked {
-    if let PressureMethod::Sesph(sesph) = method {
-        let (stiffness, unit) = match sesph.equation {
-            StateEquation::Tait { stiffness } => (stiffness, "Pa"),
-            StateEquation::Gas { stiffness } => (stiffness, "m²/s²"),
-        };
-        positive("pressure.equation.stiffness", stiffness, unit)?;
+    if let Some(parameters) = method.iterations() {
+        iterates(&parameters)?;
     }
-    if let Some(convergence) = Convergence::of(method) {
-        error_limit(
-            "pressure.max_density_error",
-            "largest density error",
-            convergence.max_density_error,
-        )?;
-        iterations(
-            "pressure.max_iterations",
-            convergence.min_iterations,
-            convergence.max_iterations,
-        )?;
-    }
-    if let Some(share) = recovery::share(method) {
-        ensure(share > 0.0 && share <= 1.0, "pressure.recovery", || {
+    let requirements = method.solver().requirements();
+    requirements
+        .into_iter()
+        .try_for_each(|requirement| match requirement {
+            Requirement::Positive(path, value, unit) => positive(path, value, unit),
+            Requirement::Error(path, limit, what) => error_limit(path, what, limit),
+            Requirement::Iterations(path, min, max) => iterations(path, min, max),
+            Requirement::Relaxation(path, value, momentum) => relaxation(path, value, momentum),
+        })
+}
+
+fn iterates(parameters: &Iterations) -> Checked {
+    let convergence = parameters.convergence;
+    error_limit(
+        "pressure.max_density_error",
+        "largest density error",
+        convergence.max_density_error,
+    )?;
+    iterations(
+        "pressure.max_iterations",
+        convergence.min_iterations,
+        convergence.max_iterations,
+    )?;
+    let share = parameters.recovery;
+    ensure(share > 0.0 && share <= 1.0, "pressure.recovery", || {
+        format!(
+            "a step removes {share} of the compression that it finds; it must be above 0 and at most 1, all of it (0.3 is \
+             usual)"
+        )
+    })?;
+    let WarmStart { share, steps } = parameters.warm_start;
+    ensure((0.0..=1.0).contains(&share), "pressure.warm_start", || {
+        format!(
+            "the iterations start from {share} of the pressures before; it must be from 0 (none) to 1 (all)"
+        )
+    })?;
+    ensure(steps > 0, "pressure.warm_start_steps", || {
+        "is a mean over 0 steps; it must be at least 1 (the last step alone)".to_owned()
+    })?;
+    ensure(
+        steps == 1 || share > 0.0,
+        "pressure.warm_start_steps",
+        || {
             format!(
-                "a step removes {share} of the compression that it finds; it must be above 0 and at most 1, all of it (0.3 is \
-                 usual)"
+                "the pressures of {steps} steps are averaged, and iterations start from none of them; set pressure.warm_start \
+             above 0, or pressure.warm_start_steps to 1"
             )
-        })?;
-    }
-    if let PressureMethod::Pcisph(Pcisph {
-        mean_density_error: Some(limit),
-        ..
-    }) = *method
-    {
-        error_limit("pressure.mean_density_error", "mean density error", limit)?;
-    }
-    if let Some(WarmStart { share, steps }) = WarmStart::of(method) {
-        ensure((0.0..=1.0).contains(&share), "pressure.warm_start", || {
-            format!(
-                "the iterations start from {share} of the pressures before; it must be from 0 (none) to 1 (all)"
-            )
-        })?;
-        ensure(steps > 0, "pressure.warm_start_steps", || {
-            "is a mean over 0 steps; it must be at least 1 (the last step alone)".to_owned()
-        })?;
-        ensure(
-            steps == 1 || share > 0.0,
-            "pressure.warm_start_steps",
-            || {
-                format!(
-                    "the pressures of {steps} steps are averaged, and iterations start from none of them; \
-                     set pressure.warm_start above 0, or pressure.warm_start_steps to 1"
-                )
-            },
-        )?;
-    }
-    if let PressureMethod::Iisph(Iisph {
-        relaxation,
-        momentum,
-        ..
+        },
+    )
+}
+
+fn relaxation(path: &str, relaxation: f32, momentum: bool) -> Checked {
+    let (with, most, usual) = if momentum {
+        ("with", MAX_RELAXATION_WITH_MOMENTUM, 0.4)
+    } else {
+        ("without", 1.0, 0.5)
+    };
+    let proper = relaxation > 0.0 && relaxation <= most;
+    ensure(proper, path, || {
+        format!(
+            "the relaxation is {relaxation}; {with} momentum it must be above 0 and at most {most} ({usual} is usual)"
+        )
     })
-    | PressureMethod::Dfsph(Dfsph {
-        relaxation,
-        momentum,
-        ..
-    }) = *method
-    {
-        let (with, most, usual) = if momentum {
-            ("with", MAX_RELAXATION_WITH_MOMENTUM, 0.4)
-        } else {
-            ("without", 1.0, 0.5)
-        };
-        let proper = relaxation > 0.0 && relaxation <= most;
-        ensure(proper, "pressure.relaxation", || {
-            format!(
-                "the relaxation is {relaxation}; {with} momentum it must be above 0 and at most {most} ({usual} is usual)"
-            )
-        })?;
-    }
-    if let PressureMethod::Dfsph(dfsph) = method {
-        error_limit(
-            "pressure.max_divergence_error",
-            "compression that is left in the velocities of a step",
-            dfsph.max_divergence_error,
-        )?;
-        iterations(
-            "pressure.max_divergence_iterations",
-            dfsph.min_divergence_iterations,
-            dfsph.max_divergence_iterations,
-        )?;
-    }
-    Ok(())
 }
 
 fn error_limit(path: &str, what: &str, limit: f32) -> Checked {

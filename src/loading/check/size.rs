@@ -4,7 +4,8 @@
 
 use glam::{DVec3, Vec3};
 
-use super::{Checked, axes, ensure};
+use super::problem::{Checked, Problem, ensure};
+use super::proper::axes;
 use crate::mesh::Mesh;
 use crate::sampling;
 use crate::scene::shapes::{Lattice, volume, wall_axes};
@@ -40,7 +41,7 @@ pub(crate) struct Size {
 }
 
 /// Counts, and refuses what no machine holds.
-pub(super) fn count(scene: &Scene, meshes: &[Option<Mesh>]) -> Result<Size, super::Problem> {
+pub(super) fn count(scene: &Scene, meshes: &[Option<Mesh>]) -> Result<Size, Problem> {
     let size = measure(scene, meshes);
     enough_for_all(scene, &size)?;
     Ok(size)

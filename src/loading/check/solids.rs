@@ -2,7 +2,8 @@
 
 use glam::{DVec3, Vec3};
 
-use super::{Checked, Problem, axes, box_is_proper, ensure, is_flat, radius_is_proper};
+use super::problem::{Checked, Problem, ensure};
+use super::proper::{axes, box_is_proper, is_flat, radius_is_proper};
 use crate::mesh::Mesh;
 use crate::sampling::layer_depth;
 use crate::scene::shapes::wall_axes;

@@ -1,8 +1,8 @@
 //! Time steps that cannot be stable: a least one above what `check` itself says is the most.
 
-use super::{Checked, ensure};
+use super::problem::{Checked, ensure};
+use crate::registry::Stages;
 use crate::scene::{Adaptive, Cfl, Scene, TimeStep};
-use crate::time_step;
 
 /// The least time step must leave room for the limits that are certain: viscosity and sound, gravity, and the speed at
 /// the start.
@@ -12,7 +12,7 @@ pub(super) fn least_time_step(scene: &Scene) -> Checked {
         // Whoever fixes the time step knows of its limits, and is warned.
         TimeStep::Fixed(_) => return Ok(()),
     };
-    let limits = time_step::certain_limits(scene);
+    let limits = Stages::default().certain_limits(scene);
     let Some((name, limit)) = limits.into_iter().min_by(|a, b| a.1.total_cmp(&b.1)) else {
         return Ok(());
     };

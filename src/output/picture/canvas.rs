@@ -3,11 +3,10 @@
 use glam::{Vec2, Vec3, vec2};
 use rayon::prelude::*;
 
-use super::SAMPLES;
 use super::colour::{linear, srgb};
 use super::image::Image;
 use super::projection::{NEAREST, Projection};
-use super::raster::Layer;
+use super::raster::{Layer, SAMPLES};
 use super::view::View;
 
 /// Pixels of linear light, rows from the top.

@@ -10,6 +10,7 @@
 
 mod canvas;
 mod colour;
+mod drawing;
 mod image;
 mod legend;
 mod projection;
@@ -20,42 +21,8 @@ mod solid;
 mod text;
 mod view;
 
+pub use drawing::draw;
 pub use image::Image;
 pub use sheet::{contact_sheet, evenly_spaced};
 pub use solid::Solid;
 pub use view::View;
-
-use super::Frame;
-use raster::{Layer, Spheres};
-
-/// Samples along an edge of a pixel.
-const SAMPLES: usize = 2;
-
-/// Draws a frame. Particles that are not at a finite place are left out.
-pub fn draw(frame: &Frame, view: &View) -> Image {
-    let (width, height) = view.size();
-    let projection = view.projection();
-    let spheres = Spheres {
-        positions: &frame.positions,
-        radius: view.particle_radius,
-    };
-    let samples = projection.magnified(SAMPLES as f32);
-    let layer = Layer::draw(
-        &samples,
-        (width * SAMPLES, height * SAMPLES),
-        &spheres,
-        &view.solids,
-        view.floor,
-    );
-    let shadow = view.shadow_projection().map(|(projection, size)| {
-        let layer = Layer::draw(&projection, (size, size), &spheres, &view.solids, None);
-        shade::Shadow { projection, layer }
-    });
-
-    let mut canvas = shade::shade(frame, view, &samples, &layer, shadow.as_ref());
-    for &ends in &view.edges {
-        canvas.edge(&projection, &layer, ends, view);
-    }
-    legend::draw(&mut canvas, frame, view);
-    canvas.encode()
-}

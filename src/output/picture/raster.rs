@@ -8,6 +8,8 @@ use rayon::prelude::*;
 use super::projection::{Projection, Ray};
 use super::solid::Solid;
 
+/// Samples along an edge of a pixel.
+pub(super) const SAMPLES: usize = 2;
 /// Rows of samples that are drawn by one task.
 const BAND: usize = 16;
 /// A sphere is drawn at least this large [samples], so that far particles do not fall between samples.

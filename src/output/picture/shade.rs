@@ -7,11 +7,10 @@
 use glam::{Vec2, Vec3, vec2, vec3};
 use rayon::prelude::*;
 
-use super::SAMPLES;
 use super::canvas::Canvas;
 use super::colour::{SpeedColours, linear};
 use super::projection::Projection;
-use super::raster::{FLOOR, Layer, NOTHING};
+use super::raster::{FLOOR, Layer, NOTHING, SAMPLES};
 use super::view::View;
 use crate::output::Frame;
 

@@ -2,7 +2,9 @@
 
 use plotters::prelude::*;
 
-use super::{At, COLOURS, ChartError, Drawn, GRID, WIDTH, drawing, on_canvas, text, width_of};
+use super::canvas::{
+    Area, At, COLOURS, ChartError, Drawn, GRID, WIDTH, drawing, on_canvas, text, width_of,
+};
 use crate::study::text::short;
 use crate::study::{Order, Table};
 
@@ -53,7 +55,7 @@ pub(super) fn draw(table: &Table, columns: &[String]) -> Result<String, ChartErr
     })
 }
 
-fn legend(root: &super::Area, table: &Table) -> Drawn {
+fn legend(root: &Area, table: &Table) -> Drawn {
     let mut entries = vec![(HERE, "here, with the spread of the blocks")];
     if (0..table.columns.len()).any(|column| table.has_reference(column)) {
         entries.push((REFERENCE, "reference"));
@@ -73,7 +75,7 @@ fn legend(root: &super::Area, table: &Table) -> Drawn {
     )
 }
 
-fn draw_panel(root: &super::Area, table: &Table, panel: &Panel, top: i32) -> Drawn {
+fn draw_panel(root: &Area, table: &Table, panel: &Panel, top: i32) -> Drawn {
     let column = panel.column;
     let labels: Vec<String> = (panel.rows.iter())
         .map(|&row| {
@@ -172,12 +174,12 @@ fn short_tick(tick: f64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-fn rectangle(root: &super::Area, from: (i32, i32), to: (i32, i32), colour: RGBColor) -> Drawn {
+fn rectangle(root: &Area, from: (i32, i32), to: (i32, i32), colour: RGBColor) -> Drawn {
     root.draw(&Rectangle::new([from, to], colour.filled()))
         .map_err(drawing)
 }
 
-fn line(root: &super::Area, from: (i32, i32), to: (i32, i32), colour: RGBColor) -> Drawn {
+fn line(root: &Area, from: (i32, i32), to: (i32, i32), colour: RGBColor) -> Drawn {
     root.draw(&PathElement::new(vec![from, to], colour))
         .map_err(drawing)
 }

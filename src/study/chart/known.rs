@@ -2,7 +2,7 @@
 
 use plotters::prelude::*;
 
-use super::{
+use super::canvas::{
     Area, At, COLOURS, ChartError, Drawn, FONT, GRID, INK, drawing, on_canvas, text, width_of,
 };
 use crate::measure::Curve;

@@ -2,8 +2,8 @@
 
 use plotters::prelude::*;
 
-use super::{
-    At, COLOURS, ChartError, Drawn, FONT, GRID, INK, axis, drawing, on_canvas, text, width_of,
+use super::canvas::{
+    Area, At, COLOURS, ChartError, Drawn, FONT, GRID, INK, drawing, on_canvas, text, width_of,
 };
 use crate::study::Table;
 
@@ -45,8 +45,8 @@ pub(super) fn draw(table: &Table, x: &str, y: &[String]) -> Result<String, Chart
 
 /// Draws series into a part of the canvas, with columns `x` and `y` along its axes.
 fn panel(
-    root: &super::Area,
-    plot: &super::Area,
+    root: &Area,
+    plot: &Area,
     table: &Table,
     (x, y): (usize, usize),
     series: &[Series],
@@ -117,6 +117,15 @@ fn panel(
         taken.push(frame);
     }
     Ok(())
+}
+
+/// Name and unit of a column, for an axis.
+fn axis(table: &Table, column: usize) -> String {
+    let column = &table.columns[column];
+    match column.measure.unit() {
+        "" => column.name.clone(),
+        unit => format!("{} [{unit}]", column.name),
+    }
 }
 
 /// The rows with both figures above zero, by series in the order of the study. A series without such a row is there,
@@ -215,7 +224,7 @@ fn free_place((x, y): (i32, i32), label: &str, taken: &[Frame], bounds: Frame) -
 }
 
 /// A line under the title.
-fn legend(root: &super::Area, series: &[Series]) -> Drawn {
+fn legend(root: &Area, series: &[Series]) -> Drawn {
     const Y: i32 = 42;
     let mut x = 22;
     for (number, series) in series.iter().enumerate() {

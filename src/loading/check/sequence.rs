@@ -1,0 +1,26 @@
+//! All checks of a scene in their order.
+
+use super::{
+    bodies, carried, gauges, numbers,
+    problem::Problem,
+    size::{self, Size},
+    solids, stability,
+};
+use crate::scene::Scene;
+
+/// From the single numbers to what they make together; each check relies on those before it. Says what room the scene
+/// needs.
+pub(in crate::loading) fn check(scene: &Scene) -> Result<Size, Problem> {
+    numbers::finite(scene)?;
+    numbers::numbers(scene)?;
+    carried::mass(scene)?;
+    stability::least_time_step(scene)?;
+    bodies::shapes(scene)?;
+    solids::shapes(scene)?;
+    gauges::gauges(scene)?;
+    let meshes = solids::meshes(scene)?;
+    let size = size::count(scene, &meshes)?;
+    carried::coordinates(scene, &meshes)?;
+    bodies::places(scene, &meshes)?;
+    Ok(size)
+}

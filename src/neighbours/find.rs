@@ -1,0 +1,100 @@
+//! The lists of the fluid, found in every step.
+
+use bevy_ecs::prelude::*;
+
+use super::{
+    lists::NeighbourLists,
+    search::{Search, search},
+};
+use crate::{
+    index::{BoundarySamples, FluidIndex},
+    scene::Neighbours,
+    state::{Execution, Failure, FailureCause, ListsTooLong, Phase, Positions, Product, Stage},
+};
+
+/// Neighbour lists, where a scene stores them.
+pub(crate) const STAGE: Stage = Stage {
+    needs: &[Product::Columns, Product::Index],
+    makes: &[Product::Neighbours],
+    wanted: |scene| scene.neighbours == Neighbours::Stored,
+    install: |world, scene| {
+        world.init_resource::<FluidNeighbours>();
+        if !scene.boundaries.is_empty() {
+            world.init_resource::<BoundaryNeighbours>();
+        }
+    },
+    bytes: |scene, neighbours| {
+        let lists = if scene.boundaries.is_empty() {
+            1.0
+        } else {
+            2.0
+        };
+        vec![(
+            "neighbour lists",
+            f64::from(neighbours) * 4.0 * 1.01 + 6.0 * lists,
+        )]
+    },
+    ..Stage::new("find_neighbours", Phase::FindNeighbours, |scene| {
+        if scene.boundaries.is_empty() {
+            find_fluid_neighbours.into_configs()
+        } else {
+            (find_fluid_neighbours, find_boundary_neighbours).chain()
+        }
+    })
+};
+
+/// Lists of the fluid particles (absent when neighbours are recomputed).
+#[derive(Resource, Default)]
+pub struct FluidNeighbours {
+    /// The lists.
+    pub lists: NeighbourLists,
+    /// How often they were found.
+    pub(crate) generation: u64,
+}
+
+/// Lists of the boundary particles around every fluid particle.
+#[derive(Resource, Default)]
+pub struct BoundaryNeighbours(pub NeighbourLists);
+
+/// Finds the neighbours among the fluid (phase `FindNeighbours`).
+pub fn find_fluid_neighbours(
+    mut lists: ResMut<FluidNeighbours>,
+    mut failure: ResMut<Failure>,
+    index: Res<FluidIndex>,
+    positions: Res<Positions>,
+    execution: Res<Execution>,
+) {
+    lists.generation += 1;
+    let task = Search::among_themselves(&*index.structure, positions.points());
+    note(search(&task, &mut lists.lists, &execution), &mut failure);
+}
+
+/// Finds the neighbours among the boundary (phase `FindNeighbours`).
+pub fn find_boundary_neighbours(
+    mut lists: ResMut<BoundaryNeighbours>,
+    mut failure: ResMut<Failure>,
+    index: Res<FluidIndex>,
+    boundary: Res<BoundarySamples>,
+    positions: Res<Positions>,
+    execution: Res<Execution>,
+) {
+    let task = Search {
+        of: &*index.structure,
+        points: positions.points(),
+        among: &*boundary.index,
+        among_points: boundary.points(),
+        same: false,
+    };
+    note(search(&task, &mut lists.0, &execution), &mut failure);
+}
+
+/// Makes lists that are too long the step's failure.
+fn note(result: Result<(), ListsTooLong>, failure: &mut Failure) {
+    if let Err(error) = result {
+        let row = match error {
+            ListsTooLong::OfRow { row, .. } => Some(row),
+            ListsTooLong::Together { .. } => None,
+        };
+        failure.record(FailureCause::ListsTooLong(error), row);
+    }
+}

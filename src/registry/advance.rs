@@ -1,0 +1,92 @@
+//! The end of a step: particles move, and the tables take the new state if nothing went wrong.
+
+use bevy_ecs::prelude::*;
+
+use super::columns::lasting;
+use crate::{
+    boundary::{contact, direct_forcing},
+    gauge,
+    integrate::{self, Domain, GuardLimits, Motion},
+    scene::{Scene, TimeStep},
+    state::{Phase, Product, Stage, Systems, chain, clock, failure::healthy, transfer},
+    time_step::{self, adaptive, roll_back},
+};
+
+/// Motion, the failure guard, the new state, the next time step.
+pub(super) const STAGE: Stage = Stage {
+    needs: &[
+        Product::Columns,
+        Product::Index,
+        Product::Neighbours,
+        Product::Density,
+        Product::Forces,
+        Product::Pressure,
+    ],
+    invalidates: true,
+    install: |world, scene| {
+        world.init_resource::<Motion>();
+        world.insert_resource(GuardLimits(scene.limits));
+        if let Some(bounds) = scene.domain {
+            world.insert_resource(Domain(bounds));
+        }
+        if let TimeStep::Adaptive(_) = scene.time_step {
+            roll_back::install(world, lasting(scene));
+        }
+    },
+    bytes: |scene, _| match scene.time_step {
+        // Everything that lasts once more, with the entities.
+        TimeStep::Adaptive(_) => vec![("state to go back to", 8.0 + 36.0)],
+        _ => Vec::new(),
+    },
+    ..Stage::new("integrate", Phase::Integrate, systems)
+};
+
+fn systems(scene: &Scene) -> Systems {
+    let integrated = if gauge::measures_forces(scene) {
+        (integrate::integrate, gauge::keep_velocities).chain()
+    } else {
+        integrate::integrate.into_configs()
+    };
+    let moved = if scene.boundaries.is_empty() {
+        integrated
+    } else if scene.forces_directly() {
+        let corrected = (direct_forcing::correct_motion, contact::keep_outside);
+        (integrated, corrected.chain()).chain()
+    } else {
+        (integrated, contact::keep_outside).chain()
+    };
+    let guard = (transfer::check_rows, integrate::guard).chain();
+    let goes_back = matches!(scene.time_step, TimeStep::Adaptive(_));
+    let guard = if goes_back {
+        (guard, adaptive::detect_shock.run_if(healthy)).chain()
+    } else {
+        guard
+    };
+    let accept = accept(scene).run_if(healthy);
+    (moved, integrate::measure, guard, accept).chain()
+}
+
+/// What a step does that nothing is wrong with.
+fn accept(scene: &Scene) -> Systems {
+    let lasting = lasting(scene);
+    let mut systems: Vec<Systems> = Vec::new();
+    if let TimeStep::Adaptive(_) = scene.time_step {
+        systems.push(roll_back::keep_state.into_configs());
+        systems.extend(lasting.iter().map(|column| (column.keep)()));
+    }
+    systems.extend(lasting.iter().map(|column| (column.scatter)()));
+    systems.push(clock::advance_clock.into_configs());
+    let recovers = scene
+        .pressure
+        .iterations()
+        .is_some_and(|iterations| iterations.recovery < 1.0);
+    if recovers {
+        systems.push(time_step::choose_recovery_time.into_configs());
+    }
+    match scene.time_step {
+        TimeStep::Fixed(_) => {}
+        TimeStep::Cfl(_) => systems.push(time_step::choose_time_step.into_configs()),
+        TimeStep::Adaptive(_) => systems.push(adaptive::choose_adaptive_time_step.into_configs()),
+    }
+    chain(systems)
+}

@@ -1,0 +1,22 @@
+//! The columns of a scene's particles.
+
+use crate::{
+    pressure::warm_start::MEAN_PRESSURE,
+    scene::Scene,
+    state::{COLUMNS, Column, Lasting},
+};
+
+/// The columns that a scene asks for: those of the state first, then those that every step writes afresh.
+pub fn columns(scene: &Scene) -> impl Iterator<Item = &'static Column> + Clone {
+    let all = COLUMNS
+        .iter()
+        .chain(std::slice::from_ref(const { &MEAN_PRESSURE }));
+    let of_method = scene.pressure.solver().columns();
+    let wanted: Vec<_> = all.filter(|column| (column.wanted)(scene)).collect();
+    wanted.into_iter().chain(of_method)
+}
+
+/// What carries the state of a scene from step to step.
+pub(super) fn lasting(scene: &Scene) -> Vec<Lasting> {
+    columns(scene).filter_map(|column| column.lasting).collect()
+}

@@ -1,0 +1,55 @@
+//! The start of a step: the particles' state in rows.
+
+use bevy_ecs::prelude::*;
+
+use super::columns::lasting;
+use crate::{
+    pairs::PairSlopes,
+    scene::{Neighbours, Scene},
+    state::{
+        Accelerations, Densities, Phase, Positions, PredictedPositions, PressureAccelerations,
+        Pressures, Product, Rows, Stage, Systems, Velocities, chain, transfer,
+    },
+};
+
+/// Columns of the state, gathered from the tables. They are never older than their step.
+pub(super) const STAGE: Stage = Stage {
+    makes: &[Product::Columns],
+    install,
+    bytes: |scene, neighbours| {
+        // Entities in rows and in the world, and the lasting number.
+        let mut bytes = vec![("entities and numbers", 8.0 + 24.0 + 12.0)];
+        if scene.neighbours == Neighbours::Stored {
+            // Filled up to whole vectors, half of one on average.
+            let slopes = (f64::from(neighbours) + 4.0) * 4.0 * 9.0 / 8.0;
+            bytes.push(("gradients of the kernel", slopes));
+        }
+        bytes
+    },
+    ..Stage::new("gather", Phase::RebuildIndex, systems)
+};
+
+fn install(world: &mut World, scene: &Scene) {
+    world.init_resource::<Rows>();
+    world.init_resource::<Positions>();
+    world.init_resource::<PredictedPositions>();
+    world.init_resource::<Velocities>();
+    world.init_resource::<Densities>();
+    world.init_resource::<Pressures>();
+    world.init_resource::<Accelerations>();
+    world.init_resource::<PressureAccelerations>();
+    if scene.neighbours == Neighbours::Stored {
+        world.init_resource::<PairSlopes>();
+    }
+}
+
+fn systems(scene: &Scene) -> Systems {
+    let lasting = lasting(scene);
+    let checks = lasting.iter().filter_map(|column| column.check);
+    let gathers = lasting.iter().filter_map(|column| column.gather);
+    let mut systems: Vec<Systems> = checks.map(|check| check()).collect();
+    systems.push(transfer::check_ids.into_configs());
+    systems.push(transfer::gather_rows.into_configs());
+    systems.extend(gathers.map(|gather| gather()));
+    chain(systems)
+}

@@ -1,0 +1,12 @@
+//! Everything that a step can be made of, by rows: its stages and the columns of its particles.
+//!
+//! A row is declared beside its code. To add a force, a stage or a column of the state is to write its file and to name
+//! its row here.
+
+mod advance;
+mod columns;
+mod gather;
+mod stages;
+
+pub use columns::columns;
+pub use stages::{StageError, Stages};

@@ -1,0 +1,296 @@
+//! What a column is, and the systems that carry one between the tables and the rows of a step.
+//!
+//! A column of the state is a component that lasts from step to step. Its row in the list of columns says everything
+//! about it once: name, unit, how it is gathered and scattered, kept to go back to, and what it takes.
+
+use std::ops::Range;
+
+use bevy_ecs::{component::Mutable, prelude::*};
+use bytemuck::TransparentWrapper;
+use glam::Vec3;
+use smallvec::SmallVec;
+
+use super::{
+    execution::Execution,
+    failure::{Failure, FailureCause},
+    particle::{Fluid, Position, Pressure},
+    rows::Rows,
+    stage::Systems,
+};
+use crate::scene::Scene;
+
+/// A column of values, one per fluid particle.
+#[derive(Debug, Clone, Copy)]
+pub struct Column {
+    /// Its name.
+    pub name: &'static str,
+    /// SI unit; "-" if it has none.
+    pub unit: &'static str,
+    /// What it is.
+    pub about: &'static str,
+    /// Whether other ranks need the rows near their border.
+    pub halo: bool,
+    /// Memory, change ticks and packed copies included [bytes per particle].
+    pub bytes: usize,
+    /// Whether a scene asks for it.
+    pub wanted: fn(&Scene) -> bool,
+    /// How it lasts from step to step; none for a column that every step writes afresh.
+    pub lasting: Option<Lasting>,
+}
+
+/// What carries a column of the state from step to step.
+#[derive(Debug, Clone, Copy)]
+pub struct Lasting {
+    /// Refuses a step in which a particle lacks it.
+    pub(crate) check: Option<fn() -> Systems>,
+    /// Copies it into rows at the start of a step.
+    pub(crate) gather: Option<fn() -> Systems>,
+    /// Copies rows into the tables at the end of a step.
+    pub(crate) scatter: fn() -> Systems,
+    /// Keeps what the tables hold before they take a new state.
+    pub(crate) keep: fn() -> Systems,
+    /// Inserts what keeping needs.
+    pub(crate) install_keeping: fn(&mut World),
+    /// Gives the particles, in the order of the rows, what was kept.
+    pub(crate) restore: fn(&mut World, &[Entity]),
+}
+
+/// Bytes of the two change ticks that a table holds per component.
+const TICKS: usize = 8;
+
+impl Column {
+    /// A column that every step writes afresh, of so many bytes per row.
+    pub(crate) const fn derived(
+        name: &'static str,
+        unit: &'static str,
+        about: &'static str,
+        bytes: usize,
+    ) -> Self {
+        Self {
+            name,
+            unit,
+            about,
+            halo: false,
+            bytes,
+            wanted: |_| true,
+            lasting: None,
+        }
+    }
+
+    /// A column of the state whose rows take so many bytes.
+    pub(crate) const fn lasting<C: StateColumn>(
+        name: &'static str,
+        unit: &'static str,
+        about: &'static str,
+        row_bytes: usize,
+    ) -> Self {
+        Self {
+            name,
+            unit,
+            about,
+            halo: true,
+            bytes: size_of::<C>() + TICKS + row_bytes,
+            wanted: |_| true,
+            lasting: Some(Lasting {
+                check: Some(|| check::<C>.into_configs()),
+                gather: None,
+                scatter: || scatter::<C>.into_configs(),
+                keep: || keep::<C>.into_configs(),
+                install_keeping: |world| world.insert_resource(Kept::<C>(Vec::new())),
+                restore: restore::<C>,
+            }),
+        }
+    }
+
+    /// The same, copied into rows at the start of a step.
+    pub(crate) const fn gathered<C: GatheredColumn>(mut self) -> Self {
+        if let Some(lasting) = &mut self.lasting {
+            lasting.gather = Some(|| gather::<C>.into_configs());
+        }
+        self
+    }
+
+    /// The same, in scenes that ask for it. Particles that a host spawned earlier may lack it.
+    pub(crate) const fn only_if(mut self, wanted: fn(&Scene) -> bool) -> Self {
+        self.wanted = wanted;
+        if let Some(lasting) = &mut self.lasting {
+            lasting.check = None;
+        }
+        self
+    }
+
+    /// The same, of which other ranks need rows near their border.
+    pub(crate) const fn in_halo(mut self) -> Self {
+        self.halo = true;
+        self
+    }
+}
+
+/// A component that lasts from step to step, and the column of rows that a step leaves of it.
+pub(crate) trait StateColumn:
+    Component<Mutability = Mutable> + TransparentWrapper<Self::Value> + Copy
+{
+    /// What it wraps.
+    type Value: Copy + Send + Sync + 'static;
+    /// The resource that holds its rows at the end of a step.
+    type Result: Resource;
+
+    /// Name of the component in messages.
+    const COMPONENT: &'static str;
+
+    /// Copies rows of the result.
+    fn scatter(result: &Self::Result, rows: Range<usize>, out: &mut [Self::Value], on: &Execution);
+
+    /// What stands for it in a table that lacks it.
+    fn stand_in(_: &[f32]) -> Option<&[Self::Value]> {
+        None
+    }
+}
+
+/// A column of the state whose values a step starts from.
+pub(crate) trait GatheredColumn: StateColumn {
+    /// The resource that holds its rows at the start of a step.
+    type Start: Resource<Mutability = Mutable>;
+
+    /// Name of the quantity in messages.
+    const QUANTITY: &'static str;
+
+    /// Makes room for so many rows.
+    fn resize(start: &mut Self::Start, rows: usize);
+
+    /// Copies values into the rows from `first` on. Gives the first row whose value no step can start from, and
+    /// whether it is only too large.
+    fn gather(
+        start: &mut Self::Start,
+        first: usize,
+        values: &[Self::Value],
+        on: &Execution,
+    ) -> Option<(usize, bool)>;
+}
+
+/// Tables in one order for all queries. Bevy goes through new tables in the order of a hash map: a query that saw them
+/// in one go (its system skipped a failed step) has another order than one that saw them in two.
+pub(crate) fn in_order<T>(
+    tables: impl IntoIterator<Item = T>,
+    entities: impl Fn(&T) -> &[Entity],
+) -> impl Iterator<Item = T> {
+    // Room for the tables of most hosts without an allocation.
+    let mut tables: SmallVec<[T; 4]> = tables.into_iter().collect();
+    tables.sort_unstable_by_key(|table| entities(table).first().copied());
+    tables.into_iter()
+}
+
+/// Refuses a step of particles that lack a component (phase `RebuildIndex`): they would take no part in it.
+pub(super) fn check<C: StateColumn>(
+    fluid: Query<(Entity, Has<C>), With<Fluid>>,
+    places: Query<&Position>,
+    failure: ResMut<Failure>,
+) {
+    refuse_lack(fluid, places, failure, C::COMPONENT);
+}
+
+/// The same for a component that is no column.
+pub(crate) fn refuse_lack<C: Component>(
+    fluid: Query<(Entity, Has<C>), With<Fluid>>,
+    places: Query<&Position>,
+    mut failure: ResMut<Failure>,
+    component: &'static str,
+) {
+    let tables = fluid.contiguous_iter().into_iter().flatten();
+    for (entities, present) in in_order(tables, |table| table.0) {
+        if let Some(&first) = entities.first().filter(|_| !present) {
+            let at = places.get(first).map_or(Vec3::NAN, |x| x.0);
+            let particles = entities.len();
+            let cause = FailureCause::LacksComponent {
+                component,
+                particles,
+            };
+            failure.record_of(cause, (first, at));
+            return;
+        }
+    }
+}
+
+/// Copies a column of all tables into rows (phase `RebuildIndex`). A value that is not finite, or too large to be
+/// squared, fails the step here, where its own particle is known: later its neighbours have it, too.
+fn gather<C: GatheredColumn>(
+    fluid: Query<(Entity, Option<&C>, &Pressure), With<Fluid>>,
+    mut start: ResMut<C::Start>,
+    mut failure: ResMut<Failure>,
+    rows: Res<Rows>,
+    execution: Res<Execution>,
+) {
+    C::resize(&mut start, rows.entities.len());
+    let mut first = 0;
+    let mut unusable = None;
+    let tables = fluid.contiguous_iter().into_iter().flatten();
+    for (entities, values, pressures) in in_order(tables, |table| table.0) {
+        let values = values
+            .map(C::peel_slice)
+            .or_else(|| C::stand_in(Pressure::peel_slice(pressures)));
+        if let Some(values) = values {
+            unusable = unusable.or(C::gather(&mut start, first, values, &execution));
+        }
+        first += entities.len();
+    }
+    if let Some((row, is_large)) = unusable {
+        let quantity = C::QUANTITY;
+        let cause = if is_large {
+            FailureCause::TooLarge { quantity }
+        } else {
+            FailureCause::NotFinite { quantity }
+        };
+        failure.record(cause, Some(row));
+    }
+}
+
+/// Writes a column of the step's result into the tables and marks it as changed (phase `Integrate`).
+fn scatter<C: StateColumn>(
+    mut fluid: Query<(Entity, Option<&mut C>), With<Fluid>>,
+    result: Res<C::Result>,
+    execution: Res<Execution>,
+) {
+    let mut first = 0;
+    let tables = fluid.contiguous_iter_mut().into_iter().flatten();
+    for (entities, values) in in_order(tables, |table| table.0) {
+        let rows = first..first + entities.len();
+        first = rows.end;
+        if let Some(mut values) = values {
+            // One `deref_mut` for the column: it marks all its rows.
+            let values: &mut [C] = &mut values;
+            C::scatter(&result, rows, C::peel_slice_mut(values), &execution);
+        }
+    }
+}
+
+/// What a table held before it took the state of the last good step, in the order of the rows.
+#[derive(Resource)]
+struct Kept<C>(Vec<C>);
+
+fn keep<C: StateColumn>(
+    mut kept: ResMut<Kept<C>>,
+    fluid: Query<(Entity, Option<&C>, &Pressure), With<Fluid>>,
+) {
+    kept.0.clear();
+    let tables = fluid.contiguous_iter().into_iter().flatten();
+    for (_, values, pressures) in in_order(tables, |table| table.0) {
+        match values {
+            Some(values) => kept.0.extend_from_slice(values),
+            None => {
+                let stand_in = C::stand_in(Pressure::peel_slice(pressures)).unwrap_or_default();
+                kept.0.extend_from_slice(C::wrap_slice(stand_in));
+            }
+        }
+    }
+}
+
+fn restore<C: StateColumn>(world: &mut World, entities: &[Entity]) {
+    world.resource_scope(|world, kept: Mut<Kept<C>>| {
+        let mut values = world.query::<&mut C>();
+        for (&entity, kept) in entities.iter().zip(&kept.0) {
+            if let Ok(mut value) = values.get_mut(world, entity) {
+                *value = *kept;
+            }
+        }
+    });
+}

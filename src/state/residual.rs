@@ -1,0 +1,142 @@
+//! How well a pressure solve does: density errors over all particles, summed in chunks of rows.
+
+use bevy_ecs::prelude::*;
+use glam::Vec4;
+
+use super::execution::{ChunkResults, Execution};
+
+/// How well the last step's pressure solve did.
+#[derive(Resource, Debug, Default)]
+pub struct PressureSolve {
+    /// Iterations done; 0 for methods that do not iterate.
+    pub iterations: u32,
+    /// Iterations of the divergence solve; 0 for methods without one.
+    pub divergence_iterations: u32,
+    /// Whether the force of the pressure terms beside the positions is to be summed: not before the first correction of
+    /// a cold start, and not where it is known.
+    pub(crate) wants_force: bool,
+    /// Density error that remains.
+    pub error: DensityError,
+    /// What a solve has to get right: the part of it that this step has to remove, and where pressures may be too high
+    /// also the density that is missing in particles that have one.
+    pub(crate) residual: DensityError,
+    /// Whether pressures may be too high.
+    both_ways: bool,
+    /// How far the last iteration went along them in all.
+    pub(crate) progress: f64,
+    chunks: ChunkResults<(ErrorSum, ErrorSum)>,
+}
+
+/// Compression `max(0, (ρ − ρ0)/ρ0)` [-] over all particles.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct DensityError {
+    /// Largest.
+    pub largest: f32,
+    /// The row that has it.
+    pub row: usize,
+    /// Mean.
+    pub mean: f32,
+}
+
+/// Largest error and sum of errors of one chunk of rows.
+#[derive(Debug, Clone, Copy, Default)]
+struct ErrorSum {
+    largest: f32,
+    row: usize,
+    sum: f64,
+    progress: f64,
+}
+
+/// What a method makes of a row.
+pub(crate) struct Corrected {
+    /// The pressure term `p/ρ²`.
+    pub(crate) term: f32,
+    /// `(ρ − ρ0)/ρ0` [-], counted if positive.
+    pub(crate) error: f32,
+    /// What of it the step has to remove [-].
+    pub(crate) excess: f32,
+    /// How far the correction went along that, where the method wants to know.
+    pub(crate) progress: f32,
+}
+
+impl PressureSolve {
+    /// Before the first iteration of a solve, which begins with a force if there is a pressure.
+    pub(crate) fn begin(&mut self, has_pressure: bool, overshoots: bool) {
+        (self.iterations, self.wants_force) = (0, has_pressure);
+        self.both_ways = has_pressure || overshoots;
+    }
+
+    /// Sets the pressure term beside every position, and what the method keeps of it, and measures the errors.
+    pub(crate) fn update<K: Send>(
+        &mut self,
+        positions: &mut [Vec4],
+        kept: &mut [K],
+        execution: &Execution,
+        // From row, old term and what the method keeps of it.
+        correct: impl Fn(usize, f32, &mut K) -> Corrected + Sync,
+    ) {
+        let rows = kept.len();
+        let columns = (&mut positions[..rows], kept);
+        let both_ways = self.both_ways;
+        let chunks = self.chunks.reset(rows);
+        execution.map_chunks(columns, chunks, |first, positions, kept| {
+            let mut result = <(ErrorSum, ErrorSum)>::default();
+            for (row, (position, kept)) in (first..).zip(positions.iter_mut().zip(kept)) {
+                let had_pressure = position.w > 0.0;
+                let corrected = correct(row, position.w, kept);
+                position.w = corrected.term;
+                result.0.progress += f64::from(corrected.progress);
+                let compression = corrected.error.max(0.0);
+                result.0.add(compression, row);
+                let missed = if both_ways && had_pressure {
+                    corrected.excess.abs()
+                } else {
+                    // What is under the limit in all may grow up to it.
+                    corrected.excess.min(corrected.error).max(0.0)
+                };
+                result.1.add(missed, row);
+            }
+            result
+        });
+        let chunks = || self.chunks.iter();
+        self.error = DensityError::fold(chunks().map(|chunk| chunk.0), rows);
+        self.residual = DensityError::fold(chunks().map(|chunk| chunk.1), rows);
+        self.progress = chunks().map(|chunk| chunk.0.progress).sum();
+    }
+}
+
+impl ErrorSum {
+    #[inline]
+    fn add(&mut self, error: f32, row: usize) {
+        if error > self.largest {
+            (self.largest, self.row) = (error, row);
+        }
+        self.sum += f64::from(error);
+    }
+}
+
+impl DensityError {
+    fn fold(chunks: impl Iterator<Item = ErrorSum>, rows: usize) -> Self {
+        let total = chunks.fold(ErrorSum::default(), |total, chunk| {
+            let larger = if chunk.largest > total.largest {
+                chunk
+            } else {
+                total
+            };
+            ErrorSum {
+                sum: total.sum + chunk.sum,
+                ..larger
+            }
+        });
+        Self {
+            largest: total.largest,
+            row: total.row,
+            mean: (total.sum / rows.max(1) as f64) as f32,
+        }
+    }
+}
+
+/// Whether the iteration begins with a force.
+pub(crate) fn wants_force(solve: Res<PressureSolve>) -> bool {
+    solve.wants_force
+}

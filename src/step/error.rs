@@ -1,0 +1,96 @@
+//! Why a scene could not be set up.
+
+use std::path::PathBuf;
+
+use glam::Vec3;
+
+use super::order::OrderError;
+use crate::{
+    mesh::MeshError,
+    scene::{Place, SceneError},
+    state::DomainTooLarge,
+};
+
+/// The largest error that is let through. Lattices in corners have 0.008, with a support of four spacings 0.08, beside
+/// meshes 0.02; half a plate of 0.8 spacings has 0.15.
+pub(super) const LARGEST_ERROR: f32 = 0.1;
+
+/// How far the density of the fluid is above the rest density at the start.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StartDensity {
+    /// Largest `max(0, (ρ − ρ0)/ρ0)` [-].
+    pub max_error: f32,
+    /// The particle that has it [m].
+    pub place: Vec3,
+    /// Mean over all particles of the same [-].
+    pub mean_error: f32,
+}
+
+/// Why a scene could not be set up.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum InstallError {
+    /// The world runs a scene already.
+    #[error("a scene is installed in this world already; a world holds one")]
+    Occupied,
+    /// The scene contradicts itself.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// The scene's spatial index cannot cover its fluid.
+    #[error("fluid: {0}")]
+    Fluid(DomainTooLarge),
+    /// The scene's spatial index cannot cover its walls.
+    #[error("boundary: {0}")]
+    Boundary(DomainTooLarge),
+    /// The fluid starts so compressed that it would explode.
+    #[error(
+        "the fluid starts {:.1} % above its rest density at ({:.4}, {:.4}, {:.4}) m, more than {:.0} %: a wall, or other \
+         fluid, is nearer there than it may be; move the fluid away from there by a part of the spacing, or let walls that \
+         are thinner than 1.2 spacings be thicker",
+        100.0 * .0.max_error, .0.place.x, .0.place.y, .0.place.z, 100.0 * LARGEST_ERROR
+    )]
+    Compressed(StartDensity),
+    /// The file of a mesh is gone or has become unusable since the scene was checked.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+    /// The system gave no threads.
+    #[error("could not start threads: {0}")]
+    Threads(#[from] rayon::ThreadPoolBuildError),
+    /// The system gave no threads for systems that run side by side.
+    #[error("could not start threads for systems: {0}")]
+    TaskThreads(std::io::Error),
+    /// The machine has too little memory for the scene.
+    #[error(
+        "the scene needs about {needed} of memory, and there are {machine}: {parts}; a spacing of {better} m would do, or a \
+         smaller scene"
+    )]
+    Memory {
+        /// What it needs.
+        needed: String,
+        /// What there is.
+        machine: String,
+        /// What it is needed for.
+        parts: String,
+        /// A spacing that would do [m].
+        better: String,
+    },
+    /// The order file cannot be read.
+    #[error("order file {}: {error}", .path.display())]
+    OrderFile {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        error: std::io::Error,
+    },
+    /// The order is refused.
+    #[error("{}: {error}", .place.as_ref().map_or_else(|| "default order".to_owned(), ToString::to_string))]
+    Order {
+        /// The place in the file, unless it is the default order.
+        place: Option<Place>,
+        /// Why.
+        error: OrderError,
+    },
+    /// Bevy refused the schedule.
+    #[error("the schedule cannot be built: {0}")]
+    Schedule(String),
+}

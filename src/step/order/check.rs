@@ -1,0 +1,198 @@
+//! The check of an order: two steps are walked through, stage by stage, with what is current at each.
+//!
+//! The first is one in which all stages run. The second is one after a reordering of the rows: of the stages within
+//! `Every` only those run that surely do then.
+
+use super::{
+    error::OrderError,
+    events::{Event, Misplaced},
+    item::Order,
+};
+use crate::{
+    registry::Stages,
+    scene::{Scene, TimeStep},
+    state::{Product, Stage},
+};
+
+/// What a stage reads, and how old it may be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Read {
+    /// What.
+    pub(crate) product: Product,
+    /// Steps that it is old at most; 0 if it is of this step.
+    pub(crate) age: u64,
+}
+
+/// Checks that every stage the scene wants is there and finds what it needs. Says what each stage reads.
+pub(crate) fn check(
+    order: &Order,
+    events: &[Event],
+    scene: &Scene,
+    stages: &Stages,
+) -> Result<Vec<Vec<Read>>, Misplaced> {
+    let mut checker = Checker {
+        scene,
+        stages,
+        allow_stale: order.allow_stale,
+        current: Vec::new(),
+        made: Vec::new(),
+        moved: Vec::new(),
+        reorders: false,
+        is_later: false,
+        reads: Vec::new(),
+    };
+    checker.step(events)?;
+    let runs = |name: &str| {
+        events
+            .iter()
+            .any(|event| matches!(event, Event::Run { stage, .. } if stage.name == name))
+    };
+    let nowhere = |error| (error, "stages".to_owned());
+    if !runs("integrate") {
+        return Err(nowhere(OrderError::NeverIntegrates));
+    }
+    for (index, name) in order.leave_out.iter().enumerate() {
+        let path = || format!("leave_out.{index}");
+        let Some(stage) = stages.find(name) else {
+            let known = stages.iter().map(|stage| stage.name).collect();
+            let name = name.clone();
+            return Err((OrderError::UnknownStage { name, known }, path()));
+        };
+        if runs(stage.name) {
+            return Err((OrderError::RunsAndLeavesOut { stage: stage.name }, path()));
+        }
+    }
+    let is_missing = |stage: &&Stage| {
+        let is_left_out = order.leave_out.iter().any(|name| name == stage.name);
+        (stage.wanted)(scene) && !runs(stage.name) && !is_left_out
+    };
+    if let Some(stage) = stages.iter().find(is_missing) {
+        return Err(nowhere(OrderError::LeavesOut { stage: stage.name }));
+    }
+    let reads = std::mem::take(&mut checker.reads);
+    if checker.reorders {
+        checker.is_later = true;
+        checker.current.clear();
+        checker.step(events)?;
+    }
+    Ok(reads)
+}
+
+/// What a step has made so far.
+struct Checker<'a> {
+    scene: &'a Scene,
+    stages: &'a Stages,
+    allow_stale: bool,
+    current: Vec<Product>,
+    /// With the steps between two runs of the stage that made it.
+    made: Vec<(Product, u64)>,
+    /// What was made before the rows moved.
+    moved: Vec<Product>,
+    reorders: bool,
+    /// Whether this is the second step.
+    is_later: bool,
+    reads: Vec<Vec<Read>>,
+}
+
+impl Checker<'_> {
+    fn step(&mut self, events: &[Event]) -> Result<(), Misplaced> {
+        // What was current before each group, and whether it is left over from its end on.
+        let mut groups: Vec<(Vec<Product>, bool)> = Vec::new();
+        let mut skipped = 0;
+        let mut outer = vec![1];
+        for event in events {
+            match event {
+                Event::Begin { every, .. } => {
+                    let count = every.unwrap_or(1);
+                    let total = outer.last().map_or(1, |outer| outer * count);
+                    outer.push(total);
+                    let interval = u64::from(self.scene.reorder_interval.max(1));
+                    if skipped > 0 || self.is_later && !interval.is_multiple_of(total) {
+                        skipped += 1;
+                    }
+                    groups.push((self.current.clone(), count > 1));
+                }
+                Event::End => {
+                    outer.pop();
+                    skipped = skipped.max(1) - 1;
+                    if let Some((before, true)) = groups.pop() {
+                        // In the steps between, what these stages make is left over.
+                        self.current.retain(|product| before.contains(product));
+                    }
+                }
+                Event::Run { .. } if skipped > 0 => {}
+                Event::Run { stage, every, path } => {
+                    self.stage(stage, *every)
+                        .map_err(|error| (error, path.clone()))?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn stage(&mut self, stage: &Stage, every: u64) -> Result<(), OrderError> {
+        if every > 1 && stage.name == "integrate" {
+            return Err(OrderError::WaitsForItself { count: every });
+        }
+        if every > 1 && stage.name == "reorder" {
+            return Err(OrderError::TwoIntervals { count: every });
+        }
+        let mut reads = Vec::new();
+        for &product in stage.needs {
+            reads.extend(self.need(stage, product)?);
+        }
+        self.reads.push(reads);
+        if stage.invalidates {
+            self.current.clear();
+        }
+        if stage.name == "reorder" {
+            self.reorders = true;
+            self.moved = self.made.iter().map(|made| made.0).collect();
+        }
+        self.moved.retain(|product| !stage.makes.contains(product));
+        self.made.retain(|made| !stage.makes.contains(&made.0));
+        self.current.extend(stage.makes);
+        self.made
+            .extend(stage.makes.iter().map(|product| (*product, every)));
+        Ok(())
+    }
+
+    /// Finds a product that a stage needs; none if nothing makes it in this scene.
+    fn need(&self, stage: &Stage, product: Product) -> Result<Option<Read>, OrderError> {
+        // What no stage makes in this scene (lists, where neighbours are recomputed) no stage lacks.
+        let makes = |stage: &&Stage| stage.makes.contains(&product) && (stage.wanted)(self.scene);
+        let Some(maker) = self.stages.iter().find(makes) else {
+            return Ok(None);
+        };
+        if self.current.contains(&product) {
+            return Ok(Some(Read { product, age: 0 }));
+        }
+        let (stage, maker) = (stage.name, maker.name);
+        let made = self.made.iter().find(|made| made.0 == product);
+        let Some(&(_, every)) = made.filter(|_| self.allow_stale && product != Product::Columns)
+        else {
+            return Err(OrderError::Lacks {
+                stage,
+                product,
+                maker,
+                stale: made.is_some(),
+            });
+        };
+        if matches!(self.scene.time_step, TimeStep::Adaptive(_)) {
+            return Err(OrderError::CannotGoBack { stage, product });
+        }
+        // What a divergence solve leaves are velocities, which go with their particles.
+        if self.reorders && self.moved.contains(&product) && product != Product::Divergence {
+            return Err(OrderError::RowsMove {
+                stage,
+                product,
+                maker,
+                period: u64::from(self.scene.reorder_interval.max(1)),
+            });
+        }
+        Ok(Some(Read {
+            product,
+            age: every.max(2) - 1,
+        }))
+    }
+}

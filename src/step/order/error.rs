@@ -1,0 +1,138 @@
+//! Why an order is refused.
+
+use crate::state::Product;
+
+/// Stages of a step at most: the time to build a schedule grows with the square of their number.
+pub(super) const MOST_STAGES: u64 = 256;
+
+/// Why an order is refused.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum OrderError {
+    /// The file is no order.
+    #[error("{message}")]
+    Syntax {
+        /// Line, from 1.
+        line: usize,
+        /// Column, from 1.
+        column: usize,
+        /// What is wrong.
+        message: String,
+    },
+    /// No stage has this name.
+    #[error("no stage is called `{name}`{}; the stages are {}", suggestion(name, known), known.join(", "))]
+    UnknownStage {
+        /// The name.
+        name: String,
+        /// Names that there are.
+        known: Vec<&'static str>,
+    },
+    /// A count of zero.
+    #[error("`{item}` with a count of 0 never runs; the least is 1")]
+    ZeroCount {
+        /// `Every` or `Repeat`.
+        item: &'static str,
+    },
+    /// A stage lacks what another would make.
+    #[error(
+        "stage `{stage}` needs {product}, which {}; stage `{maker}` makes it and must come before{}",
+        if *.stale { "is left over from an earlier step there" } else { "nothing has made" },
+        if *.stale && *.product != Product::Columns { " (or say `allow_stale: true`)" } else { "" }
+    )]
+    Lacks {
+        /// The stage.
+        stage: &'static str,
+        /// What it lacks.
+        product: Product,
+        /// The stage that makes it.
+        maker: &'static str,
+        /// Whether it exists but is out of date.
+        stale: bool,
+    },
+    /// A stage uses what is left over, and steps may be taken back.
+    #[error(
+        "stage `{stage}` uses {product} left over from an earlier step, which `time_step: Adaptive` may have taken back; \
+         use `Cfl` or `Fixed`"
+    )]
+    CannotGoBack {
+        /// The stage.
+        stage: &'static str,
+        /// What is left over.
+        product: Product,
+    },
+    /// A stage uses what an earlier step left behind by row, and rows have moved since.
+    #[error(
+        "stage `{stage}` uses {product} left over from an earlier step, and `reorder`, every {period} steps, gives the rows to \
+         other particles in between; run `{maker}` in every step or in every n-th, where n divides {period}, or set the \
+         scene's `reorder_interval` to 0"
+    )]
+    RowsMove {
+        /// The stage.
+        stage: &'static str,
+        /// What is left over.
+        product: Product,
+        /// The stage that makes it.
+        maker: &'static str,
+        /// Steps between two reorderings.
+        period: u64,
+    },
+    /// No stage moves the particles.
+    #[error("the order never runs `integrate`: time would stand still")]
+    NeverIntegrates,
+    /// Time advances in some steps alone.
+    #[error(
+        "`integrate` is inside `Every({count}, …)`: it alone counts the steps, so after the first no step would be due; \
+         move it out of `Every`, or choose another `time_step`"
+    )]
+    WaitsForItself {
+        /// Steps between two runs.
+        count: u64,
+    },
+    /// Nested `Every` multiply to more than a step's number.
+    #[error(
+        "the stages within nested `Every` would run in every {count}th step; at most {} is a count",
+        u32::MAX
+    )]
+    TooRare {
+        /// The product, or the largest number that can be told.
+        count: u64,
+    },
+    /// More stages than a schedule is meant for.
+    #[error("a step would run {count} stages; at most {MOST_STAGES} are possible, so repeat less")]
+    TooManyStages {
+        /// How many.
+        count: u64,
+    },
+    /// Reordering has two intervals.
+    #[error(
+        "`reorder` is inside `Every({count}, …)`, and the scene's `reorder_interval` says how often rows are reordered; move \
+         it out of `Every`"
+    )]
+    TwoIntervals {
+        /// Steps between two runs.
+        count: u64,
+    },
+    /// A stage that the scene asks for is not in the order.
+    #[error(
+        "the order never runs `{stage}`, which the scene asks for; add `Run(\"{stage}\")`, or say `leave_out: \
+         [\"{stage}\"]` if it is to be missing"
+    )]
+    LeavesOut {
+        /// The stage.
+        stage: &'static str,
+    },
+    /// A stage is run and left out.
+    #[error("the order runs `{stage}` and names it in `leave_out`; remove one")]
+    RunsAndLeavesOut {
+        /// The stage.
+        stage: &'static str,
+    },
+}
+
+fn suggestion(name: &str, known: &[&str]) -> String {
+    (known.iter())
+        .map(|known| (strsim::damerau_levenshtein(name, known), known))
+        .min()
+        .filter(|(distance, _)| *distance <= 3)
+        .map_or_else(String::new, |(_, near)| format!("; did you mean `{near}`?"))
+}

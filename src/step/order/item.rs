@@ -1,0 +1,65 @@
+//! An order file, as it is written.
+
+use serde::{Deserialize, Serialize};
+
+use super::error::OrderError;
+use crate::{
+    loading::read,
+    scene::{Place, SceneError},
+};
+
+/// An order file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Order {
+    /// The stages, one after the other.
+    pub stages: Vec<OrderItem>,
+    /// Whether a stage may use what was current in an earlier step: an experiment, not an error.
+    #[serde(default)]
+    pub allow_stale: bool,
+    /// Stages that the scene asks for and that do not run: what they add is missing.
+    #[serde(default)]
+    pub leave_out: Vec<String>,
+}
+
+/// A line of an order file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub enum OrderItem {
+    /// A stage by its name.
+    Run(String),
+    /// Stages that run in step 0 and in every n-th step after; and in a step that finds other particles in the rows,
+    /// since a host spawned, despawned or tagged some.
+    Every(u32, Vec<OrderItem>),
+    /// Stages that run so many times in a row.
+    Repeat(u32, Vec<OrderItem>),
+}
+
+impl Order {
+    /// The order of `assets/orders/default.ron`.
+    pub fn standard() -> Self {
+        Self::parse(include_str!("../../../assets/orders/default.ron")).unwrap_or(Self {
+            stages: Vec::new(),
+            allow_stale: false,
+            leave_out: Vec::new(),
+        })
+    }
+
+    /// Reads an order.
+    pub fn parse(text: &str) -> Result<Self, OrderError> {
+        read(text, "order").map_err(|error| match error {
+            SceneError::Syntax {
+                place: Place::File { line, column, .. },
+                message,
+            } => OrderError::Syntax {
+                line,
+                column,
+                message,
+            },
+            other => OrderError::Syntax {
+                line: 1,
+                column: 1,
+                message: other.to_string(),
+            },
+        })
+    }
+}

@@ -1,0 +1,177 @@
+//! An order, checked, for one scene: what its schedule and its descriptions are made from.
+
+use super::{
+    check::{Read, check},
+    error::OrderError,
+    events::{Event, Misplaced},
+    item::Order,
+};
+use crate::{
+    registry::Stages,
+    scene::Scene,
+    state::{Phase, Product, Stage},
+};
+
+/// A checked order.
+#[derive(Debug, Clone)]
+pub(crate) struct PlannedOrder {
+    events: Vec<Event>,
+    /// What each stage reads, in their order.
+    reads: Vec<Vec<Read>>,
+}
+
+/// A stage of a step, and how often it runs.
+#[derive(Debug, Clone)]
+pub(crate) struct PlannedStage {
+    /// The stage.
+    pub(crate) stage: Stage,
+    /// Steps between two runs.
+    pub(crate) every: u64,
+}
+
+impl Order {
+    /// Checks that every stage of the engine's that the scene asks for is there and finds what it needs.
+    pub fn check(&self, scene: &Scene) -> Result<(), OrderError> {
+        let planned = self.plan(scene, &Stages::default());
+        planned.map(|_| ()).map_err(|(error, _)| error)
+    }
+
+    /// Checks the order for a scene. Refuses one in which a stage is missing or lacks what it needs.
+    pub(crate) fn plan(&self, scene: &Scene, stages: &Stages) -> Result<PlannedOrder, Misplaced> {
+        let events = self.events(scene, stages)?;
+        let reads = check(self, &events, scene, stages)?;
+        Ok(PlannedOrder { events, reads })
+    }
+}
+
+impl PlannedOrder {
+    /// The stages, one after the other.
+    pub(crate) fn stages(&self) -> impl Iterator<Item = PlannedStage> {
+        self.events.iter().filter_map(|event| match event {
+            Event::Run { stage, every, .. } => Some(PlannedStage {
+                stage: *stage,
+                every: *every,
+            }),
+            Event::Begin { .. } | Event::End => None,
+        })
+    }
+
+    /// The stages, each once.
+    pub(crate) fn installed(&self) -> Vec<Stage> {
+        let mut installed: Vec<Stage> = Vec::new();
+        for PlannedStage { stage, .. } in self.stages() {
+            if installed.iter().all(|known| known.name != stage.name) {
+                installed.push(stage);
+            }
+        }
+        installed
+    }
+
+    /// Whether the phases are gone through in their order.
+    pub(crate) fn keeps_phases(&self) -> bool {
+        self.stages().map(|planned| planned.stage.phase).is_sorted()
+    }
+
+    /// Whether the stage `second` follows `first` in every step, both run once, and no more than forces are made between
+    /// them.
+    pub(crate) fn follows(&self, second: &str, first: &str) -> bool {
+        let mut depth = 0;
+        let mut open = false;
+        let mut found = [0, 0];
+        let mut between = true;
+        for event in &self.events {
+            match event {
+                Event::Begin { .. } => {
+                    depth += 1;
+                    between &= !open;
+                }
+                Event::End => depth -= 1,
+                Event::Run { stage, .. } if stage.name == first => {
+                    found[0] += 1;
+                    open = true;
+                    between &= depth == 0;
+                }
+                Event::Run { stage, .. } if stage.name == second => {
+                    found[1] += 1;
+                    between &= depth == 0 && open;
+                    open = false;
+                }
+                Event::Run { stage, .. } if open => {
+                    between &= !stage.invalidates
+                        && stage.makes.iter().all(|made| *made == Product::Forces);
+                }
+                Event::Run { .. } => {}
+            }
+        }
+        between && found == [1, 1]
+    }
+
+    /// The stages by phase. A group of one stage is written `every 2 steps: a`, a longer one `every 2 steps { a` to
+    /// `b }`, over as many phases as it goes through.
+    pub(crate) fn lines(&self) -> Vec<(Phase, Vec<String>)> {
+        let mut lines = self.group(&mut 0);
+        let mut out: Vec<(Phase, Vec<String>)> = Vec::new();
+        for (phase, line) in lines.drain(..) {
+            match out.last_mut() {
+                Some((last, lines)) if *last == phase => lines.push(line),
+                _ => out.push((phase, vec![line])),
+            }
+        }
+        out
+    }
+
+    /// The lines of the events from `at` on, up to the end of their group.
+    fn group(&self, at: &mut usize) -> Vec<(Phase, String)> {
+        let mut lines = Vec::new();
+        while let Some(event) = self.events.get(*at) {
+            *at += 1;
+            match event {
+                Event::End => break,
+                Event::Run { stage, .. } => lines.push((stage.phase, stage.name.to_owned())),
+                Event::Begin { every, times, .. } => {
+                    let mut inner = self.group(at);
+                    let label = match (every, times) {
+                        (Some(every), _) => format!("every {every} steps"),
+                        (None, (times, 0)) => format!("{times} times"),
+                        // Written with the first.
+                        (None, _) => continue,
+                    };
+                    match inner.as_mut_slice() {
+                        [] => {}
+                        [(_, only)] => *only = format!("{label}: {only}"),
+                        [(_, first), .., (_, last)] => {
+                            *first = format!("{label} {{ {first}");
+                            last.push_str(" }");
+                        }
+                    }
+                    lines.append(&mut inner);
+                }
+            }
+        }
+        lines
+    }
+
+    /// The flow of data: every stage with what it reads and how old that may be, and what it makes.
+    pub(crate) fn flow(&self) -> Vec<Flow> {
+        let of = |(planned, reads): (PlannedStage, &Vec<Read>)| Flow {
+            stage: planned.stage.name,
+            every: planned.every,
+            reads: reads.iter().map(|read| (read.product, read.age)).collect(),
+            writes: planned.stage.makes.to_vec(),
+        };
+        self.stages().zip(&self.reads).map(of).collect()
+    }
+}
+
+/// What a stage reads and writes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Flow {
+    /// Name of the stage.
+    pub stage: &'static str,
+    /// Steps between two runs.
+    pub every: u64,
+    /// What it reads, and the steps that it is old at most.
+    pub reads: Vec<(Product, u64)>,
+    /// What it writes.
+    pub writes: Vec<Product>,
+}

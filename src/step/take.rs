@@ -1,0 +1,67 @@
+//! Taking a step of the scene that a world holds.
+
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+
+use bevy_ecs::prelude::*;
+
+use super::{
+    report::{StepOutcome, StepReport},
+    schedule::{Labels, SingleThreadedStep, Step},
+};
+use crate::state::{Clock, Execution, FailureCause, StepError};
+
+/// Takes one step of the scene that is installed in `world`. After an error the world holds the last good state. Fails,
+/// too, if no scene is installed, or if a panic that the host caught took a part of it away.
+///
+/// Where its systems run one after the other ([`Executor`](crate::scene::Executor)) all of the step runs in the pool of
+/// the loops, which then wake no thread each; in a world with data that is bound to a thread it runs on the thread that
+/// calls.
+///
+/// # Panics
+///
+/// If a system of the host's panics. The tables then hold the last good state, and the next step can be taken: the
+/// state before the step or, where systems run beside each other, that after it, since the engine's own go on to the
+/// end.
+pub fn take_step(world: &mut World) -> Result<StepReport, StepError> {
+    if let Some(reason) = what_is_missing(world) {
+        let clock = world.get_resource::<Clock>().copied().unwrap_or_default();
+        return Err(StepError {
+            step: clock.step + 1,
+            time: clock.time,
+            particle: None,
+            cause: FailureCause::NotInstalled { reason },
+        });
+    }
+    if world.contains_resource::<SingleThreadedStep>() && world.storages().non_sends.is_empty() {
+        let execution = world.resource::<Execution>().clone();
+        execution.install(|| run_step(world));
+    } else {
+        run_step(world);
+    }
+    world.resource::<StepOutcome>().0.clone()
+}
+
+/// Runs the schedule of the step. If a system panics, the schedule is put back before the panic goes on.
+fn run_step(world: &mut World) {
+    let ran = world.try_schedule_scope(Step, |world, step| {
+        catch_unwind(AssertUnwindSafe(|| step.run(world)))
+    });
+    if let Ok(Err(panic)) = ran {
+        resume_unwind(panic);
+    }
+}
+
+/// Why no step can be taken in this world, if none can.
+fn what_is_missing(world: &World) -> Option<&'static str> {
+    let Some(labels) = world.get_resource::<Labels>() else {
+        return Some("no scene is installed in this world; call `install` first");
+    };
+    let schedules = world.get_resource::<Schedules>();
+    let present = |label| schedules.is_some_and(|schedules| schedules.contains(label));
+    let all = labels.0.iter().all(|&label| present(label));
+    let lost = !all || !world.contains_resource::<Execution>();
+    lost.then_some(
+        "a panic or the host took a part of the scene out of the world; install it in a new one, and run steps by \
+         `take_step`, which keeps them through a panic",
+    )
+}

@@ -1,0 +1,11 @@
+//! A table as a picture: SVG by plotters, whose texts are texts, so that no font is needed to write it.
+
+mod bars;
+mod canvas;
+mod known;
+mod points;
+mod svg;
+
+pub use canvas::ChartError;
+pub use known::draw as draw_beside_known;
+pub use svg::draw;

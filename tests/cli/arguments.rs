@@ -1,0 +1,173 @@
+//! Arguments of `overfall run` and `overfall check`: what is wrong is refused with its place and what would be right.
+
+use std::fs;
+
+use serde_json::Value;
+
+use crate::support::{TINY, assert_exit, folder_with_tiny, overfall, stderr, stdout};
+
+#[test]
+fn help_names_every_command_and_option() {
+    let folder = folder_with_tiny();
+    let help = overfall(&folder, &["--help"]);
+    assert_exit(&help, 0);
+    for command in ["run", "check", "picture"] {
+        assert!(stdout(&help).contains(command), "{}", stdout(&help));
+    }
+    let help = overfall(&folder, &["run", "--help"]);
+    for option in [
+        "--duration",
+        "--steps",
+        "--threads",
+        "--set <PATH=VALUE>",
+        "--out <DIR>",
+        "--force",
+        "--exact-times",
+        "--frames-per-second",
+        "--format",
+        "--pictures",
+        "--no-pictures",
+        "--json",
+        "--quiet",
+    ] {
+        assert!(stdout(&help).contains(option), "{option} is missing");
+    }
+}
+
+#[test]
+fn options_that_make_no_sense_are_refused() {
+    let folder = folder_with_tiny();
+    for arguments in [
+        &["run"][..],
+        &["walk", "tiny.ron"],
+        &["run", "tiny.ron", "--duration", "-1"],
+        &["run", "tiny.ron", "--duration", "inf"],
+        &["run", "tiny.ron", "--duration", "1", "--steps", "3"],
+        &["run", "tiny.ron", "--threads", "0"],
+        &["run", "tiny.ron", "--frames-per-second", "NaN"],
+        &["run", "tiny.ron", "--format", "xyz"],
+        &["run", "tiny.ron", "--pictures=maybe"],
+    ] {
+        let output = overfall(&folder, arguments);
+        assert_exit(&output, 2);
+        assert!(!stderr(&output).is_empty());
+    }
+    assert!(!folder.path().join("out").exists());
+}
+
+#[test]
+fn a_wrong_scene_is_refused_with_its_place() {
+    let folder = folder_with_tiny();
+    let wrong = TINY.replace("spacing:", "spacings:");
+    fs::write(folder.path().join("wrong.ron"), wrong).expect("a scene file");
+    for command in ["run", "check"] {
+        let output = overfall(&folder, &[command, "wrong.ron"]);
+        assert_exit(&output, 2);
+        let text = stderr(&output);
+        assert!(text.contains("wrong.ron:3:"), "{text}");
+        assert!(text.contains("`spacing`"), "{text}");
+        assert!(stdout(&output).is_empty());
+    }
+    assert!(!folder.path().join("out").exists());
+}
+
+#[test]
+fn a_missing_scene_is_refused_with_its_name() {
+    let folder = folder_with_tiny();
+    let output = overfall(&folder, &["run", "nowhere.ron"]);
+    assert_exit(&output, 2);
+    assert!(stderr(&output).contains("nowhere.ron"));
+}
+
+#[test]
+fn an_unknown_or_malformed_setting_is_refused() {
+    let folder = folder_with_tiny();
+    for (setting, named) in [
+        ("spacin=0.01", "spacing"),
+        ("spacing", "PATH=VALUE"),
+        ("spacing=wide", "spacing=wide"),
+        ("spacing=-1", "spacing"),
+    ] {
+        let output = overfall(&folder, &["run", "tiny.ron", "--set", setting]);
+        assert_exit(&output, 2);
+        assert!(stderr(&output).contains(named), "{}", stderr(&output));
+    }
+}
+
+#[test]
+fn check_prints_the_plan_and_writes_nothing() {
+    let folder = folder_with_tiny();
+    let output = overfall(&folder, &["check", "tiny.ron", "--threads", "3"]);
+    assert_exit(&output, 0);
+    let text = stdout(&output);
+    for word in [
+        "tiny",
+        "particles",
+        "boundary",
+        "support radius",
+        "particle mass",
+        "neighbours",
+        "time step",
+        "Memory",
+    ] {
+        assert!(text.contains(word), "{word} is missing in\n{text}");
+    }
+    assert!(!folder.path().join("out").exists());
+}
+
+#[test]
+fn names_do_not_command_the_terminal() {
+    let folder = folder_with_tiny();
+    let evil = "x\u{1b}[2J\u{9b}31m\r\u{202e}{wide_msg}";
+    let wrong = TINY.replace("tiny", evil);
+    fs::write(folder.path().join(format!("{evil}.ron")), wrong).expect("a scene file");
+    let set = format!("{evil}=1");
+    let file = format!("{evil}.ron");
+    for arguments in [
+        &["run", &file, "--steps=1"][..],
+        &["run", &file, "--steps=1", "--json"],
+        &["check", &file],
+        &["check", evil],
+        &["check", "tiny.ron", "--set", &set],
+        &["run", "tiny.ron", "--duration", evil],
+        &["picture", evil],
+        &["study", &file],
+        &[evil],
+    ] {
+        let output = overfall(&folder, arguments);
+        for text in [stdout(&output), stderr(&output)] {
+            let commands = |c: char| c != '\n' && (c.is_control() || c == '\u{202e}');
+            assert!(!text.contains(commands), "{arguments:?}: {text:?}");
+        }
+    }
+    let output = overfall(&folder, &["run", &file, "--steps=1", "--json", "--force"]);
+    let summary: Value = serde_json::from_str(stdout(&output)).expect("JSON");
+    assert_eq!(summary["scene"], evil);
+}
+
+#[test]
+fn slips_on_the_command_line_are_answered() {
+    let folder = folder_with_tiny();
+    for (duration, answer) in [("0,05", "0.05"), ("1s", "SI units"), ("long", "a number")] {
+        let output = overfall(&folder, &["run", "tiny.ron", "--duration", duration]);
+        assert_exit(&output, 2);
+        assert!(stderr(&output).contains(answer), "{}", stderr(&output));
+    }
+    let arguments = [
+        "run",
+        "tiny.ron",
+        "--set=pressure=Pcisph(max_iterations: 3, max_density_error: 1e-6)",
+        "--quiet",
+    ];
+    let output = overfall(&folder, &arguments);
+    assert_exit(&output, 1);
+    for remedy in [
+        "did not converge",
+        "time_step",
+        "max_iterations",
+        "max_density_error",
+        "not_converged=Accept",
+    ] {
+        assert!(stderr(&output).contains(remedy), "{}", stderr(&output));
+    }
+}

@@ -1,0 +1,182 @@
+//! What the machine refuses a run: room on the disk, a reader, a folder, threads.
+
+use std::fs;
+use std::process::{Command, Stdio};
+
+use overfall::output::{Status, Summary};
+
+use super::signals::{LONG, command_after, folder, signal, spawn, wait, wait_until};
+use crate::support::{assert_exit, command, overfall, stderr};
+
+#[test]
+fn a_write_that_fails_ends_the_run_with_path_and_cause() {
+    let folder = folder();
+    // A limit on the size of files stands for a full disk: frames no longer fit, a summary does.
+    let output = command_after(&folder, "trap '' XFSZ; ulimit -f 16")
+        .args(["run", "long.ron", "--quiet"])
+        .output()
+        .expect("sh starts");
+    assert_exit(&output, 1);
+    let errors = stderr(&output);
+    assert!(errors.contains("frame_00000.vtu"), "{errors}");
+    assert!(errors.contains("File too large"), "{errors}");
+    let out = folder.path().join("out/long");
+    let summary = Summary::read(&out.join("summary.json")).expect("a summary");
+    assert_eq!(summary.status, Status::Failed);
+    assert!(
+        summary
+            .failure
+            .is_some_and(|text| text.contains("frame_00000.vtu"))
+    );
+    let left = fs::read_dir(out.join("frames")).expect("a folder").count();
+    assert_eq!(left, 0, "no half-written frame stays");
+}
+
+#[test]
+fn a_reader_that_has_gone_away_is_no_failure() {
+    let folder = folder();
+    for arguments in [
+        &["run", "long.ron", "--steps=1", "--quiet"][..],
+        &["run", "long.ron", "--steps=1", "--quiet", "--json"],
+        &["check", "long.ron"],
+        &["run", "--help"],
+    ] {
+        let mut run = command(&folder)
+            .args(arguments)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("overfall starts");
+        drop(run.stdout.take());
+        let (status, errors) = wait(run);
+        assert_eq!(status, Some(0), "{errors}");
+        assert!(!errors.contains("panicked"), "{errors}");
+    }
+}
+
+#[test]
+fn a_folder_that_is_removed_ends_the_run() {
+    for again in [false, true] {
+        let folder = folder();
+        let run =
+            spawn(command(&folder).args(["run", "long.ron", "--quiet", "--frames-per-second=0"]));
+        let out = folder.path().join("out/long");
+        wait_until("no frames appear", || {
+            out.join("frames/frame_00000.vtu").exists()
+        });
+        fs::rename(&out, folder.path().join("moved")).expect("moved away");
+        if again {
+            // Another file by that name is not the run's.
+            fs::create_dir_all(&out).expect("a folder");
+            fs::write(out.join("history.csv"), "mine").expect("a file");
+        }
+        let (status, errors) = wait(run);
+        assert_eq!(status, Some(1), "{errors}");
+        assert!(errors.contains("history.csv: it was removed"), "{errors}");
+        if again {
+            let kept = fs::read_to_string(out.join("history.csv")).expect("a file");
+            assert_eq!(kept, "mine");
+        }
+    }
+}
+
+#[test]
+fn a_full_disk_leaves_whole_rows_and_a_summary() {
+    let folder = folder();
+    let small = LONG
+        .replace("max: (0.1, 0.1, 0.1)", "max: (0.03, 0.03, 0.03)")
+        .replace("max: (0.1, 0.2, 0.1)", "max: (0.03, 0.2, 0.03)");
+    fs::write(folder.path().join("long.ron"), small).expect("a scene file");
+    // A limit on the size of files stands for a full disk: 27 particles fit, some thousand rows do not.
+    let output = command_after(&folder, "trap '' XFSZ; ulimit -f 64")
+        .args(["run", "long.ron", "--quiet", "--frames-per-second=0"])
+        .output()
+        .expect("sh starts");
+    assert_exit(&output, 1);
+    let errors = stderr(&output);
+    assert!(errors.contains("history.csv"), "{errors}");
+    let out = folder.path().join("out/long");
+    let summary = Summary::read(&out.join("summary.json")).expect("a summary");
+    assert_eq!(summary.status, Status::Failed);
+    let history = fs::read_to_string(out.join("history.csv")).expect("a history");
+    let columns = history.lines().next().expect("a header").split(',').count();
+    assert!(history.lines().count() > 10 && history.ends_with('\n'));
+    assert!(history.lines().all(|row| row.split(',').count() == columns));
+}
+
+#[test]
+fn what_is_no_file_is_refused_at_once() {
+    let folder = folder();
+    let made = Command::new("sh")
+        .args(["-c", "mkfifo pipe.ron && ln -s /dev/zero zero.ron && ln -s /dev/zero zero.obj && mkdir folder.ron"])
+        .current_dir(folder.path())
+        .status()
+        .expect("sh starts");
+    assert!(made.success());
+    let mesh = LONG.replace("boundaries: [", "boundaries: [Mesh(file: \"zero.obj\"), ");
+    fs::write(folder.path().join("mesh.ron"), mesh).expect("a scene file");
+    for (arguments, named) in [
+        (&["run", "pipe.ron"][..], "a pipe"),
+        (&["run", "zero.ron"], "a device"),
+        (&["run", "folder.ron"], "a folder"),
+        (&["study", "pipe.ron"], "a pipe"),
+        (&["study", "zero.ron"], "a device"),
+        (&["run", "mesh.ron"], "zero.obj"),
+        (&["run", "long.ron", "--set", "order=pipe.ron"], "pipe.ron"),
+    ] {
+        let output = overfall(&folder, arguments);
+        assert_exit(&output, 2);
+        assert!(stderr(&output).contains(named), "{}", stderr(&output));
+    }
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn threads_that_cannot_be_had_are_an_error() {
+    let folder = folder();
+    // Stacks of 2 MiB each: the loops' threads fit into the address space, as many again for systems do not, and none
+    // of the second. What the limit cuts off differs from machine to machine; that it is told in words does not.
+    let mut told = 0;
+    for limit in [700_000, 1_000_000, 1_300_000] {
+        let output = command_after(&folder, &format!("ulimit -v {limit}"))
+            // Heaps a core would take address space, too.
+            .env("MALLOC_ARENA_MAX", "1")
+            .args(["run", "long.ron", "--steps=1", "--threads=400"])
+            .args(["--set=executor=Parallel", "--force"])
+            .output()
+            .expect("sh starts");
+        let errors = stderr(&output);
+        // Where the heap itself has no room left nothing can be told: the process is ended by a signal.
+        if output.status.code().is_none() {
+            continue;
+        }
+        assert!(!errors.contains("panicked"), "{errors}");
+        assert!(errors.contains("threads"), "{errors}");
+        assert_eq!(output.status.code(), Some(2), "{errors}");
+        told += 1;
+    }
+    assert!(told > 0, "no limit leaves room for an answer");
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn pictures_keep_to_the_number_of_threads() {
+    let folder = folder();
+    let arguments = ["run", "long.ron", "--quiet", "--pictures", "--threads=1"];
+    let mut run = spawn(command(&folder).args(arguments));
+    let picture = folder.path().join("out/long/pictures/frame_00001.png");
+    wait_until("no pictures appear", || {
+        assert_eq!(run.try_wait().expect("the run can be waited for"), None);
+        picture.exists()
+    });
+    let tasks = format!("/proc/{}/task", run.id());
+    let names: Vec<String> = fs::read_dir(tasks)
+        .expect("threads")
+        .map(|task| fs::read_to_string(task.expect("a thread").path().join("comm")))
+        .map(|name| name.expect("a name").trim().to_owned())
+        .collect();
+    signal(&run, "INT");
+    assert_eq!(wait(run).0, Some(130));
+    // The program's, one to step with, one to draw with, the frame writer's and the signals'.
+    assert_eq!(names.len(), 5, "{names:?}");
+}

@@ -1,0 +1,16 @@
+//! The program as a user meets it.
+#![cfg(feature = "cli")]
+
+mod support;
+
+mod arguments;
+mod folders;
+mod gauges;
+#[cfg(unix)]
+mod limits;
+mod picture;
+mod roll_back;
+mod run;
+#[cfg(unix)]
+mod signals;
+mod study;

@@ -1,0 +1,6 @@
+//! What a run writes: frames, history, pictures.
+
+mod frames;
+mod history;
+#[cfg(feature = "cli")]
+mod pictures;

@@ -1,0 +1,22 @@
+//! Physics: motions whose outcome is known, and walls that hold.
+
+#[path = "../mesh_support/mod.rs"]
+mod mesh_support;
+#[path = "../robustness_support/mod.rs"]
+mod robustness_support;
+#[path = "../physics_support/mod.rs"]
+mod support;
+#[path = "../validation_support/mod.rs"]
+mod validation_support;
+
+mod dam_break;
+mod forces;
+mod gauges;
+mod mesh_shots;
+mod meshes;
+mod momentum;
+mod rest;
+mod robustness;
+mod shots;
+mod validation;
+mod walls;

@@ -1,0 +1,119 @@
+//! Lone particles that are fired at thin meshes pass none.
+
+use glam::Vec3;
+
+use super::meshes::{DX, Distance};
+use crate::mesh_support::{Files, Surface};
+use crate::support::{measured, shoot, simulation_of};
+
+fn block_distance(min: Vec3, max: Vec3) -> impl Fn(Vec3) -> f32 {
+    move |x| {
+        let over = (min - x).max(x - max);
+        over.max(Vec3::ZERO).length() + over.max_element().min(0.0)
+    }
+}
+
+/// Fires lone particles at targets from both sides and all around, and counts those
+/// that `crossed` the solid: where they started, where they are.
+fn fire(
+    what: &str,
+    boundaries: &str,
+    targets: &[(Vec3, Vec3)],
+    distance: Distance,
+    crossed: &dyn Fn(Vec3, Vec3) -> bool,
+) -> usize {
+    let dt = 1e-3;
+    let mut least = f32::INFINITY;
+    let mut leaks = Vec::new();
+    let mut shots = 0;
+    let text = format!(
+        "(name: \"jet\", spacing: {DX}, gravity: (0, 0, 0), time_step: Fixed({dt}), fluid: (viscosity: None),
+          bodies: [(shape: Box(min: (3, 3, 3), max: (3.03, 3.03, 3.03)))], {boundaries})"
+    );
+    let mut jet = simulation_of(&text, &[]);
+    for speed in [0.1, 0.4, 0.49] {
+        for &(target, normal) in targets {
+            let (u, v) = normal.any_orthonormal_pair();
+            for (k, tilt) in [0.0_f32, 0.3, 0.3, 0.7, 0.7, 1.2, 1.2]
+                .into_iter()
+                .enumerate()
+            {
+                let turn = 0.4 + 2.4 * k as f32;
+                let across = turn.cos() * u + turn.sin() * v;
+                let direction = (-normal * tilt.cos() + across * tilt.sin()).normalize();
+                let way = (2.1 + 0.13 * k as f32) * DX;
+                let start = target - way * direction;
+                if distance(start) < 0.5 * DX {
+                    continue;
+                }
+                let velocity = speed * 2.0 * DX / dt * direction;
+                shots += 1;
+                shoot(&mut jet, (start, velocity), 14, speed > 0.45, |_, x| {
+                    least = least.min(distance(x) / DX);
+                    let through = crossed(start, x);
+                    if through {
+                        leaks.push(format!("{speed} from {start} with {direction} is at {x}"));
+                    }
+                    !through
+                });
+            }
+        }
+    }
+    measured(&format!(
+        "{what}: {shots} shots, least distance {least:.3} spacings, {} leaks",
+        leaks.len()
+    ));
+    if let Some(leak) = leaks.first() {
+        measured(leak);
+    }
+    leaks.len()
+}
+
+#[test]
+fn lone_particles_pass_no_plate_however_thin() {
+    let files = Files::new();
+    for (handling, thickness) in [
+        ("Akinci", 0.0),
+        ("Akinci", 0.001),
+        ("Akinci", 0.2),
+        ("Akinci", 1.3),
+        ("DirectForcing(())", 0.0),
+        ("DirectForcing(())", 0.001),
+        ("DirectForcing(())", 0.2),
+    ] {
+        let max = Vec3::new(0.31, thickness * DX, 0.27);
+        let mut plate = Surface::block(Vec3::ZERO, max);
+        let side = if thickness == 0.0 {
+            // Its floor alone.
+            plate.faces = vec![plate.faces.swap_remove(2)];
+            "Both"
+        } else {
+            "Outside"
+        };
+        let file = files.put("plate.obj", plate.obj());
+        let targets: Vec<(Vec3, Vec3)> = (0..4)
+            .map(|k| Vec3::new(0.06 + 0.047 * k as f32, 0.0, 0.05 + 0.043 * k as f32))
+            .flat_map(|at| [(at.with_y(max.y), Vec3::Y), (at, Vec3::NEG_Y)])
+            .collect();
+        let distance = block_distance(Vec3::ZERO, max);
+        let middle = 0.5 * max.y;
+        let crossed = |start: Vec3, x: Vec3| {
+            let over = x.x > 0.0 && x.x < max.x && x.z > 0.0 && x.z < max.z;
+            over && (start.y > middle) != (x.y > middle) && (x.y - middle).abs() < 4.0 * DX
+        };
+        let mut boundaries = vec![format!("Mesh((file: {file:?}, side: {side}))")];
+        if thickness == 0.2 {
+            boundaries.push(format!("Box(min: (0, 0, 0), max: (0.31, {}, 0.27))", max.y));
+        }
+        for boundary in boundaries {
+            let leaks = fire(
+                &format!("{handling}, {} of {thickness} spacings", &boundary[..3]),
+                &format!("boundary_handling: {handling}, boundaries: [{boundary}]"),
+                &targets,
+                &distance,
+                &crossed,
+            );
+            assert_eq!(leaks, 0, "{handling}, {boundary}, {thickness}");
+        }
+    }
+}

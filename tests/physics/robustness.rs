@@ -1,0 +1,85 @@
+//! Water at rest, columns and drops: what CI can afford of `benches/robustness.rs`. Bounds are twice what was measured.
+
+use crate::robustness_support::{Case, Outcome, column, drop, tank};
+use crate::support::{METHODS, Method, measured};
+
+/// Runs a case, and says what came of it; it must not fail.
+#[track_caller]
+fn run(case: &Case) -> Outcome {
+    let outcome = case.run(&[]);
+    let text = format!("{}, {}: {}", case.name, case.method.name, outcome.text());
+    measured(&text);
+    assert_eq!(outcome.failure, None, "{text}");
+    outcome
+}
+
+fn solvers() -> impl Iterator<Item = Method> {
+    METHODS
+        .into_iter()
+        .filter(|method| !method.name.starts_with("SESPH"))
+}
+
+/// Every method that solves for the pressure, all defaults: from the shallowest to deep water, narrow and wide. The
+/// speeds are those of a square lattice that melts into a denser one; water that fell onto its floor had 0.2 to 25.
+#[test]
+fn water_at_rest_rests() {
+    for method in solvers() {
+        for counts in [
+            [8, 10, 0],
+            [18, 40, 0],
+            [30, 60, 0],
+            [18, 120, 0],
+            [8, 20, 10],
+        ] {
+            // PCISPH gains some per cent in deep water: docs/decisions/still_water.md.
+            if method.name == "PCISPH" && counts[1] > 60 {
+                continue;
+            }
+            let outcome = run(&tank(method, counts, 0.5));
+            assert!(outcome.figure("fastest") < 0.3 && outcome.figure("rms") < 0.06);
+            assert!(outcome.figure("gained") < 0.01);
+        }
+    }
+}
+
+/// The default method adds no energy to deep water, at supports from the narrowest to the widest.
+#[test]
+fn the_default_method_holds_at_every_support() {
+    let [.., method] = METHODS;
+    for support in [1.5, 2.0, 2.6, 3.0, 3.5] {
+        let case = tank(method, [18, 40, 0], 0.3);
+        let outcome = case.run(&[format!("support={support}")]);
+        let text = format!("support {support}: {}", outcome.text());
+        measured(&text);
+        assert!(
+            outcome.failure.is_none() && outcome.figure("gained") < 0.01,
+            "{text}"
+        );
+        assert!(outcome.figure("fastest") < 0.4, "{text}");
+    }
+}
+
+/// The energy of a column that collapses does not rise, in short steps nor in those that follow the motion.
+#[test]
+fn a_column_gains_no_energy() {
+    for method in solvers().filter(|method| method.name != "PCISPH") {
+        for step in ["", "Fixed(2e-4)"] {
+            let outcome = run(&column(method, 40, step, 0.5));
+            assert!(outcome.figure("rise") < 0.006);
+        }
+    }
+}
+
+/// The axis of the elliptic drop converges, and its energy does not rise.
+#[test]
+fn the_elliptic_drop_converges() {
+    for method in solvers() {
+        let errors = [20, 40].map(|radius| {
+            let outcome = run(&drop(method, radius));
+            assert!(outcome.figure("energy most %") < 0.2);
+            assert!(outcome.figure("energy least %") > -0.6);
+            outcome.figure("axis error %").abs()
+        });
+        assert!(errors[1] < 0.7 * errors[0], "{}: {errors:?}", method.name);
+    }
+}

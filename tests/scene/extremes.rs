@@ -1,0 +1,227 @@
+//! Numbers at their limits: what single precision, the search or the start of a run does not carry is refused.
+
+use overfall::scene::Scene;
+
+/// A scene of one small body and what else is said.
+fn small(spacing: f32, rest: &str) -> Result<Scene, String> {
+    let end = 3.01 * spacing;
+    let text = format!(
+        "(name: \"small\", spacing: {spacing:e},
+        bodies: [(shape: Box(min: (0, 0, 0), max: ({end:e}, {end:e}, {end:e})))], {rest})"
+    );
+    Scene::parse(&text, "s.ron", &[]).map_err(|error| error.to_string())
+}
+
+#[test]
+fn needles_and_sheets_are_counted_along_all_of_their_length() {
+    for length in ["1e7", "1e8", "3e9", "1e20", "1e38"] {
+        for shape in [
+            format!("Box(min: (10, 0, 0), max: ({length}, 0.001, 0.001))"),
+            format!("Box(min: (10, 0, 0), max: (10.001, {length}, {length}))"),
+            format!("Tank(min: (-1, -1, -1), max: ({length}, 1, 1))"),
+            format!("Tank(min: (-1, -1, -1), max: (1, 1, {length}), open: true)"),
+            format!("Sphere(center: (-{length}, 0, 0), radius: {length})"),
+            format!("Plane(center: (0, -1, 0), normal: (0, 1, 0), half_size: {length})"),
+        ] {
+            let error = small(0.1, &format!("boundaries: [{shape}]")).expect_err(&shape);
+            let says = ["million particles", "single precision"];
+            assert!(says.iter().any(|part| error.contains(part)), "{error}");
+        }
+    }
+}
+
+#[test]
+fn cells_that_a_search_cannot_go_through_are_refused() {
+    for size in ["0.001", "0.049", "1e-30", "0"] {
+        let error = small(0.1, &format!("index: (cell_size: {size})")).expect_err(size);
+        assert!(error.contains("at least 0.05"), "{error}");
+    }
+    for size in ["0.05", "0.3334"] {
+        small(0.1, &format!("index: (cell_size: {size})")).expect(size);
+    }
+}
+
+#[test]
+fn a_least_time_step_leaves_room_for_every_certain_limit() {
+    for spacing in [2e-4_f32, 0.01, 0.1, 10.0] {
+        let h = 2.0 * spacing;
+        let viscous = |nu: f32| h * h / (32.0 * nu);
+        let falling = 0.25 * (h / 9.81_f32).sqrt();
+        for (rest, limit, name) in [
+            (
+                "gravity: (0, 0, 0), fluid: (viscosity: Laminar(kinematic_viscosity: 20))",
+                viscous(20.0),
+                "viscosity",
+            ),
+            (
+                "gravity: (0, 0, 0), fluid: (viscosity: Laminar(kinematic_viscosity: 2e5))",
+                viscous(2e5),
+                "viscosity",
+            ),
+            ("gravity: (0, 0, 9.81)", falling, "gravity"),
+            (
+                "gravity: (0, 0, 0), pressure: Sesph(equation: Tait(stiffness: 1e9))",
+                0.4 * h / 2645.75,
+                "sound",
+            ),
+        ] {
+            for scheme in ["Cfl", "Adaptive"] {
+                for (part, accepted) in [(0.5, true), (0.99, true), (1.01, false), (30.0, false)] {
+                    let min = part * limit;
+                    let steps = format!("{rest}, time_step: {scheme}(min: {min:e}, max: 1e9)");
+                    match small(spacing, &steps) {
+                        Ok(_) => assert!(accepted, "{spacing}: {steps}"),
+                        Err(error) => assert!(
+                            !accepted && error.contains(name) && error.contains("`min:"),
+                            "{spacing}: {steps}: {error}"
+                        ),
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn masses_and_kernels_that_single_precision_does_not_carry_are_refused() {
+    for spacing in [1e-20_f32, 1e-13, 1e-11, 1e10, 1e13, 1e20] {
+        let error = small(spacing, "gravity: (0, 0, 0)").expect_err("no spacing");
+        assert!(error.contains("single precision"), "{spacing}: {error}");
+    }
+    for density in ["1e-38", "1e-33", "1e38"] {
+        let error = small(0.1, &format!("fluid: (rest_density: {density})")).expect_err(density);
+        assert!(error.contains("single precision"), "{density}: {error}");
+    }
+}
+
+#[test]
+fn coordinates_that_do_not_carry_a_part_of_the_spacing_are_refused() {
+    for spacing in [1e-3_f32, 0.1, 5.0] {
+        for (spacings, accepted) in [(8e4, true), (9e4, false), (1e7, false), (1e12, false)] {
+            let at = spacings * spacing;
+            let (start, end) = (at - 4.0 * spacing, at);
+            for shape in [
+                format!("Box(min: ({start:e}, 0, 0), max: ({end:e}, {spacing:e}, {spacing:e}))"),
+                format!("Sphere(center: (0, -{at:e}, 0), radius: {spacing:e})"),
+                format!(
+                    "Plane(center: (0, 0, -{at:e}), normal: (0, 0, 1), half_size: {spacing:e})"
+                ),
+            ] {
+                // In so coarse coordinates there may be no box at all.
+                match small(
+                    spacing,
+                    &format!("gravity: (0, 0, 0), boundaries: [{shape}]"),
+                ) {
+                    Ok(_) => assert!(accepted, "{shape}"),
+                    Err(error) => assert!(
+                        !accepted
+                            && (error.contains("single precision")
+                                || error.contains("above `min`")),
+                        "{shape}: {error}"
+                    ),
+                }
+            }
+        }
+    }
+}
+
+/// The density error at the start that `check` would print, or why the scene is refused.
+fn start(scene: &str) -> Result<f32, String> {
+    let scene = Scene::parse(scene, "s.ron", &[]).map_err(|error| error.to_string())?;
+    let plan = overfall::plan(&scene).map_err(|error| error.to_string())?;
+    Ok(plan.start_density.expect("few particles").max_error)
+}
+
+/// Two bodies in 2-D and 3-D whose lattices are shifted, and bodies at solids of every thickness, which have one layer
+/// of samples in their middle: what starts compressed is refused with its depth and place, all else starts at rest.
+#[test]
+fn fluid_starts_at_rest_or_is_refused_with_depth_and_place() {
+    let (mut refused, mut taken) = (0, 0);
+    let mut ask = |what: String, scene: String, is_right: Option<bool>| match start(&scene) {
+        Ok(error) => {
+            taken += 1;
+            assert!(is_right != Some(false) && error < 0.03, "{what}: {error}");
+        }
+        Err(error) => {
+            refused += 1;
+            let told = error.contains(" spacings)")
+                && (error.contains(") m") || error.contains("+x side"));
+            assert!(is_right != Some(true) && told, "{what}: {error}");
+        }
+    };
+    for (dimension, depth) in [(2, 0.0), (3, 0.2)] {
+        let scene = |bodies: &str, boundaries: &str| {
+            format!(
+                "(name: \"s\", dimension: {dimension}, spacing: 0.02, bodies: [{bodies}], boundaries: [{boundaries}])"
+            )
+        };
+        let body = |x: f64, y: f64| {
+            format!(
+                "(shape: Box(min: ({x}, {y}, 0), max: ({}, {}, {depth})))",
+                x + 0.2,
+                y + 0.2
+            )
+        };
+        for shift in [0.0, 0.004, 0.01, 0.1, 0.19, 0.196, 0.2, 0.206, 0.25] {
+            for aside in [0.0, 0.01] {
+                let bodies = format!("{}, {}", body(0.0, 0.0), body(shift, aside));
+                ask(
+                    format!("{dimension}-D, {shift} aside"),
+                    scene(&bodies, ""),
+                    Some(shift > 0.199),
+                );
+            }
+        }
+        for thickness in [0.1, 0.4, 0.9, 1.1, 1.25, 1.6, 3.0] {
+            let end = 0.2 + 0.02 * thickness;
+            let bodies = format!("{}, {}", body(0.0, 0.0), body(end, 0.0));
+            let plate = format!("Box(min: (0.2, 0, 0), max: ({end}, 0.4, {depth}))");
+            ask(
+                format!("{dimension}-D, plate of {thickness}"),
+                scene(&bodies, &plate),
+                Some(thickness > 1.2),
+            );
+            let outside = format!(
+                "Tank(min: (0, 0, 0), max: (0.2, 0.2, {depth})), Tank(min: (-1, -1, -1), max: (1, 1, 1))"
+            );
+            let right = Some(thickness > 1.2);
+            ask(
+                format!("{dimension}-D, outside a tank by {thickness}"),
+                scene(&body(end, 0.0), &outside),
+                right,
+            );
+            let radius = 0.02 * thickness;
+            let disc = format!(
+                "Sphere(center: ({}, 0.1, {}), radius: {radius})",
+                -radius,
+                0.5 * depth
+            );
+            ask(
+                format!("{dimension}-D, disc of {thickness}"),
+                scene(&body(0.0, 0.0), &disc),
+                None,
+            );
+        }
+    }
+    assert!(
+        refused > 30 && taken > 30,
+        "{refused} refused, {taken} taken"
+    );
+}
+
+/// Bodies are as many spacings long far from the origin as at it, where numbers are rounded to a part of a spacing.
+#[test]
+fn bodies_far_away_keep_their_rows() {
+    for far in [0.0, 1000.0, 4000.0, 8000.0] {
+        let scene = format!(
+            "(name: \"s\", spacing: 0.1, bodies: [(shape: Box(min: ({far}, 0, 0), max: ({}, 0.3, 0.3)))])",
+            far + 0.3
+        );
+        let scene = Scene::parse(&scene, "s.ron", &[]).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(
+            overfall::scene::shapes::fluid_particles(&scene).len(),
+            27,
+            "{far}"
+        );
+    }
+}

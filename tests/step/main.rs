@@ -1,0 +1,19 @@
+//! The step: in a host's world, with its stages in any order, on any number of threads.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod algorithm_2;
+mod determinism;
+mod guard;
+mod host;
+mod host_systems;
+mod lists;
+mod orders;
+mod orders_refused;
+mod recompute;
+mod roll_back;
+mod tables;
+mod variants;
+mod warm_start;
+mod world;
