@@ -50,7 +50,8 @@ impl Near<'_> {
             grid.cell_of(low.extend(0.0)),
             grid.cell_of(high.extend(0.0)),
         );
-        if first.abs().max_element().max(last.abs().max_element()) > LARGEST {
+        let (least, most) = (first.min_element(), last.max_element());
+        if least < -LARGEST || most > LARGEST || first.cmpgt(last).any() {
             return None;
         }
         let stride = 2 * reach + 1;

@@ -102,6 +102,8 @@ fn every_spoilt_scene_is_refused_with_its_place_and_a_remedy() {
         ("duration: 1", "gauges: [(name: \"e\", kind: Energy, every: Steps(100), window: 0.05)]", "9:66", &["0.05 s is shorter", "(100 steps)"]),
         ("duration: 1", "gauges: [(name: \"p\", kind: Pressure(at: (1, 1, 1), radius: 0))]", "9:64", &["the radius is 0 m"]),
         ("duration: 1", "domain: (min: (0, 0, 0), max: (2, 2, 2)), gauges: [(name: \"p\", kind: Velocity(at: (1, 3, 1)))]", "9:82", &["(1, 3, 1) m is outside the domain"]),
+        ("duration: 1", "domain: (min: (0, 0, 0), max: (2, 2, 2)), gauges: [(name: \"h\", kind: Height(at: (1, 9, 3)))]", "9:80", &["outside the domain"]),
+        ("duration: 1", "domain: (min: (0, 0, 0), max: (2, 2, 2)), gauges: [(name: \"q\", kind: Flux(corner: (3, -1, 0), along: (0, 4, 0), across: (0, 0, 1)))]", "9:82", &["the surface is outside the domain"]),
         ("duration: 1", "gauges: [(name: \"p\", kind: WallPressure(at: (1, 1, 1), normal: (0, 0, 0)))]", "9:68", &["normal is zero"]),
         ("duration: 1", "gauges: [(name: \"x\", kind: Front(direction: (0, 0, 0)))]", "9:49", &["direction is zero"]),
         ("duration: 1", "gauges: [(name: \"x\", kind: Front(direction: (1, 0, 0), within: (min: (0, 0, 0), max: (0, 1, 1))))]", "9:92", &["`max` must be above `min`"]),

@@ -128,9 +128,18 @@ fn direction(scene: &Scene, path: String, what: &str, direction: Vec3) -> Checke
 
 fn kind(scene: &Scene, kind: &GaugeKind, path: &str) -> Checked {
     match *kind {
-        GaugeKind::Height { at, radius: of }
-        | GaugeKind::Pressure { at, radius: of }
-        | GaugeKind::Velocity { at, radius: of } => {
+        GaugeKind::Height { at, radius: of } => {
+            radius(path, of)?;
+            is_flat(format!("{path}.at"), at, scene.dimension)?;
+            // Where on its axis the point is does not matter.
+            let up = (-scene.gravity).try_normalize().unwrap_or(Vec3::Y);
+            let middle = scene
+                .domain
+                .map_or(at, |domain| 0.5 * (domain.min + domain.max));
+            let level = at + up * (middle - at).dot(up);
+            point(scene, format!("{path}.at"), level)
+        }
+        GaugeKind::Pressure { at, radius: of } | GaugeKind::Velocity { at, radius: of } => {
             radius(path, of)?;
             point(scene, format!("{path}.at"), at)
         }
@@ -184,36 +193,42 @@ fn kind(scene: &Scene, kind: &GaugeKind, path: &str) -> Checked {
             corner,
             along,
             across,
-        } => {
-            point(scene, format!("{path}.corner"), corner)?;
-            point(scene, format!("{path}.along"), corner + along).map_err(|problem| {
-                let message = format!("the end at {}", problem.message);
-                match is_flat(&problem.path, along, scene.dimension) {
-                    Err(problem) => problem,
-                    Ok(()) => Problem::new(problem.path, message),
-                }
-            })?;
-            let what = "edge is zero; it must lead to the next corner (in 2-D to the other end)";
-            direction(scene, format!("{path}.along"), what, along)?;
-            match scene.dimension {
-                Dimension::Two => ensure(across == Vec3::ZERO, format!("{path}.across"), || {
-                    "a 2-D scene has no second edge; leave `across` out".to_owned()
-                }),
-                Dimension::Three => {
-                    point(scene, format!("{path}.across"), corner + across)?;
-                    let area = along.as_dvec3().cross(across.as_dvec3()).length();
-                    let lengths = along.as_dvec3().length() * across.as_dvec3().length();
-                    ensure(area > 1e-3 * lengths, format!("{path}.across"), || {
-                        format!(
-                            "the edge ({}, {}, {}) m is zero or along the other one; the two must span a surface",
-                            across.x, across.y, across.z
-                        )
-                    })
-                }
-            }
-        }
+        } => surface(scene, path, corner, [along, across]),
         GaugeKind::Energy => Ok(()),
     }
+}
+
+/// A corner and two edges that span a surface; in 2-D an end and one edge.
+fn surface(scene: &Scene, path: &str, corner: Vec3, [along, across]: [Vec3; 2]) -> Checked {
+    is_flat(format!("{path}.corner"), corner, scene.dimension)?;
+    let what = "edge is zero; it must lead to the next corner (in 2-D to the other end)";
+    direction(scene, format!("{path}.along"), what, along)?;
+    match scene.dimension {
+        Dimension::Two => ensure(across == Vec3::ZERO, format!("{path}.across"), || {
+            "a 2-D scene has no second edge; leave `across` out".to_owned()
+        }),
+        Dimension::Three => {
+            let area = along.as_dvec3().cross(across.as_dvec3()).length();
+            let lengths = along.as_dvec3().length() * across.as_dvec3().length();
+            ensure(area > 1e-3 * lengths, format!("{path}.across"), || {
+                format!(
+                    "the edge ({}, {}, {}) m is zero or along the other one; the two must span a surface",
+                    across.x, across.y, across.z
+                )
+            })
+        }
+    }?;
+    // It may stick out.
+    let corners = [Vec3::ZERO, along, across, along + across].map(|edge| corner + edge);
+    let within = scene.domain.is_none_or(|domain| {
+        let all = |beyond: &dyn Fn(Vec3) -> bool| corners.iter().all(|corner| beyond(*corner));
+        !(0..axes(scene.dimension)).any(|axis| {
+            all(&|x| x[axis] < domain.min[axis]) || all(&|x| x[axis] > domain.max[axis])
+        })
+    });
+    ensure(within, format!("{path}.corner"), || {
+        "the surface is outside the domain, where no fluid gets".to_owned()
+    })
 }
 
 fn compared(gauge: &Gauge, reference: &GaugeReference, path: &str) -> Checked {
