@@ -5,10 +5,12 @@ use std::fmt::Write;
 use glam::Vec3;
 use overfall::Plan;
 use overfall::scene::{Cfl, Rate, Scene, TimeStep};
+use overfall::step::Product;
 
+use super::exit::{Exit, Failure};
 use super::report::size;
 use super::waiting::waiting;
-use super::{Exit, Failure, console, options};
+use super::{console, options};
 
 /// Prints the plan of a scene.
 pub(super) fn check(options: &options::Check) -> Result<Exit, Failure> {
@@ -65,6 +67,9 @@ fn text(scene: &Scene, plan: &Plan, threads: usize) -> String {
         let _ = writeln!(text, "  {name:<15} {value}");
     }
     text.push_str(&phases(plan));
+    if scene.order.is_some() {
+        text.push_str(&flow(plan));
+    }
     text.push_str(&gauges(scene));
     text.push_str(&time_step(scene, plan));
     text.push_str(&memory(plan));
@@ -130,7 +135,7 @@ fn gauges(scene: &Scene) -> String {
 /// How far the start is from rest.
 fn density(plan: &Plan) -> String {
     match plan.start_density {
-        None => "not asked: too many particles".to_owned(),
+        None => "not asked: sampling the meshes takes what only a run should take".to_owned(),
         Some(start) => format!(
             "at t = 0 up to {:.2} % above rest, at ({:.4}, {:.4}, {:.4}) m; {:.3} % in the mean",
             100.0 * start.max_error,
@@ -150,6 +155,37 @@ fn phases(plan: &Plan) -> String {
             systems => systems.join(", "),
         };
         let _ = writeln!(text, "  {:<15} {systems}", phase.name());
+    }
+    text
+}
+
+/// What every stage of an order reads and writes, and how old that may be.
+fn flow(plan: &Plan) -> String {
+    let mut text = "\nThe flow of data\n".to_owned();
+    for stage in &plan.flow {
+        let read = |(product, age): &(Product, u64)| match age {
+            0 => product.to_string(),
+            1 => format!("{product} (1 step old at most)"),
+            age => format!("{product} ({age} steps old at most)"),
+        };
+        let list = |items: Vec<String>| {
+            if items.is_empty() {
+                "-".to_owned()
+            } else {
+                items.join(", ")
+            }
+        };
+        let reads = list(stage.reads.iter().map(read).collect());
+        let writes = list(stage.writes.iter().map(Product::to_string).collect());
+        let every = match stage.every {
+            1 => String::new(),
+            every => format!(", every {every} steps"),
+        };
+        let _ = writeln!(
+            text,
+            "  {:<15} reads {reads}; writes {writes}{every}",
+            stage.stage
+        );
     }
     text
 }
@@ -193,7 +229,7 @@ fn memory(plan: &Plan) -> String {
         if count == 0 {
             continue;
         }
-        let _ = writeln!(text, "\nMemory a {what} particle [bytes]");
+        let _ = writeln!(text, "\nMemory per {what} particle [bytes]");
         let mut total = 0.0;
         for (name, bytes) in rows {
             total += bytes;

@@ -12,8 +12,9 @@ use std::sync::Mutex;
 
 use overfall::output::{OutputError, partial_name};
 
+use super::console;
+use super::exit::Failure;
 use super::manifest::{HEAD, Listing, MANIFEST, create_folder, failed, is_there};
-use super::{Failure, console};
 
 /// Held by who writes into the folder. It stays: to remove it would let a third writer in beside one who waits for it.
 const LOCK: &str = ".overfall_lock";

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::io::{self, ErrorKind, Write};
 
-use super::Failure;
+use super::exit::Failure;
 
 /// Writes a result to standard output. A reader that has gone away (`overfall check … | head`) is no failure.
 pub(super) fn print(text: &str) -> Result<(), Failure> {

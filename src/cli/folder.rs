@@ -19,8 +19,8 @@ use std::path::{Path, PathBuf};
 use overfall::output::{OutputError, write_atomically};
 use overfall::scene::{FrameFormat, Scene};
 
-use super::Failure;
 use super::claims::{Claims, Writer};
+use super::exit::Failure;
 use super::manifest::{create_folder, failed, is_absent};
 use super::scene_copy::SceneCopy;
 

@@ -3,10 +3,7 @@
 use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::Failure;
-
-/// Exit status of a run that a signal ended.
-pub(super) const EXIT_STATUS: u8 = 130;
+use super::exit::{EXIT_STATUS, Failure};
 
 static ASKED: AtomicBool = AtomicBool::new(false);
 

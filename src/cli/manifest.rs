@@ -15,7 +15,7 @@ use std::path::{Component, Path, PathBuf};
 use overfall::input::read_text;
 use overfall::output::partial_name;
 
-use super::Failure;
+use super::exit::Failure;
 
 /// The manifest's name in the folder.
 pub(super) const MANIFEST: &str = "overfall_manifest.txt";

@@ -10,7 +10,7 @@ use overfall::{
     scene::{FrameFormat, Scene, SceneError},
 };
 
-use super::Failure;
+use super::exit::Failure;
 
 /// More threads than this are a slip of the keyboard, not a machine.
 const MAX_THREADS: u64 = 4096;

@@ -8,9 +8,10 @@ use overfall::scene::{FrameFormat, Scene};
 use overfall::state::Execution;
 
 use super::claims::Claims;
+use super::exit::{Exit, Failure, cannot_write};
 use super::folder::{self, CONTACT_SHEET, RunFolder};
 use super::scene_copy::SCENE;
-use super::{Exit, Failure, cannot_write, console, options};
+use super::{console, options};
 
 /// Pictures on the contact sheet, and how many of them stand side by side.
 const SHEET_PICTURES: usize = 12;

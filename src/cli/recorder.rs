@@ -9,9 +9,9 @@ use overfall::output::{Frame, OutputError, Series};
 use overfall::scene::{FrameFormat, Scene};
 
 use super::claims::Claims;
+use super::exit::{Failure, cannot_write};
 use super::folder::{self, RunFolder};
 use super::picture::Painter;
-use super::{Failure, cannot_write};
 
 /// Frames that may wait to be written. One is enough to overlap writing with computing; a writer that cannot keep
 /// up then slows the run down instead of filling the memory.

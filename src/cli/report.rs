@@ -6,8 +6,9 @@ use overfall::Phase;
 use overfall::output::{Status, Summary};
 use overfall::scene::Scene;
 
+use super::console;
+use super::exit::Failure;
 use super::folder::{CONTACT_SHEET, HISTORY, RunFolder, SUMMARY};
-use super::{Failure, console};
 
 /// The summary as JSON.
 pub(super) fn json(summary: &Summary) -> Result<String, Failure> {

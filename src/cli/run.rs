@@ -13,6 +13,7 @@ use overfall::{Simulation, StepError};
 use overfall::{state::Clock, step::warnings};
 
 use super::claims::{Claims, Writer};
+use super::exit::{Exit, Failure, cannot_write};
 use super::folder::{HISTORY, Reserve, RunFolder, SUMMARY};
 use super::gauges::GaugeFiles;
 use super::progress::Progress;
@@ -20,7 +21,7 @@ use super::recorder::{GaveUp, Recorder};
 use super::scene_copy::SceneCopy;
 use super::schedule::{FrameClock, Goal};
 use super::waiting::waiting;
-use super::{Exit, Failure, cannot_write, console, interrupt, options, picture, report};
+use super::{console, interrupt, options, picture, report};
 
 /// Runs a scene and writes what comes of it.
 pub(super) fn run(options: &options::Run) -> Result<Exit, Failure> {
@@ -61,7 +62,7 @@ pub(super) fn run(options: &options::Run) -> Result<Exit, Failure> {
     let history = claims
         .claim(HISTORY)
         .and_then(|path| History::create(&path));
-    copy.write(&folder, &claims)?;
+    copy.write(folder.root(), &claims)?;
     let mut run = Run {
         simulation,
         goal,

@@ -7,9 +7,8 @@ use overfall::output::write_atomically;
 use overfall::scene::Scene;
 
 use super::claims::Claims;
-use super::folder::RunFolder;
+use super::exit::{Failure, cannot_write};
 use super::manifest::create_folder;
-use super::{Failure, cannot_write};
 
 /// The folder of the copy, and the scene in it.
 const FOLDER: &str = "scene";
@@ -52,9 +51,9 @@ impl SceneCopy {
         self.files.iter().map(|(name, _)| name.as_str())
     }
 
-    /// Writes the copy into the folder.
-    pub(super) fn write(&self, folder: &RunFolder, claims: &Claims) -> Result<(), Failure> {
-        create_folder(&folder.path(FOLDER))?;
+    /// Writes the copy into a run's folder.
+    pub(super) fn write(&self, root: &Path, claims: &Claims) -> Result<(), Failure> {
+        create_folder(&root.join(FOLDER))?;
         for (name, bytes) in &self.files {
             claims
                 .claim(name)

@@ -12,8 +12,9 @@ use overfall::study::{Event, Plan, StudyError, Table, chart, run};
 use serde::Serialize;
 
 use super::claims::{Claims, Writer};
+use super::exit::{Exit, Failure, cannot_write};
 use super::folder::{self, SUMMARY};
-use super::{Exit, Failure, cannot_write, console, interrupt, options, progress};
+use super::{console, interrupt, options, progress};
 
 /// Names in the folder, beside the summary's.
 const TABLE: &str = "table.csv";

@@ -1,5 +1,6 @@
 //! Every point against every other: the reference that the structures are compared with.
 
+use super::structure::Structure;
 use glam::{IVec3, Vec4};
 
 use super::{
@@ -19,6 +20,13 @@ pub struct BruteForce {
     entries: Entries,
     len: usize,
 }
+
+/// The structure's row.
+pub(in crate::index) const ROW: Structure = Structure {
+    build: |grid, _| Box::new(BruteForce::new(grid)),
+    table: None,
+    bytes_per_particle: 16.0,
+};
 
 impl BruteForce {
     /// The grid serves its support radius alone.

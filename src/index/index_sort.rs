@@ -11,6 +11,7 @@
 //! Z-curve as for the other structures, not by cell index. The table is complete (see `table.rs`), and positions are
 //! copied into the order of the cells (see `entries.rs`).
 
+use super::structure::Structure;
 use glam::{IVec3, Vec4};
 use rayon::prelude::*;
 
@@ -31,6 +32,13 @@ pub struct IndexSort {
     sort: RadixSort,
     cells: SortedCells,
 }
+
+/// The structure's row.
+pub(in crate::index) const ROW: Structure = Structure {
+    build: |grid, _| Box::new(IndexSort::new(grid)),
+    table: Some(domain::unpadded),
+    bytes_per_particle: 37.0,
+};
 
 impl IndexSort {
     /// An empty index.

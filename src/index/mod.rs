@@ -25,7 +25,7 @@ mod z_index_sort;
 pub use boundary::BoundarySamples;
 pub use brute_force::BruteForce;
 pub use build::build;
-pub(crate) use build::table_bytes;
+pub(crate) use build::{bytes_per_particle, table_bytes};
 pub use compact_hashing::CompactHashing;
 pub use entries::{Entries, Run};
 pub use grid::Grid;
@@ -33,8 +33,8 @@ pub use index_sort::IndexSort;
 pub use spatial_hashing::SpatialHashing;
 pub use structure::SpatialIndex;
 pub use uniform_grid::UniformGrid;
+pub(crate) use update::STAGE;
 pub use update::{FluidIndex, update_index};
-pub(crate) use update::{STAGE, bytes_per_particle};
 pub use z_index_sort::ZIndexSort;
 
 #[cfg(test)]

@@ -10,6 +10,7 @@
 //! cell that follow each other share their candidates. Positions are not copied to the entries, as the other
 //! structures do: it would quadruple the memory of a table that is nine tenths empty.
 
+use super::structure::Structure;
 use glam::{IVec3, Vec4};
 use rayon::prelude::*;
 
@@ -40,6 +41,14 @@ pub struct SpatialHashing {
     overflow: Vec<(u32, u32)>,
     by_row: ByRow<IVec3>,
 }
+
+/// The structure's row.
+pub(in crate::index) const ROW: Structure = Structure {
+    build: |grid, expected| Box::new(SpatialHashing::new(grid, expected)),
+    table: None,
+    // Two hash cells of 1.5 times a full cell.
+    bytes_per_particle: 216.0,
+};
 
 impl SpatialHashing {
     /// An empty index that expects `particles_a_cell` where there is fluid.

@@ -3,10 +3,21 @@
 use glam::{IVec3, Vec4};
 
 use super::{
+    domain::TableSize,
     entries::{Entries, Run},
     grid::Grid,
 };
 use crate::state::{DomainTooLarge, Execution};
+
+/// A spatial structure: how it is made, and what it takes. Declared beside its code.
+pub(super) struct Structure {
+    /// An empty index over a grid, which expects so many particles in a cell where there is fluid.
+    pub(super) build: fn(Grid, f32) -> Box<dyn SpatialIndex>,
+    /// Cells of the table that covers a box of cells, 4 bytes each; none if empty cells take no memory.
+    pub(super) table: Option<TableSize>,
+    /// Memory, measured with eight particles per cell [bytes per particle].
+    pub(super) bytes_per_particle: f64,
+}
 
 /// A structure that sorts points into cells. Rows are indices into the slice of points given last.
 pub trait SpatialIndex: Send + Sync + 'static {

@@ -12,6 +12,7 @@
 //! and a cell is a stretch of one array. We use 2. Rows of one cell that follow each other share their candidates,
 //! and candidates come from positions copied into the order of the cells, as in the other structures.
 
+use super::structure::Structure;
 use glam::{IVec3, Vec4};
 use rayon::prelude::*;
 
@@ -35,6 +36,13 @@ pub struct UniformGrid {
     ends: Vec<u32>,
     entries: Entries,
 }
+
+/// The structure's row.
+pub(in crate::index) const ROW: Structure = Structure {
+    build: |grid, _| Box::new(UniformGrid::new(grid)),
+    table: Some(domain::unpadded),
+    bytes_per_particle: 25.0,
+};
 
 impl UniformGrid {
     /// An empty index.

@@ -23,6 +23,7 @@
 //!
 //! We use 2, and 3 where half of the points or more changed: after a reordering of the rows, or when the box has moved.
 
+use super::structure::Structure;
 use glam::{IVec3, Vec4};
 use rayon::prelude::*;
 
@@ -57,6 +58,13 @@ pub struct ZIndexSort {
 pub(super) fn padded(size: [u64; 3]) -> u64 {
     super::domain::unpadded(size.map(|cells| cells.max(1).next_power_of_two()))
 }
+
+/// The structure's row.
+pub(in crate::index) const ROW: Structure = Structure {
+    build: |grid, _| Box::new(ZIndexSort::new(grid)),
+    table: Some(padded),
+    bytes_per_particle: 33.0,
+};
 
 impl ZIndexSort {
     /// An empty index.

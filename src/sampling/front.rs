@@ -15,6 +15,9 @@ use super::BoundarySample;
 const SAME_SIDE: f32 = -0.3;
 /// Points whose normals are nearer face much the same way: cosine.
 const FACING: f32 = 0.8;
+/// Ends of the rows along two edges whose normals are further apart lie on two sides of a rim: cosine. Those of the
+/// edges and corners of a block are 0.5 and nearer, those on both sides of a rim 0 along it and 0.33 at its corners.
+const SAME_EDGE: f32 = 0.4;
 /// How far beyond the least distance a candidate is looked at, as a part of it.
 const REACH: f32 = 1.35;
 
@@ -43,14 +46,15 @@ impl Front {
         (point / (REACH * self.distance)).floor().as_ivec3()
     }
 
-    /// Accepted samples of a side within `REACH` of the least distance: their distances [m].
-    fn near(&self, sample: &BoundarySample) -> impl Iterator<Item = f32> {
+    /// Accepted samples whose normals are as near as `same`, a cosine, within `REACH` of the least distance: their
+    /// distances [m].
+    fn near(&self, sample: &BoundarySample, same: f32) -> impl Iterator<Item = f32> {
         let reach = REACH * self.distance;
         around(self.cell(sample.position))
             .filter_map(|cell| self.cells.get(&cell))
             .flatten()
             .map(|&k| &self.accepted[k as usize])
-            .filter(|other| other.normal.dot(sample.normal) > SAME_SIDE)
+            .filter(move |other| other.normal.dot(sample.normal) > same)
             .map(move |other| other.position.distance(sample.position))
             .filter(move |&distance| distance < reach)
     }
@@ -74,9 +78,19 @@ impl Front {
         self.accepted.push(sample);
     }
 
-    /// Takes a sample in unless one of its side is nearer than `part` of the least distance.
-    pub(super) fn offer(&mut self, sample: BoundarySample, part: f32) -> bool {
-        let free = self.near(&sample).all(|near| near >= part * self.distance);
+    /// Takes a sample of an edge in unless one that faces as it does is nearer than `part` of the least distance. The
+    /// two edges of a rim that is little thicker than two layers lie that near, and each has a row of its own.
+    pub(super) fn offer_of_edge(&mut self, sample: BoundarySample, part: f32) -> bool {
+        self.offer_among(sample, part, SAME_EDGE)
+    }
+
+    /// Takes a sample in unless one of its side is nearer than nine tenths of the least distance.
+    pub(super) fn offer(&mut self, sample: BoundarySample) -> bool {
+        self.offer_among(sample, 0.9, SAME_SIDE)
+    }
+
+    fn offer_among(&mut self, sample: BoundarySample, part: f32, same: f32) -> bool {
+        let free = (self.near(&sample, same)).all(|near| near >= part * self.distance);
         if free {
             self.accept(sample);
         }
@@ -147,7 +161,7 @@ impl Front {
             // Nothing is left beside what is there: another part of the surface.
             while seed < candidates.len() {
                 let sample = candidates[seed];
-                if alive[seed] && right(&sample) && self.offer(sample, 1.0) {
+                if alive[seed] && right(&sample) && self.offer_among(sample, 1.0, SAME_SIDE) {
                     break;
                 }
                 seed += 1;
@@ -172,7 +186,7 @@ impl Front {
                 return false;
             }
             let (mut first, mut second) = (f32::INFINITY, REACH * self.distance);
-            for near in self.near(&candidates[k as usize]) {
+            for near in self.near(&candidates[k as usize], SAME_SIDE) {
                 if near < first {
                     second = second.min(first);
                     first = near;

@@ -30,6 +30,8 @@ const DEEP: f64 = 0.98;
 /// A part of a face without a sample of the face's own this near, along it, is not guarded [spacings]: contact hears
 /// those up to 1.15.
 const OWN: f32 = 1.05;
+/// Faces whose normals are further apart than by this cosine are the two sides of a thin part.
+const OPPOSITE: f64 = -0.5;
 /// A part of the surface without a sample of its side this near is not guarded [spacings]. The layers of a built-in
 /// tank and box leave 0.90 and 1.04.
 const GUARDED: f32 = 1.15;
@@ -202,7 +204,7 @@ impl<'a> Layer<'a> {
                     normal: normal.as_vec3(),
                 };
                 if right(&sample) {
-                    front.offer(sample, 0.6);
+                    front.offer_of_edge(sample, 0.6);
                 }
             }
         }
@@ -332,9 +334,11 @@ pub(crate) fn expected(mesh: &Mesh, spacing: f32) -> (f64, f64) {
     (sides * samples, candidates)
 }
 
-/// Guards what the layer does not reach, each side for itself.
+/// Guards what the layer does not reach, each side for itself: first between two sides, then along rims, where balls
+/// are the smaller the nearer to the edge they touch, from the largest on.
 fn fill_thin_parts(mesh: &Mesh, spacing: f32, depth: f64, front: &mut Front) {
-    let mut centres = Vec::new();
+    let guarded = GUARDED * spacing;
+    let mut balls = Vec::new();
     for triangle in 0..mesh.triangles.len() {
         let normal = mesh.normals[triangle];
         // A little inside of the triangle, where its own normal counts.
@@ -342,35 +346,81 @@ fn fill_thin_parts(mesh: &Mesh, spacing: f32, depth: f64, front: &mut Front) {
         let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
         let corners = corners.map(|corner| corner.lerp(middle, 1e-3));
         for_each_point(corners, f64::from(spacing) / CANDIDATES, |point| {
-            if !front.covers(point.as_vec3(), normal.as_vec3(), GUARDED * spacing)
-                && let Some(centre) = medial_ball(mesh, point, normal, depth)
-            {
-                centres.push(BoundarySample {
-                    position: centre.as_vec3(),
-                    normal: normal.as_vec3(),
-                });
+            if !front.covers(point.as_vec3(), normal.as_vec3(), guarded) {
+                balls.extend(Ball::largest(mesh, point, normal, depth));
             }
         });
     }
-    front.advance(&centres, |_| true);
+    let between = balls.iter().filter(|ball| ball.is_between);
+    let between: Vec<BoundarySample> = between.map(Ball::sample).collect();
+    front.advance(&between, |_| true);
+    balls.sort_by(|a, b| b.radius.total_cmp(&a.radius));
+    for ball in &balls {
+        if !front.covers(ball.touches.as_vec3(), ball.normal.as_vec3(), guarded) {
+            front.offer(ball.beside_rim(mesh, depth).sample());
+        }
+    }
 }
 
-/// Centre of the largest ball in the solid that touches the surface at `point`, of radius `depth` at most.
-fn medial_ball(mesh: &Mesh, point: DVec3, normal: DVec3, depth: f64) -> Option<DVec3> {
-    let mut radius = depth;
-    for _ in 0..20 {
-        let centre = point - radius * normal;
-        let nearest = mesh.nearest(centre);
-        if nearest.distance <= -0.99 * radius {
-            return Some(centre);
+/// The largest ball in the solid that touches its surface at a place.
+#[derive(Debug, Clone, Copy)]
+struct Ball {
+    centre: DVec3,
+    radius: f64,
+    /// The place.
+    touches: DVec3,
+    /// Of the surface there.
+    normal: DVec3,
+    /// Whether the surface that keeps it from being larger faces the other way.
+    is_between: bool,
+}
+
+impl Ball {
+    /// With a radius of `depth` at most.
+    fn largest(mesh: &Mesh, touches: DVec3, normal: DVec3, depth: f64) -> Option<Self> {
+        let mut ball = Self {
+            centre: touches - depth * normal,
+            radius: depth,
+            touches,
+            normal,
+            is_between: false,
+        };
+        for _ in 0..20 {
+            ball.centre = touches - ball.radius * normal;
+            let nearest = mesh.nearest(ball.centre);
+            if nearest.distance <= -0.99 * ball.radius {
+                return Some(ball);
+            }
+            ball.is_between = mesh.normals[nearest.triangle].dot(normal) < OPPOSITE;
+            // Through the place and the nearest point: that is in the ball, or the centre is past the solid's other
+            // side.
+            let offset = touches - nearest.at;
+            let along = 2.0 * normal.dot(offset);
+            if along <= 0.0 {
+                return None;
+            }
+            ball.radius = ball.radius.min(offset.length_squared() / along);
         }
-        // Through `point` and the nearest point: that is in the ball, or the centre is past the solid's other side.
-        let offset = point - nearest.at;
-        let along = 2.0 * normal.dot(offset);
-        if along <= 0.0 {
-            return None;
-        }
-        radius = radius.min(offset.length_squared() / along);
+        ball.centre = touches - ball.radius * normal;
+        Some(ball)
     }
-    Some(point - radius * normal)
+
+    /// On the edge of a thin part the layer is as deep behind the rim as behind any face, if the part is no thinner
+    /// there.
+    fn beside_rim(self, mesh: &Mesh, depth: f64) -> Self {
+        let centre = self.touches - depth * self.normal;
+        let is_within = mesh.nearest(centre).distance <= -0.98 * self.radius;
+        if is_within {
+            Self { centre, ..self }
+        } else {
+            self
+        }
+    }
+
+    fn sample(&self) -> BoundarySample {
+        BoundarySample {
+            position: self.centre.as_vec3(),
+            normal: self.normal.as_vec3(),
+        }
+    }
 }

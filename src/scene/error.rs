@@ -80,8 +80,10 @@ pub(crate) fn unknown_name(what: &str, found: &str, of: Option<&str>, known: &[&
 /// The known name nearest to `found`, if one is near enough to be meant.
 fn nearest<'a>(found: &str, known: &[&'a str]) -> Option<&'a str> {
     let found = found.to_lowercase();
+    // Of equally near names the first.
     known
         .iter()
+        .rev()
         .map(|&name| {
             let lower = name.to_lowercase();
             let mut likeness = strsim::jaro_winkler(&found, &lower);

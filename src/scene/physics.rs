@@ -264,12 +264,13 @@ impl Default for Limits {
 /// How the systems of a step are run. The loops inside them are parallel either way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Executor {
-    /// In parallel from 30 000 particles on.
+    /// The faster one: one system at a time, at every size.
     #[default]
     Auto,
-    /// Systems that touch different data run side by side: a host's own beside the engine's, which are one chain.
+    /// Systems that touch different data run side by side: a host's own beside the engine's, which are one chain. Every
+    /// loop has to wake the pool then: a step of PCISPH takes 2.3 times as long with 1 000 particles, 1.25 times with
+    /// 8 000 and 1.025 times with 130 000.
     Parallel,
-    /// One system at a time, in the pool of the loops (see [`take_step`](crate::take_step)): the faster with few
-    /// particles.
+    /// One system at a time, in the pool of the loops (see [`take_step`](crate::take_step)).
     SingleThreaded,
 }

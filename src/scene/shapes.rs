@@ -16,7 +16,7 @@
 
 use glam::{DVec2, DVec3, Vec3};
 
-use super::{Dimension, Jitter, Scene, Shape};
+use super::{Dimension, FluidBody, Jitter, Scene, Shape};
 
 /// The step between two coordinates in single precision may be so many spacings; coarser ones are refused.
 pub(crate) const RESOLUTION: f64 = 0.01;
@@ -46,17 +46,26 @@ pub fn fluid_particles(scene: &Scene) -> Vec<ParticleSeed> {
 
 /// Calls `visit` with what [`fluid_particles`] would hold, and needs no memory for it.
 pub(crate) fn for_each_particle(scene: &Scene, mut visit: impl FnMut(ParticleSeed)) {
-    let spacing = f64::from(scene.spacing);
     for body in &scene.bodies {
-        let mut displace = Displacement::new(body.jitter, spacing, scene.dimension);
-        Lattice::new(&body.shape, spacing, scene.dimension).for_each(|point| {
-            let position = point + displace.next();
-            visit(ParticleSeed {
-                position: position.as_vec3(),
-                velocity: body.velocity_at(position).as_vec3(),
-            });
-        });
+        for_each_particle_of(body, scene, &mut visit);
     }
+}
+
+/// The same for one of its bodies.
+pub(crate) fn for_each_particle_of(
+    body: &FluidBody,
+    scene: &Scene,
+    mut visit: impl FnMut(ParticleSeed),
+) {
+    let spacing = f64::from(scene.spacing);
+    let mut displace = Displacement::new(body.jitter, spacing, scene.dimension);
+    Lattice::new(&body.shape, spacing, scene.dimension).for_each(|point| {
+        let position = point + displace.next();
+        visit(ParticleSeed {
+            position: position.as_vec3(),
+            velocity: body.velocity_at(position).as_vec3(),
+        });
+    });
 }
 
 /// A direction along a flat wall and, in 3-D, the second one: with the normal they are an orthonormal frame.

@@ -151,7 +151,7 @@ pub enum FailureCause {
         quantity: &'static str,
     },
     /// A position, velocity or density is not a number or infinite.
-    #[error("{quantity} is not finite")]
+    #[error("{quantity} is not finite; a host wrote it, or a smaller time step is needed")]
     NotFinite {
         /// Which quantity.
         quantity: &'static str,
@@ -188,7 +188,7 @@ pub enum FailureCause {
         limit: f64,
     },
     /// A particle left the scene's domain.
-    #[error("a particle left the domain")]
+    #[error("a particle left the domain; widen `domain`, or put a boundary in its way")]
     LeftDomain,
     /// The spatial index covers a box around all particles, which would take too much memory.
     #[error(transparent)]
@@ -211,7 +211,9 @@ pub enum FailureCause {
         limit: f32,
     },
     /// The step met a shock, and the time step could not be made smaller (`time_step: Adaptive` only).
-    #[error("shock: {0}")]
+    #[error(
+        "shock: {0}, and no shorter step helped; `time_step.min` may be too large, or `time_step.density_error` too small"
+    )]
     Shock(Shock),
 }
 

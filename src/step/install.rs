@@ -9,7 +9,7 @@ use super::{
     report::StepOutcome,
     schedule::build_schedules,
     start::{FluidStart, Walls},
-    start_density,
+    start_density, start_slabs,
     timer::PhaseTimer,
 };
 use crate::{
@@ -45,11 +45,14 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
     let material = Material::new(scene);
     let fluid = FluidStart::new(scene, &execution)?;
     let walls = Walls::new(scene, &execution)?;
-    if start_density::is_asked(&size) {
+    if start_density::is_small(&size) {
         let samples = walls.as_ref().map(|walls| &walls.samples);
         start_density::of(scene, &fluid.seeds, samples, &execution)?;
+    } else {
+        let samples = walls.as_ref().map_or(&[][..], |walls| &walls.sampled);
+        start_slabs::of_large(scene, &size, Some(samples), &execution)?;
     }
-    let schedules = build_schedules(world, scene, &order, fluid.seeds.len(), execution.threads())?;
+    let schedules = build_schedules(world, scene, &order, execution.threads())?;
     world.insert_resource(execution);
     warm_start::require_means(world, scene);
     number_particles(world);

@@ -3,6 +3,7 @@
 mod error;
 mod executor;
 mod install;
+mod limits;
 pub(crate) mod memory;
 mod order;
 mod plan;
@@ -11,6 +12,8 @@ mod schedule;
 mod simulation;
 mod start;
 mod start_density;
+mod start_errors;
+mod start_slabs;
 mod take;
 mod timer;
 mod warnings;

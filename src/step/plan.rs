@@ -1,13 +1,13 @@
-//! What a scene would run, without running it. Memory is taken for the particles of small scenes alone, to ask how
-//! dense they start.
+//! What a scene would run, without running it. Memory is taken for some particles at a time, to ask how dense they
+//! start.
 
 use glam::{DVec3, Vec3};
 
 use super::{
     error::{InstallError, StartDensity},
-    memory,
+    limits, memory,
     order::{Flow, order_of},
-    start_density, warnings,
+    start_density, start_slabs, warnings,
 };
 use crate::{
     boundary, index,
@@ -15,7 +15,6 @@ use crate::{
     sampling,
     scene::{Scene, TimeStep, shapes},
     state::{Execution, Material, Phase},
-    time_step::{self, adaptive},
 };
 
 /// Candidates up to which a mesh is sampled to know how many particles it has: 30 MB.
@@ -56,7 +55,7 @@ pub struct Plan {
     pub memory: f64,
     /// What is allowed, but looks like a slip.
     pub warnings: Vec<String>,
-    /// How dense the fluid is at the start, unless there are too many particles to ask.
+    /// How dense the fluid is at the start, unless meshes have too many samples to ask.
     pub start_density: Option<StartDensity>,
 }
 
@@ -72,8 +71,14 @@ pub fn plan(scene: &Scene) -> Result<Plan, InstallError> {
         (low, high) = (low.min(seed.position), high.max(seed.position));
     });
     index::table_bytes(scene, low.as_dvec3(), high.as_dvec3()).map_err(InstallError::Fluid)?;
-    let asked = start_density::is_asked(&size).then(|| ask(scene));
-    let (start_density, sampled) = asked.transpose()?.unzip();
+    let (start_density, sampled) = if start_density::is_small(&size) {
+        let (density, samples) = ask(scene)?;
+        (Some(density), Some(samples))
+    } else {
+        let execution = Execution::new(1)?;
+        let density = start_slabs::of_large(scene, &size, None, &execution)?;
+        (density, None)
+    };
     let is_exact = sampled.is_some() || size.boundary == 0.0 || size.candidates <= FEW_CANDIDATES;
     let mut boundary_particles = sampled.unwrap_or(size.boundary as usize);
     if is_exact && sampled.is_none() {
@@ -81,7 +86,7 @@ pub fn plan(scene: &Scene) -> Result<Plan, InstallError> {
         sampling::for_each_sample(scene, &mut |_| boundary_particles += 1)?;
     }
     let expected_neighbours = memory::expected_neighbours(scene, &material);
-    let limits = time_step_limits(scene, low, high);
+    let limits = limits::of(scene, low, high);
     let single = |(low, high): (DVec3, DVec3)| (low.as_vec3(), high.as_vec3());
     Ok(Plan {
         particles,
@@ -126,41 +131,4 @@ fn expected_step(scene: &Scene, limits: &[(String, f32)]) -> f32 {
         TimeStep::Cfl(cfl) => least.clamp(cfl.min, cfl.max),
         TimeStep::Adaptive(scheme) => least.clamp(scheme.min, scheme.max),
     }
-}
-
-/// Limits at the fastest that this scene's water can get by falling through its whole height.
-fn time_step_limits(scene: &Scene, low: Vec3, high: Vec3) -> Vec<(String, f32)> {
-    let gravity = scene.gravity.length();
-    let fall = warnings::fall(scene, low, high);
-    let h = scene.support_radius();
-    let [speed, force] = match scene.time_step {
-        TimeStep::Cfl(cfl) => time_step::motion_limits(cfl.factor, h, fall, gravity),
-        // The hard limit: nothing moves more than h/2.
-        TimeStep::Fixed(_) => time_step::motion_limits(0.5, h, fall, gravity),
-        TimeStep::Adaptive(_) => adaptive::motion_limits(h, fall, gravity),
-    };
-    let mut limits = vec![
-        (
-            format!(
-                "{} at {fall:.2} m/s, the fall through the fluid's height",
-                speed.0
-            ),
-            speed.1,
-        ),
-        (format!("{} of gravity", force.0), force.1),
-    ];
-    // Of water at rest as deep as the fluid is high: p/ρ is half the square of the fall.
-    let deep = scene.fluid.rest_density * 0.5 * fall * fall;
-    let stages = Stages::default();
-    let step = stages.step_limits(scene).pressure_step;
-    let pressure = time_step::pressure_limit(step, &Material::new(scene), deep);
-    limits.push(("pressure at the fluid's depth".to_owned(), pressure));
-    limits.extend(
-        stages
-            .constant_limits(scene)
-            .into_iter()
-            .map(|(name, dt)| (name.to_owned(), dt)),
-    );
-    limits.retain(|limit| limit.1.is_finite());
-    limits
 }

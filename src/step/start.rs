@@ -64,7 +64,7 @@ impl FluidStart {
 
 /// The boundary particles, and what loops read of them.
 pub(super) struct Walls {
-    sampled: Vec<BoundarySample>,
+    pub(super) sampled: Vec<BoundarySample>,
     /// Numbers of the samples' boundaries, where a gauge wants them.
     owners: Option<Vec<u32>>,
     pub(super) samples: BoundarySamples,

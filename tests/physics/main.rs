@@ -2,6 +2,8 @@
 
 #[path = "../mesh_support/mod.rs"]
 mod mesh_support;
+#[path = "../random_support/mod.rs"]
+mod random_support;
 #[path = "../robustness_support/mod.rs"]
 mod robustness_support;
 #[path = "../physics_support/mod.rs"]
@@ -12,9 +14,11 @@ mod validation_support;
 mod dam_break;
 mod forces;
 mod gauges;
+mod mesh_rims;
 mod mesh_shots;
 mod meshes;
 mod momentum;
+mod random_scenes;
 mod rest;
 mod robustness;
 mod shots;

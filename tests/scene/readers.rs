@@ -243,3 +243,46 @@ fn tables_of_figures_are_read_or_refused() {
         }
     });
 }
+
+/// A line of a text in the sources that goes on without a backslash leaves a run of spaces in what people read.
+#[test]
+fn texts_have_no_runs_of_spaces() {
+    fn files(folder: &Path, out: &mut Vec<PathBuf>) {
+        for entry in fs::read_dir(folder).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() {
+                files(&path, out);
+            } else if path.extension().is_some_and(|end| end == "rs") {
+                out.push(path);
+            }
+        }
+    }
+    let mut sources = Vec::new();
+    files(
+        &Path::new(env!("CARGO_MANIFEST_DIR")).join("src"),
+        &mut sources,
+    );
+    assert!(sources.len() > 100);
+    for path in sources {
+        let text = fs::read_to_string(&path).expect("a text");
+        for (number, line) in text.lines().enumerate() {
+            let line = line.trim();
+            let is_comment = line.starts_with("//");
+            // Words, a run of three spaces, words, within quotation marks.
+            let mut parts = line.split("   ");
+            let before = parts.next().unwrap_or_default();
+            let after = parts.last().unwrap_or_default().trim_start();
+            let is_word = |c: char| c.is_alphanumeric() || "`{},;:".contains(c);
+            let is_run = before.contains('"')
+                && before.ends_with(is_word)
+                && after.starts_with(is_word)
+                && !before.ends_with("\\n");
+            assert!(
+                is_comment || !is_run,
+                "{}:{}: {line}",
+                path.display(),
+                number + 1
+            );
+        }
+    }
+}

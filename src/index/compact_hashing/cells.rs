@@ -1,5 +1,6 @@
 //! The structure, and what is done to one of its cells: a point put in, more blocks, marks within reach.
 
+use super::super::structure::Structure;
 use std::sync::atomic::AtomicU32;
 
 use glam::{IVec3, Vec4};
@@ -48,6 +49,13 @@ pub struct CompactHashing {
     /// The used cells around those.
     pub(super) around: Vec<u32>,
 }
+
+/// The structure's row.
+pub(in crate::index) const ROW: Structure = Structure {
+    build: |grid, expected| Box::new(CompactHashing::new(grid, expected)),
+    table: None,
+    bytes_per_particle: 77.0,
+};
 
 impl CompactHashing {
     /// An empty index that expects `particles_a_cell` where there is fluid.

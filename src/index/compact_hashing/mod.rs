@@ -41,3 +41,4 @@ mod spatial_index;
 mod used_cell;
 
 pub use cells::CompactHashing;
+pub(super) use cells::ROW;

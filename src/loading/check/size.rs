@@ -74,7 +74,7 @@ fn measure(scene: &Scene, meshes: &[Option<Mesh>]) -> Size {
     }
     size.whole_box = size.fluid_box;
     // Particles are half a spacing within.
-    let half = (0.5 * spacing).min(0.5 * (size.fluid_box.1 - size.fluid_box.0).min_element());
+    let half = DVec3::splat(0.5 * spacing).min(0.5 * (size.fluid_box.1 - size.fluid_box.0));
     size.fluid_box = (size.fluid_box.0 + half, size.fluid_box.1 - half);
     let depth = if scene.boundaries.is_empty() {
         0.0

@@ -1,0 +1,53 @@
+//! How a command ends, well or not.
+
+use std::process::ExitCode;
+
+use overfall::output::OutputError;
+
+/// What shells say of a command that SIGINT ended.
+pub(super) const EXIT_STATUS: u8 = 130;
+
+/// How a command ended, as the exit status a script sees.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Exit {
+    /// 0: done.
+    Done,
+    /// 1: the run failed; its summary is written all the same.
+    Failed,
+    /// 2: the scene or the options were refused (clap exits with 2 as well).
+    Refused,
+    /// 130: ended early by a signal, as shells say for SIGINT.
+    Interrupted,
+}
+
+impl From<Exit> for ExitCode {
+    fn from(exit: Exit) -> Self {
+        Self::from(match exit {
+            Exit::Done => 0,
+            Exit::Failed => 1,
+            Exit::Refused => 2,
+            Exit::Interrupted => EXIT_STATUS,
+        })
+    }
+}
+
+/// Why a command could not do what it was asked, in words for its user.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Failure {
+    /// The input is wrong: it has to change before another try.
+    Refused(String),
+    /// The input is fine; something else was in the way (a full disk, a missing permission, an unstable run).
+    Failed(String),
+}
+
+impl Failure {
+    pub(super) fn into_text(self) -> String {
+        match self {
+            Self::Refused(text) | Self::Failed(text) => text,
+        }
+    }
+}
+
+pub(super) fn cannot_write(error: OutputError) -> Failure {
+    Failure::Failed(format!("cannot write {error}"))
+}

@@ -1,0 +1,147 @@
+//! What limits a scene's time step before it has run, and what of it the scene's own time step breaks.
+
+use glam::Vec3;
+
+use crate::{
+    registry::Stages,
+    scene::{Adaptive, Cfl, Scene, TimeStep},
+    state::{Limit, Material},
+    time_step::{self, adaptive},
+};
+
+/// Part of the support radius that nothing may move farther than in a step [-].
+const FARTHEST: f32 = 0.5;
+
+/// The speed that water reaches which falls through the whole height of a box [m/s].
+fn fall(scene: &Scene, low: Vec3, high: Vec3) -> f32 {
+    let along = scene.gravity.normalize_or_zero();
+    let height = along.abs().dot((high - low).max(Vec3::ZERO));
+    let start = scene.max_initial_speed();
+    (2.0 * scene.gravity.length() * height + start * start).sqrt()
+}
+
+/// Limits by name [s], at the fastest that this scene's water can get by falling through its whole height.
+pub(super) fn of(scene: &Scene, low: Vec3, high: Vec3) -> Vec<(String, f32)> {
+    let gravity = scene.gravity.length();
+    let fall = fall(scene, low, high);
+    let h = scene.support_radius();
+    let motion = match scene.time_step {
+        TimeStep::Cfl(cfl) => time_step::motion_limits(cfl.factor, h, fall, gravity),
+        TimeStep::Fixed(_) => time_step::motion_limits(FARTHEST, h, fall, gravity),
+        TimeStep::Adaptive(_) => adaptive::motion_limits(h, fall, gravity),
+    };
+    by_name(scene, motion, fall)
+}
+
+fn by_name(scene: &Scene, [speed, force]: [Limit; 2], fall: f32) -> Vec<(String, f32)> {
+    let mut limits = vec![
+        (
+            format!(
+                "{} at {fall:.2} m/s, the fall through the fluid's height",
+                speed.0
+            ),
+            speed.1,
+        ),
+        (format!("{} of gravity", force.0), force.1),
+    ];
+    // Of water at rest as deep as the fluid is high: p/ρ is half the square of the fall.
+    let deep = scene.fluid.rest_density * 0.5 * fall * fall;
+    let stages = Stages::default();
+    let step = stages.step_limits(scene).pressure_step;
+    let pressure = time_step::pressure_limit(step, &Material::new(scene), deep);
+    limits.push(("pressure at the fluid's depth".to_owned(), pressure));
+    let constant = stages.constant_limits(scene);
+    limits.extend(constant.into_iter().map(|(name, dt)| (name.to_owned(), dt)));
+    limits.retain(|limit| limit.1.is_finite());
+    limits
+}
+
+/// A warning for a time step that is fixed, or cannot be less, above limits: each of them, and what would do.
+pub(super) fn too_long(scene: &Scene, low: Vec3, high: Vec3) -> Option<String> {
+    let (what, dt) = match scene.time_step {
+        TimeStep::Fixed(dt) => ("the time step", dt),
+        TimeStep::Cfl(Cfl { min, .. }) | TimeStep::Adaptive(Adaptive { min, .. }) => {
+            ("the least time step", min)
+        }
+    };
+    let fall = fall(scene, low, high);
+    let motion = time_step::motion_limits(
+        FARTHEST,
+        scene.support_radius(),
+        fall,
+        scene.gravity.length(),
+    );
+    let mut broken = by_name(scene, motion, fall);
+    broken.retain(|limit| dt > limit.1);
+    broken.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let least = broken.first()?.1;
+    let limits: Vec<String> = broken
+        .iter()
+        .map(|(name, limit)| format!("{limit:.2e} s by {name}"))
+        .collect();
+    let remedy = match scene.time_step {
+        TimeStep::Fixed(_) => format!("`time_step: Fixed({:.0e})`, or `Cfl()`", 0.5 * least),
+        TimeStep::Cfl(_) | TimeStep::Adaptive(_) => format!("`min: {:.0e}` in it", 0.1 * least),
+    };
+    Some(format!(
+        "{what} is {dt:e} s, longer than is stable: at most {}; write {remedy}",
+        limits.join(", ")
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every limit that is printed is warned of when it is broken, also where another is broken by more, and what the
+    /// warning says would do breaks none.
+    #[test]
+    fn every_limit_that_is_broken_is_named_with_what_would_do() {
+        let (low, high) = (Vec3::ZERO, Vec3::new(0.4, 2.0, 0.4));
+        let scene = |time_step: &str, pressure: &str, viscosity: f32| -> Scene {
+            let text = format!(
+                "(name: \"t\", spacing: 0.1, time_step: {time_step}, pressure: {pressure},
+                fluid: (viscosity: Laminar(kinematic_viscosity: {viscosity})),
+                bodies: [(shape: Box(min: (0, 0, 0), max: (0.4, 2, 0.4)), velocity: (0, 1, 0))])"
+            );
+            ron::from_str(&text).unwrap_or_else(|error| panic!("{error}: {text}"))
+        };
+        let (mut told, mut quiet) = (0, 0);
+        for pressure in [
+            "Dfsph(())",
+            "Sesph((equation: Gas(stiffness: 1e4)))",
+            "Pcisph(())",
+        ] {
+            for viscosity in [0.0, 1e-3, 1.0, 1e3] {
+                let limits = of(&scene("Fixed(1)", pressure, viscosity), low, high);
+                for part in [0.5, 1.01, 3.0, 1e3] {
+                    for (_, limit) in &limits {
+                        let dt = part * limit;
+                        for scheme in [format!("Fixed({dt:e})"), format!("Cfl((min: {dt:e}))")] {
+                            let scene = scene(&scheme, pressure, viscosity);
+                            let warning = too_long(&scene, low, high).unwrap_or_default();
+                            for (name, limit) in &limits {
+                                assert_eq!(
+                                    dt > *limit,
+                                    warning.contains(name),
+                                    "{scheme}: {warning}"
+                                );
+                            }
+                            let Some((_, remedy)) = warning.split_once("write `") else {
+                                quiet += 1;
+                                continue;
+                            };
+                            told += 1;
+                            let number = remedy.split('`').next().unwrap_or_default();
+                            let number = number.trim_start_matches("time_step: Fixed(");
+                            let number = number.trim_start_matches("min: ").trim_end_matches(')');
+                            let better: f32 = number.parse().expect("a number");
+                            assert!(limits.iter().all(|limit| better <= limit.1), "{warning}");
+                        }
+                    }
+                }
+            }
+        }
+        assert!(told > 50 && quiet > 5, "{told} are told, {quiet} not");
+    }
+}

@@ -1,0 +1,61 @@
+//! Compression of particles where they start, and how much of it is let through.
+
+use glam::{Vec3, Vec4};
+
+use super::error::{InstallError, LARGEST_ERROR, StartDensity};
+use crate::{
+    density::DensitySum,
+    index::{self, BoundarySamples},
+    neighbours::Search,
+    pairs::{self, Places, Source},
+    scene::Scene,
+    state::{Execution, Material, SENTINEL},
+};
+
+/// Refuses fluid that starts compressed, unless jitter may be why.
+pub(super) fn allowed(scene: &Scene, found: StartDensity) -> Result<StartDensity, InstallError> {
+    let has_jitter = scene.bodies.iter().any(|body| body.jitter.is_some());
+    if found.max_error > LARGEST_ERROR && !has_jitter {
+        return Err(InstallError::Compressed(found));
+    }
+    Ok(found)
+}
+
+/// Places [m] with their compression `max(0, (ρ − ρ0)/ρ0)` [-] among each other and walls.
+pub(super) fn errors(
+    scene: &Scene,
+    mut points: Vec<Vec4>,
+    walls: Option<&BoundarySamples>,
+    execution: &Execution,
+) -> Result<Vec<(Vec3, f32)>, InstallError> {
+    let material = Material::new(scene);
+    let mut index = index::build(scene);
+    index
+        .rebuild(&points, execution)
+        .map_err(InstallError::Fluid)?;
+    let mut densities = vec![0.0; points.len()];
+    points.push(SENTINEL);
+    let fluid = Search::among_themselves(&*index, &points[..densities.len()]);
+    let among_walls = walls.map(|walls| Search {
+        among: &*walls.index,
+        among_points: walls.points(),
+        same: false,
+        ..fluid
+    });
+    let places = Places {
+        fluid: &points,
+        boundary: walls.map_or(&[SENTINEL], |walls| &walls.packed),
+        kernel: &material.kernel,
+    };
+    let source = Source::OnTheSpot(fluid, among_walls);
+    pairs::sum(
+        &DensitySum::anywhere(&material),
+        source,
+        places,
+        &mut densities,
+        execution,
+    );
+    let error = |density: f32| (density / material.rest_density - 1.0).max(0.0);
+    let places = points.iter().map(|x| x.truncate());
+    Ok(places.zip(densities.into_iter().map(error)).collect())
+}

@@ -1,0 +1,306 @@
+//! How dense a large scene starts, slab by slab: memory is taken for one slab at a time.
+//!
+//! A lattice has its rest density wherever it fills the support, so particles deep within their body are left out, but
+//! where a wall's sample is near or jitter moves them.
+
+use std::collections::HashSet;
+
+use glam::{DVec3, IVec3, Vec3, Vec4};
+
+use super::{
+    error::{InstallError, StartDensity},
+    start_errors::{allowed, errors},
+};
+use crate::{
+    boundary,
+    loading::Size,
+    sampling::{self, BoundarySample},
+    scene::{FluidBody, Scene, Shape, shapes},
+    state::Execution,
+};
+
+/// Particles of a slab, roughly: 100 bytes each.
+const A_SLAB: f64 = 1e6;
+
+/// Candidates of a mesh up to which its samples are made to ask alone: 2 GB for the time of it.
+const MOST_CANDIDATES: f64 = 36e6;
+
+/// Of a large scene, whose walls' samples are known or not, with the memory of a part of it. None where only a run
+/// should take the time and memory to sample its meshes.
+pub(super) fn of_large(
+    scene: &Scene,
+    size: &Size,
+    known: Option<&[BoundarySample]>,
+    execution: &Execution,
+) -> Result<Option<StartDensity>, InstallError> {
+    if known.is_none() && size.candidates > MOST_CANDIDATES {
+        return Ok(None);
+    }
+    let sampled = match known {
+        None if size.candidates > 0.0 => Some(sampling::sample(scene)?),
+        _ => None,
+    };
+    let known = known.or(sampled.as_deref());
+    let count = count(scene, size, known)?;
+    let found = of(scene, size.fluid_box, known, count, execution)?;
+    allowed(scene, found).map(Some)
+}
+
+/// How many slabs a scene of this size is asked in.
+fn count(
+    scene: &Scene,
+    size: &Size,
+    known: Option<&[BoundarySample]>,
+) -> Result<u32, InstallError> {
+    let fluid = Slab::around(scene, size.fluid_box);
+    let mut walls = 0.0_f64;
+    fluid.for_each_wall(scene, known, |_| walls += 1.0)?;
+    Ok((size.fluid.max(walls) / A_SLAB).ceil().max(1.0) as u32)
+}
+
+/// Of a scene in `count` slabs across the longest edge of the box around its fluid. Walls are sampled anew for every
+/// slab unless their samples are known.
+fn of(
+    scene: &Scene,
+    fluid_box: (DVec3, DVec3),
+    known: Option<&[BoundarySample]>,
+    count: u32,
+    execution: &Execution,
+) -> Result<StartDensity, InstallError> {
+    let (low, high) = fluid_box;
+    let extent = high - low;
+    let axis = (0..3).fold(0, |best, k| if extent[k] > extent[best] { k } else { best });
+    let border = |k: u32| match k {
+        0 => f64::NEG_INFINITY,
+        _ if k == count => f64::INFINITY,
+        _ => low[axis] + extent[axis] * f64::from(k) / f64::from(count),
+    };
+    let mut found = StartDensity {
+        max_error: 0.0,
+        place: low.as_vec3(),
+        mean_error: 0.0,
+    };
+    let (mut sum, mut particles) = (0.0, 0_usize);
+    for k in 0..count {
+        let slab = Slab {
+            axis,
+            from: border(k),
+            to: border(k + 1),
+            ..Slab::around(scene, fluid_box)
+        };
+        let walls = slab.walls(scene, known)?;
+        let (points, targets, all) = slab.particles(scene, &walls);
+        particles += all;
+        if targets == 0 {
+            continue;
+        }
+        let walls = boundary::pack(scene, &walls, execution)
+            .map_err(InstallError::Boundary)
+            .map(|samples| (!walls.is_empty()).then_some(samples))?;
+        let errors = errors(scene, points, walls.as_ref(), execution)?;
+        for (place, error) in &errors[..targets] {
+            sum += f64::from(*error);
+            if *error > found.max_error {
+                (found.max_error, found.place) = (*error, *place);
+            }
+        }
+    }
+    found.mean_error = (sum / particles.max(1) as f64) as f32;
+    Ok(found)
+}
+
+/// A part of the scene between two planes [m].
+struct Slab {
+    axis: usize,
+    from: f64,
+    to: f64,
+    h: f64,
+    spacing: f64,
+    /// The box around all fluid.
+    fluid_box: (DVec3, DVec3),
+}
+
+impl Slab {
+    /// All of the scene's fluid.
+    fn around(scene: &Scene, fluid_box: (DVec3, DVec3)) -> Self {
+        Self {
+            axis: 0,
+            from: f64::NEG_INFINITY,
+            to: f64::INFINITY,
+            h: f64::from(scene.support_radius()),
+            spacing: f64::from(scene.spacing),
+            fluid_box,
+        }
+    }
+
+    fn holds(&self, place: Vec3, margin: f64) -> bool {
+        let at = f64::from(place[self.axis]);
+        at >= self.from - margin && at < self.to + margin
+    }
+
+    /// Samples of walls that count in it, and those that their volumes follow from.
+    fn walls(
+        &self,
+        scene: &Scene,
+        known: Option<&[BoundarySample]>,
+    ) -> Result<Vec<BoundarySample>, InstallError> {
+        let mut walls = Vec::new();
+        self.for_each_wall(scene, known, |sample| walls.push(sample))?;
+        Ok(walls)
+    }
+
+    fn for_each_wall(
+        &self,
+        scene: &Scene,
+        known: Option<&[BoundarySample]>,
+        mut visit: impl FnMut(BoundarySample),
+    ) -> Result<(), InstallError> {
+        let margin = 2.0 * self.h + self.spacing;
+        let (low, high) = (self.fluid_box.0 - margin, self.fluid_box.1 + margin);
+        let mut take = |sample: BoundarySample| {
+            let place = sample.position.as_dvec3();
+            let is_near = place.cmpge(low).all() && place.cmple(high).all();
+            if is_near && self.holds(sample.position, margin) {
+                visit(sample);
+            }
+        };
+        match known {
+            Some(samples) => samples.iter().copied().for_each(take),
+            None => sampling::for_each_sample(scene, &mut take)?,
+        }
+        Ok(())
+    }
+
+    /// Its particles that may be compressed, how many they are, with those around them behind; and how many it has in
+    /// all.
+    fn particles(&self, scene: &Scene, walls: &[BoundarySample]) -> (Vec<Vec4>, usize, usize) {
+        let near_walls = self.near(walls);
+        let (mut points, mut others, mut all) = (Vec::new(), Vec::new(), 0);
+        for body in scene.bodies.iter().filter(|body| self.reaches(body)) {
+            shapes::for_each_particle_of(body, scene, |seed| {
+                let is_own = self.holds(seed.position, 0.0);
+                all += usize::from(is_own);
+                if !self.holds(seed.position, self.h + self.spacing) {
+                    return;
+                }
+                let is_shaken = body.jitter.is_some();
+                let depth = depth(&body.shape, seed.position);
+                let is_near =
+                    || !near_walls.is_empty() && near_walls.contains(&self.cell(seed.position));
+                // The lattice may end up to a spacing within the shape.
+                let may_be_compressed =
+                    is_shaken || depth <= self.h + 2.0 * self.spacing || is_near();
+                if is_own && may_be_compressed {
+                    points.push(seed.position.extend(0.0));
+                } else if may_be_compressed || depth <= 2.0 * self.h + 4.0 * self.spacing {
+                    others.push(seed.position.extend(0.0));
+                }
+            });
+        }
+        let targets = points.len();
+        points.append(&mut others);
+        (points, targets, all)
+    }
+
+    /// Whether particles of a body may lie in it or beside it.
+    fn reaches(&self, body: &FluidBody) -> bool {
+        let (center, reach) = (body.shape.center(), f64::from(body.shape.reach()));
+        let margin = reach + self.h + 2.0 * self.spacing;
+        center[self.axis] >= self.from - margin && center[self.axis] <= self.to + margin
+    }
+
+    fn cell(&self, place: Vec3) -> IVec3 {
+        (place / (2.0 * self.h) as f32).floor().as_ivec3()
+    }
+
+    /// Cells within twice the support of samples: particles there have, or are, neighbours of what samples compress.
+    fn near(&self, walls: &[BoundarySample]) -> HashSet<IVec3> {
+        let own: HashSet<IVec3> = walls.iter().map(|wall| self.cell(wall.position)).collect();
+        let around = |cell: &IVec3| {
+            let cell = *cell;
+            (0..27).map(move |k| cell + IVec3::new(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1))
+        };
+        own.iter().flat_map(around).collect()
+    }
+}
+
+/// How deep a place is in a shape [m].
+fn depth(shape: &Shape, place: Vec3) -> f64 {
+    let place = place.as_dvec3();
+    match *shape {
+        Shape::Box { min, max } => {
+            let mut depths = (place - min.as_dvec3()).min(max.as_dvec3() - place);
+            if min.z == max.z {
+                depths.z = f64::INFINITY;
+            }
+            depths.min_element()
+        }
+        Shape::Sphere { center, radius } => f64::from(radius) - place.distance(center.as_dvec3()),
+        Shape::Cylinder { start, end, radius } => {
+            let (start, end) = (start.as_dvec3(), end.as_dvec3());
+            let axis = (end - start).normalize_or_zero();
+            let along = (place - start).dot(axis);
+            let aside = (place - start - along * axis).length();
+            let ends = along.min(start.distance(end) - along);
+            ends.min(f64::from(radius) - aside)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::step::start_density;
+
+    /// In slabs as in one: walls between and around bodies, in the middle of them, of meshes, and bodies that meet.
+    #[test]
+    fn a_scene_in_slabs_starts_as_dense_as_in_one() {
+        let execution = Execution::new(2).expect("threads");
+        for (dimension, bodies, walls) in [
+            (
+                3,
+                "(shape: Box(min: (0, 0, 0), max: (1.23, 0.62, 0.6)))",
+                "",
+            ),
+            (
+                3,
+                "(shape: Box(min: (0, 0, 0), max: (0.6, 0.6, 0.6))), (shape: Box(min: (0.6, 0.02, 0), max: (1.2, 0.6, 0.6)))",
+                "Tank(min: (0, 0, 0), max: (1.23, 1, 0.6)), Sphere(center: (0.3, 0.8, 0.3), radius: 0.2)",
+            ),
+            (
+                3,
+                "(shape: Sphere(center: (0.4, 0.4, 0.4), radius: 0.4)), (shape: Cylinder(start: (1.3, 0.3, 0.3), end: (2, 0.3, 0.3), \
+                 radius: 0.3), jitter: (amplitude: 0.1))",
+                "Plane(center: (0, 0, 0), normal: (0, 1, 0), half_size: 3)",
+            ),
+            (
+                2,
+                "(shape: Box(min: (0, 0, 0), max: (0.6, 2, 0))), (shape: Sphere(center: (1.1, 0.4, 0), radius: 0.4))",
+                "Box(min: (0.6, 0, 0), max: (0.64, 2, 0))",
+            ),
+        ] {
+            let text = format!(
+                "(name: \"t\", dimension: {dimension}, spacing: 0.04, bodies: [{bodies}], boundaries: [{walls}])"
+            );
+            let scene = Scene::parse(&text, "t.ron", &[]).unwrap_or_else(|error| panic!("{error}"));
+            let size = scene.checked_size().expect("a scene");
+            let samples = sampling::sample(&scene).expect("no file");
+            let walls = boundary::pack(&scene, &samples, &execution).expect("an index");
+            let walls = (!samples.is_empty()).then_some(&walls);
+            let seeds = shapes::fluid_particles(&scene);
+            let whole = start_density::of(&scene, &seeds, walls, &execution).expect("a start");
+            for count in [1, 2, 7, 40] {
+                for known in [None, Some(&samples[..])] {
+                    let found =
+                        of(&scene, size.fluid_box, known, count, &execution).expect("a start");
+                    let near = |a: f32, b: f32| (a - b).abs() < 2e-6;
+                    assert!(
+                        near(found.max_error, whole.max_error)
+                            && near(found.mean_error, whole.mean_error),
+                        "{count} slabs: {found:?} for {whole:?} of {text}"
+                    );
+                }
+            }
+        }
+    }
+}

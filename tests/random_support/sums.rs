@@ -1,0 +1,369 @@
+//! Sums over all pairs of particles in f64: what a step reports, found again without an index, lists or lanes.
+
+use bevy_ecs::prelude::*;
+use glam::{DVec3, Vec3, Vec4};
+use overfall::{
+    Phase, Simulation, Step,
+    index::BoundarySamples,
+    sampling::beside_wall,
+    scene::{BoundaryHandling, Dimension, PressureMethod, Scene, StateEquation, SurfaceTension},
+    state::{
+        Accelerations, Clock, Densities, Material, Positions, PredictedPositions,
+        PressureAccelerations, Velocities,
+    },
+};
+
+/// Density in single precision is off by so much [-].
+const ROUNDING: f64 = 1e-6;
+
+/// The columns at the end of the pressure phase.
+#[derive(Resource, Debug, Clone, Default)]
+pub(crate) struct Columns {
+    pub(crate) dt: f64,
+    positions: Vec<DVec3>,
+    predicted: Vec<DVec3>,
+    velocities: Vec<DVec3>,
+    densities: Vec<f32>,
+}
+
+/// Lets every step leave its columns.
+pub(crate) fn watch(simulation: &mut Simulation) {
+    fn take(
+        mut out: ResMut<Columns>,
+        clock: Res<Clock>,
+        positions: Res<Positions>,
+        predicted: Res<PredictedPositions>,
+        velocities: Res<Velocities>,
+        densities: Res<Densities>,
+        forces: (Res<Accelerations>, Res<PressureAccelerations>),
+    ) {
+        let rows = positions.rows();
+        let points = |column: &[Vec4]| -> Vec<DVec3> {
+            let rows = column[..rows].iter();
+            rows.map(|x| x.truncate().as_dvec3()).collect()
+        };
+        let dt = f64::from(clock.dt);
+        let force = |row: usize| (forces.0.0[row] + forces.1.0[row]).as_dvec3();
+        let velocities = points(&velocities.0).into_iter().enumerate();
+        *out = Columns {
+            dt,
+            positions: points(&positions.0),
+            predicted: points(&predicted.0),
+            velocities: velocities.map(|(row, v)| v + dt * force(row)).collect(),
+            densities: densities.0.clone(),
+        };
+    }
+    let world = simulation.world_mut();
+    world.init_resource::<Columns>();
+    world.schedule_scope(Step, |_, step| {
+        step.add_systems(take.after(Phase::Pressure).before(Phase::Integrate));
+    });
+}
+
+/// The cubic spline as Monaghan 1992 writes it, with support h.
+#[derive(Debug, Clone, Copy)]
+struct Kernel {
+    h: f64,
+    sigma: f64,
+}
+
+impl Kernel {
+    fn new(scene: &Scene) -> Self {
+        let h = f64::from(scene.support) * f64::from(scene.spacing);
+        let sigma = match scene.dimension {
+            Dimension::Two => 40.0 / (7.0 * std::f64::consts::PI * h * h),
+            Dimension::Three => 8.0 / (std::f64::consts::PI * h * h * h),
+        };
+        Self { h, sigma }
+    }
+
+    fn value(self, r: f64) -> f64 {
+        let q = r / self.h;
+        let shape = match q {
+            0.0..0.5 => 6.0 * (q.powi(3) - q.powi(2)) + 1.0,
+            0.5..1.0 => 2.0 * (1.0 - q).powi(3),
+            _ => 0.0,
+        };
+        self.sigma * shape
+    }
+
+    /// W′(r)/r.
+    fn slope(self, r: f64) -> f64 {
+        let q = r / self.h;
+        let derivative = match q {
+            0.0..0.5 => 6.0 * (3.0 * q * q - 2.0 * q),
+            0.5..1.0 => -6.0 * (1.0 - q).powi(2),
+            _ => 0.0,
+        };
+        if r > 0.0 {
+            self.sigma * derivative / (self.h * r)
+        } else {
+            0.0
+        }
+    }
+}
+
+/// The fluid's constants, and the walls.
+pub(crate) struct BruteForce {
+    kernel: Kernel,
+    /// Of a particle [kg; kg/m in 2-D].
+    pub(crate) mass: f64,
+    rest_density: f64,
+    walls: Vec<(DVec3, f64)>,
+    push: f64,
+}
+
+/// What was found.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Errors {
+    /// Largest difference of a particle's density from the engine's, over the rest density.
+    pub(crate) density: f64,
+    /// Largest compression that remains, and the mean.
+    pub(crate) largest: f64,
+    pub(crate) mean: f64,
+}
+
+impl BruteForce {
+    /// Of a scene in its simulation; and by how much volumes of walls differ from their definition, at most.
+    pub(crate) fn new(scene: &Scene, simulation: &Simulation) -> (Self, f64) {
+        let material = *simulation.world().resource::<Material>();
+        let kernel = Kernel::new(scene);
+        let samples = simulation.world().get_resource::<BoundarySamples>();
+        let points = samples.map_or(&[][..], |samples| samples.points());
+        let walls: Vec<(DVec3, f64)> = points
+            .iter()
+            .map(|x| (x.truncate().as_dvec3(), f64::from(x.w)))
+            .collect();
+        let found = Self {
+            kernel,
+            mass: material.particle_mass.into(),
+            rest_density: material.rest_density.into(),
+            push: beside_wall(scene).push.into(),
+            walls,
+        };
+        let worst = found.wrong_volume(scene);
+        (found, worst)
+    }
+
+    fn wrong_volume(&self, scene: &Scene) -> f64 {
+        let spacing = scene.spacing;
+        let layer: f64 =
+            overfall::kernel::CubicSpline::new(scene.dimension, scene.support_radius())
+                .lattice(scene.dimension, spacing)
+                .filter(|x: &Vec3| x.y.abs() < 0.5 * spacing)
+                .map(|x| self.kernel.value(x.length().into()))
+                .sum();
+        let wrong = self.walls.iter().map(|(x, volume)| {
+            let others = self.walls.iter();
+            let sum: f64 = others.map(|(y, _)| self.kernel.value(x.distance(*y))).sum();
+            let wanted = match scene.boundary_handling {
+                BoundaryHandling::Akinci => 1.0 / sum,
+                BoundaryHandling::DirectForcing(_) => {
+                    self.mass / self.rest_density * (layer / sum).min(1.0)
+                }
+            };
+            (volume / wanted - 1.0).abs()
+        });
+        wrong.fold(0.0, f64::max)
+    }
+
+    /// Everything that a step should have reported.
+    pub(crate) fn errors(&self, scene: &Scene, columns: &Columns) -> Errors {
+        let Columns {
+            positions,
+            predicted,
+            velocities,
+            ..
+        } = columns;
+        let rows = positions.len();
+        let own = self.mass * self.kernel.value(0.0);
+        let (mut density, mut rate, mut after) =
+            (vec![own; rows], vec![0.0; rows], vec![own; rows]);
+        let h_squared = self.kernel.h * self.kernel.h;
+        for i in 0..rows {
+            for j in 0..i {
+                let x = positions[i] - positions[j];
+                if x.length_squared() > h_squared {
+                    continue;
+                }
+                let r = x.length();
+                let value = self.mass * self.kernel.value(r);
+                let change =
+                    self.mass * self.kernel.slope(r) * x.dot(velocities[i] - velocities[j]);
+                let later = self.mass * self.kernel.value(predicted[i].distance(predicted[j]));
+                for k in [i, j] {
+                    density[k] += value;
+                    rate[k] += change;
+                    after[k] += later;
+                }
+            }
+            for &(wall, volume) in &self.walls {
+                let x = positions[i] - wall;
+                if x.length_squared() > h_squared {
+                    continue;
+                }
+                let r = x.length();
+                let share = self.rest_density * volume;
+                density[i] += share * self.kernel.value(r);
+                rate[i] += self.push * share * self.kernel.slope(r) * x.dot(velocities[i]);
+                after[i] += share * self.kernel.value(predicted[i].distance(wall));
+            }
+        }
+        let remaining = |row: usize| match scene.pressure {
+            PressureMethod::Sesph(_) => density[row],
+            PressureMethod::Pcisph(_) => after[row],
+            PressureMethod::Iisph(_) | PressureMethod::Dfsph(_) => {
+                density[row] + columns.dt * rate[row]
+            }
+        };
+        let errors = || (0..rows).map(|row| (remaining(row) / self.rest_density - 1.0).max(0.0));
+        let differs = |row: usize| (density[row] - f64::from(columns.densities[row])).abs();
+        Errors {
+            density: (0..rows).map(differs).fold(0.0, f64::max) / self.rest_density,
+            largest: errors().fold(0.0, f64::max),
+            mean: errors().sum::<f64>() / rows.max(1) as f64,
+        }
+    }
+
+    /// All energy of positions and velocities [J; J/m in 2-D]: of motion and in gravity, of cohesion, and what an
+    /// equation of state stores.
+    pub(crate) fn energy(
+        &self,
+        scene: &Scene,
+        particles: &mut dyn Iterator<Item = (DVec3, DVec3)>,
+    ) -> f64 {
+        let particles: Vec<_> = particles.collect();
+        let gravity = scene.gravity.as_dvec3();
+        let of_one = |(x, v): &(DVec3, DVec3)| 0.5 * v.length_squared() - gravity.dot(*x);
+        let mut energy: f64 = particles.iter().map(of_one).sum();
+        let cohesion = Cohesion::new(scene, self.kernel);
+        let mut density = vec![self.mass * self.kernel.value(0.0); particles.len()];
+        for i in 0..particles.len() {
+            for j in 0..i {
+                let square = particles[i].0.distance_squared(particles[j].0);
+                if square < self.kernel.h * self.kernel.h {
+                    let r = square.sqrt();
+                    energy += cohesion.energy(r);
+                    let value = self.mass * self.kernel.value(r);
+                    density[i] += value;
+                    density[j] += value;
+                }
+            }
+            for &(wall, volume) in &self.walls {
+                let r = particles[i].0.distance(wall);
+                density[i] += self.rest_density * volume * self.kernel.value(r);
+            }
+        }
+        if let PressureMethod::Sesph(sesph) = scene.pressure {
+            let stored = density
+                .iter()
+                .map(|rho| stored(sesph.equation, *rho, self.rest_density));
+            energy += stored.sum::<f64>();
+        }
+        self.mass * energy
+    }
+
+    /// Energy of the speeds that push the compression at the start of a step out within it [J; J/m in 2-D].
+    pub(crate) fn pushed_out(&self, columns: &Columns) -> f64 {
+        let speed = |rho: &f32| {
+            let compression = (f64::from(*rho) / self.rest_density - 1.0).max(ROUNDING);
+            compression * self.kernel.h / columns.dt
+        };
+        let squares = columns.densities.iter().map(|rho| speed(rho).powi(2));
+        0.5 * self.mass * squares.sum::<f64>()
+    }
+
+    /// What a particle so far from the origin [m] stores whose density is off by rounding [J; J/m in 2-D].
+    fn rounding(&self, scene: &Scene, farthest: f64) -> f64 {
+        let PressureMethod::Sesph(sesph) = scene.pressure else {
+            return 0.0;
+        };
+        // Coordinates far from the origin are off by more, and densities with them.
+        let off = ROUNDING + f64::from(f32::EPSILON) * farthest / f64::from(scene.spacing);
+        let density = (1.0 + 10.0 * off) * self.rest_density;
+        self.mass * stored(sesph.equation, density, self.rest_density)
+    }
+
+    /// What a rise of energy is compared with: motion and fall at the start, and what is stored [J; J/m in 2-D].
+    pub(crate) fn energy_scale(
+        &self,
+        scene: &Scene,
+        particles: &mut dyn Iterator<Item = (DVec3, DVec3)>,
+    ) -> f64 {
+        let particles: Vec<_> = particles.collect();
+        let gravity = scene.gravity.as_dvec3();
+        let heights = particles.iter().map(|(x, _)| gravity.dot(*x));
+        let (low, high) = heights
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), height| {
+                (low.min(height), high.max(height))
+            });
+        let least = gravity.length() * f64::from(scene.spacing);
+        let kinetic: f64 = particles
+            .iter()
+            .map(|(_, v)| 0.5 * v.length_squared())
+            .sum();
+        let still = self.energy(scene, &mut particles.iter().map(|(x, _)| (*x, DVec3::ZERO)));
+        let potential: f64 = particles.iter().map(|(x, _)| -gravity.dot(*x)).sum();
+        let farthest = particles
+            .iter()
+            .map(|(x, _)| x.length())
+            .fold(0.0, f64::max);
+        let rounding = self.rounding(scene, farthest) * particles.len() as f64;
+        let other = (still - self.mass * potential).abs() + rounding;
+        self.mass * (kinetic + particles.len() as f64 * (high - low + least)) + other
+    }
+}
+
+/// `∫ p/ρ² dρ` from the rest density on, where p is not below zero [J/kg].
+fn stored(equation: StateEquation, density: f64, rest: f64) -> f64 {
+    if density <= rest {
+        return 0.0;
+    }
+    match equation {
+        StateEquation::Tait { stiffness } => {
+            let part = |rho: f64| rho.powi(6) / (6.0 * rest.powi(7)) + 1.0 / rho;
+            f64::from(stiffness) * (part(density) - part(rest))
+        }
+        StateEquation::Gas { stiffness } => {
+            let part = |rho: f64| rho.ln() + rest / rho;
+            f64::from(stiffness) * (part(density) - part(rest))
+        }
+    }
+}
+
+/// Energy of a pair that attracts, by its distance: the integral of κ r W(max(r, spacing)), by the trapezium rule.
+struct Cohesion {
+    table: Vec<f64>,
+    step: f64,
+}
+
+impl Cohesion {
+    fn new(scene: &Scene, kernel: Kernel) -> Self {
+        let count = 400;
+        let step = kernel.h / f64::from(count);
+        let SurfaceTension::BeckerTeschner { kappa } = scene.fluid.surface_tension else {
+            return Self {
+                table: Vec::new(),
+                step,
+            };
+        };
+        let pull = |k: i32| {
+            let r = f64::from(k) * step;
+            f64::from(kappa) * r * kernel.value(r.max(scene.spacing.into()))
+        };
+        let mut table = vec![0.0; count as usize + 2];
+        for k in (0..count).rev() {
+            table[k as usize] = table[k as usize + 1] - 0.5 * step * (pull(k) + pull(k + 1));
+        }
+        Self { table, step }
+    }
+
+    fn energy(&self, r: f64) -> f64 {
+        let at = r / self.step;
+        let k = at.floor() as usize;
+        match self.table.get(k..k + 2) {
+            Some([a, b]) => a + (at - k as f64) * (b - a),
+            _ => 0.0,
+        }
+    }
+}
