@@ -60,7 +60,6 @@
 //! | [`mesh`] | triangle meshes: files, distances, rays |
 //! | [`simd`] | eight lanes, chosen at run time; the only `unsafe` |
 //! | [`input`] | files that a user names, read with a limit |
-//! | [`gauge`] | what a scene measures while it runs |
 //! | [`measure`] | what experiments and analytic solutions give, too: front, height, semi-axes, line of pressures |
 //! | [`gauge`] | instruments of a scene: pressure, velocity, height, front, flux, force, energies |
 //! | [`output`] | frames, series, history, summary, pictures |
