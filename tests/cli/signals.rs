@@ -68,7 +68,11 @@ pub(super) fn wait_until(missing: &str, mut is_so: impl FnMut() -> bool) {
 
 /// Starts the program; its errors go into a pipe.
 pub(super) fn spawn(command: &mut Command) -> Running {
-    let command = command.stdout(Stdio::null()).stderr(Stdio::piped());
+    start(command.stdout(Stdio::null()).stderr(Stdio::piped()))
+}
+
+/// Starts the program with the pipes that it is given.
+pub(super) fn start(command: &mut Command) -> Running {
     Running(command.spawn().expect("overfall starts"))
 }
 
@@ -83,7 +87,7 @@ pub(super) fn command_after(folder: &TempDir, before: &str) -> Command {
 }
 
 /// Starts a run and waits until it has written some frames.
-fn start(folder: &TempDir) -> (Running, PathBuf) {
+fn start_long(folder: &TempDir) -> (Running, PathBuf) {
     let run = spawn(command(folder).args(["run", "long.ron", "--quiet"]));
     let out = folder.path().join("out/long");
     wait_until("no frames appear", || {
@@ -154,7 +158,7 @@ fn assert_valid(out: &Path, status: Status) -> Summary {
 fn an_interrupted_run_leaves_valid_files_and_says_so() {
     for name in ["INT", "TERM"] {
         let folder = folder();
-        let (run, out) = start(&folder);
+        let (run, out) = start_long(&folder);
         signal(&run, name);
         let (status, errors) = wait(run);
         assert_eq!(status, Some(130), "{errors}");
@@ -233,7 +237,7 @@ fn a_signal_that_was_ignored_stays_ignored() {
 #[test]
 fn a_second_run_into_the_folder_is_refused() {
     let folder = folder();
-    let (run, _) = start(&folder);
+    let (run, _) = start_long(&folder);
     for arguments in [
         &["run", "long.ron", "--steps=1", "--force"][..],
         &["picture", "out/long"],
