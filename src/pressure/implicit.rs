@@ -189,7 +189,10 @@ pub struct DensityRates(pub Vec<f32>);
 /// how many it begins later than it could, with the second.
 pub fn install(world: &mut World, relaxation: f32, momentum: bool, head_start: i32) {
     let material = world.resource::<Material>();
-    let eigenvalue = Lattice::of_material(material).largest_eigenvalue() as f32;
+    let kernel = &material.kernel;
+    let support = kernel.support_radius / material.spacing;
+    let lattice = Lattice::new(kernel.function, material.dimension, support);
+    let eigenvalue = lattice.largest_eigenvalue() as f32;
     let stable = if momentum {
         WITH_MOMENTUM
     } else {

@@ -24,6 +24,7 @@ mod definition;
 mod error;
 mod gauge;
 mod measure;
+mod readings;
 mod reference;
 mod run;
 mod start;
