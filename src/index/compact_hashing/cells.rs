@@ -8,7 +8,7 @@ use glam::{IVec3, Vec4};
 
 use super::{
     super::{
-        entries::{NONE, Run},
+        entries::Run,
         grid::Grid,
         hash::{self, CellHash, MIN_TABLE},
     },
