@@ -12,7 +12,7 @@ use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};
 
 use crate::{
-    kernel::CubicSpline,
+    kernel::Kernel,
     lattice::BesideWall,
     pairs::{Pair, PairSum, Pairs, accumulate},
     simd::Simd,
@@ -42,6 +42,13 @@ impl WallSums {
     pub fn new(beside: BesideWall) -> Self {
         let sums = Vec::new();
         Self { sums, beside }
+    }
+}
+
+impl WallSums {
+    /// Factor of the gradients of the walls' kernels [-].
+    pub(crate) fn push(&self) -> f32 {
+        self.beside.push
     }
 }
 
@@ -77,6 +84,17 @@ impl<'a> Walls<'a> {
         across + (force - across) / (1.0 - self.slide * sums.w).max(LEAST_ALONG)
     }
 
+    /// The part of an acceleration by pressure, walls included, that [`made_up`](Self::made_up) added to it.
+    #[inline(always)]
+    pub(crate) fn added(self, row: usize, acceleration: Vec3) -> Vec3 {
+        let Some(sums) = self.sums.get(row).filter(|sums| sums.w > 0.0) else {
+            return Vec3::ZERO;
+        };
+        let normal = sums.truncate().normalize_or_zero();
+        let along = acceleration - acceleration.dot(normal) * normal;
+        along * (1.0 - (1.0 - self.slide * sums.w).max(LEAST_ALONG))
+    }
+
     /// `Σ_b V_b W_ib` of a row [-]: the walls' part of its kernel.
     #[inline(always)]
     pub fn share(self, row: usize) -> f32 {
@@ -97,7 +115,7 @@ pub fn sum_walls(mut walls: ResMut<WallSums>, pairs: Pairs, material: Res<Materi
 
 #[derive(Clone, Copy)]
 struct WallSum {
-    kernel: CubicSpline,
+    kernel: Kernel,
     push: f32,
 }
 
@@ -132,7 +150,7 @@ impl PairSum for WallSum {
     fn finish<S: Simd>(&self, simd: S, _: usize, sums: Sums<S>) -> Vec4 {
         let [x, y, z] = sums.gradient;
         let gradient = Vec3::new(simd.sum(x), simd.sum(y), simd.sum(z));
-        let CubicSpline {
+        let Kernel {
             slope_factor,
             normalisation,
             ..

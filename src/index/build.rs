@@ -35,7 +35,7 @@ fn grid(scene: &Scene) -> Grid {
 
 /// The structure of a scene.
 pub fn build(scene: &Scene) -> Box<dyn SpatialIndex> {
-    let cell = scene.index.cell_size * scene.support;
+    let cell = scene.index.cell_size * scene.support();
     let per_cell = cell.powi(u8::from(scene.dimension).into());
     (row(scene.index.structure).build)(grid(scene), per_cell)
 }

@@ -10,7 +10,7 @@ use super::{
     slopes::{Computed, Generations, Kept, Known, Slopes, make_room},
 };
 use crate::{
-    kernel::CubicSpline,
+    kernel::Kernel,
     neighbours::{NeighbourLists, Recomputed, Search},
     simd::{LANES, Simd, Vectorised},
     state::{CHUNK, Execution},
@@ -25,7 +25,7 @@ pub struct Places<'a> {
     /// Positions [m] and volumes [m³; m² in 2-D] of the boundary particles.
     pub boundary: &'a [Vec4],
     /// The kernel whose slopes the pairs have.
-    pub kernel: &'a CubicSpline,
+    pub kernel: &'a Kernel,
 }
 
 impl Places<'_> {
@@ -149,7 +149,7 @@ fn pair<S: Simd>(
     own: [S::F; 3],
     points: &[Vec4],
     rows: S::Rows,
-    (kernel, slopes): (&CubicSpline, &mut impl Slopes),
+    (kernel, slopes): (&Kernel, &mut impl Slopes),
 ) -> Pair<S> {
     let (x, fourth) = difference(simd, own, points, rows);
     let distance = dot(simd, x, x);

@@ -169,8 +169,10 @@ pub struct DensityRates(pub Vec<f32>);
 /// Inserts the resources of the iteration. A negative head start delays the momentum.
 pub fn install(world: &mut World, relaxation: f32, momentum: bool, head_start: i32) {
     let material = world.resource::<Material>();
-    let support = material.kernel.support_radius / material.spacing;
-    let eigenvalue = Lattice::new(material.dimension, support).largest_eigenvalue() as f32;
+    let kernel = &material.kernel;
+    let support = kernel.support_radius / material.spacing;
+    let lattice = Lattice::new(kernel.function, material.dimension, support);
+    let eigenvalue = lattice.largest_eigenvalue() as f32;
     let stable = if momentum {
         WITH_MOMENTUM
     } else {

@@ -7,6 +7,7 @@
 //! a variant whose fields all have defaults may stand alone, `Pcisph`.
 
 mod error;
+mod gauge;
 mod geometry;
 mod output;
 mod physics;
@@ -15,6 +16,7 @@ pub mod shapes;
 
 pub(crate) use error::unknown_name;
 pub use error::{Place, SceneError};
+pub use gauge::*;
 pub use geometry::*;
 pub use output::*;
 pub use physics::*;
@@ -34,9 +36,13 @@ pub struct Scene {
     pub dimension: Dimension,
     /// Distance of the particles at rest [m].
     pub spacing: f32,
-    /// Support radius of the kernel in spacings [-]; `h = support × spacing`.
-    #[serde(default = "default_support")]
-    pub support: f32,
+    /// Function of the smoothing kernel; the cubic spline if absent.
+    #[serde(default)]
+    pub kernel: Option<KernelFunction>,
+    /// Support radius of the kernel in spacings [-]; `h = support × spacing`. If absent what is advised for the kernel
+    /// and the dimension ([`KernelFunction::support`]).
+    #[serde(default)]
+    pub support: Option<f32>,
     /// Acceleration of every particle [m/s²].
     #[serde(default = "default_gravity")]
     pub gravity: Vec3,
@@ -83,14 +89,14 @@ pub struct Scene {
     /// Simulated time of the run [s].
     #[serde(default = "default_duration")]
     pub duration: f32,
+    /// What is measured on the way.
+    #[serde(default)]
+    pub gauges: Vec<Gauge>,
     /// What is written, and how often.
     #[serde(default)]
     pub output: Output,
 }
 
-fn default_support() -> f32 {
-    2.0
-}
 fn default_gravity() -> Vec3 {
     Vec3::new(0.0, -9.81, 0.0)
 }
@@ -102,9 +108,20 @@ fn default_duration() -> f32 {
 }
 
 impl Scene {
+    /// Function of the kernel, as written or as advised (`docs/decisions/kernels.md`).
+    pub fn kernel(&self) -> KernelFunction {
+        self.kernel.unwrap_or(KernelFunction::CubicSpline)
+    }
+
+    /// Support radius in spacings [-], as written or as advised.
+    pub fn support(&self) -> f32 {
+        self.support
+            .unwrap_or_else(|| self.kernel().support(self.dimension))
+    }
+
     /// Support radius h [m].
     pub fn support_radius(&self) -> f32 {
-        self.support * self.spacing
+        self.support() * self.spacing
     }
 
     /// Whether there are boundaries, and direct forcing keeps the fluid off them.

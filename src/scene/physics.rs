@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::Dimension;
+
 /// Material of the fluid; the defaults are water.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -115,6 +117,43 @@ pub struct Adaptive {
     pub density_error: f32,
     /// A largest density error above it is a shock [-].
     pub max_density_error: f32,
+}
+
+/// Function of the smoothing kernel (see [`kernel`](crate::kernel)).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum KernelFunction {
+    /// Cubic spline (Monaghan 1992).
+    CubicSpline,
+    /// Wendland's function with two continuous derivatives (Wendland 1995).
+    WendlandC2,
+    /// Wendland's function with four.
+    WendlandC4,
+    /// Quintic spline (Morris et al. 1997).
+    QuinticSpline,
+}
+
+impl KernelFunction {
+    /// Every function.
+    pub const ALL: [Self; 4] = [
+        Self::CubicSpline,
+        Self::WendlandC2,
+        Self::WendlandC4,
+        Self::QuinticSpline,
+    ];
+
+    /// Support radius that a scene has if it names none, in spacings [-]. Measured: `docs/decisions/kernels.md`.
+    pub fn support(self, dimension: Dimension) -> f32 {
+        let [plane, space] = match self {
+            Self::CubicSpline => [2.0, 2.0],
+            Self::WendlandC2 => [3.0, 3.0],
+            Self::WendlandC4 => [3.5, 3.5],
+            Self::QuinticSpline => [2.6, 2.6],
+        };
+        match dimension {
+            Dimension::Two => plane,
+            Dimension::Three => space,
+        }
+    }
 }
 
 /// Structure that finds neighbours.

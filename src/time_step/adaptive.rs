@@ -197,7 +197,7 @@ mod tests {
 
     fn scheme(momentum: Option<bool>) -> AdaptiveTimeStep {
         let text = format!(
-            "(name: \"t\", spacing: 0.1, time_step: Adaptive(density_error: 0.01),
+            "(name: \"t\", spacing: 0.1, time_step: Adaptive((density_error: 0.01)),
               bodies: [(shape: Box(min: (0, 0, 0), max: (1, 1, 1)), velocity: (0, -8, 0))])"
         );
         let scene = ron::from_str::<Scene>(&text).expect("a scene");

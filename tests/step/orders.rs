@@ -306,7 +306,7 @@ fn a_repetition_is_printed_in_its_order() {
     let twice = STAGES.replace(forces, &format!("Repeat(2, [{forces}])"));
     let printed = lines(&twice);
     assert!(
-        printed.contains("2 times { gravity, viscosity }, surface_tension"),
+        printed.contains("2 times { clear_forces, gravity, viscosity }, surface_tension"),
         "{printed}"
     );
     let over_phases = STAGES.replace(
@@ -314,7 +314,7 @@ fn a_repetition_is_printed_in_its_order() {
         r#"Repeat(3, [Run("find_neighbours"), Repeat(2, [Run("density")])])"#,
     );
     let printed = lines(&over_phases);
-    let expected = "3 times { find_neighbours, 2 times: density }, gravity";
+    let expected = "3 times { find_neighbours, 2 times: density }, clear_forces, gravity";
     assert!(printed.contains(expected), "{printed}");
 }
 

@@ -149,10 +149,7 @@ fn a_wrong_order_is_refused_with_its_path_and_the_reason() {
             STAGES.replace(r#"Run("density")"#, r#"Every(2, [Run("density")])"#),
             "left over from an earlier step",
         ),
-        (
-            format!("{STAGES}, Run(\"density\")"),
-            "needs the spatial index",
-        ),
+        (format!("{STAGES}, Run(\"density\")"), "needs the columns"),
         (format!("Repeat(0, [{STAGES}])"), "count of 0"),
         (STAGES.replace(r#"Run("density")"#, "Run(density)"), "1:"),
     ];

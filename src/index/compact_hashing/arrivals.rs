@@ -54,20 +54,20 @@ impl Vectorised for Arrivals<'_> {
     #[inline(always)]
     fn run<S: Simd>(mut self, simd: S) {
         let mut departed = std::mem::take(self.departed);
-        for departed in &departed {
+        for point in &departed {
             let (cells, points) = (self.cells, self.points);
-            if let Some(block) = self.block(departed) {
+            if let Some(block) = self.block(point) {
                 prefetch_block(block);
-                prefetch(&points[departed.row as usize]);
-                prefetch(&cells[departed.handle as usize]);
+                prefetch(&points[point.row as usize]);
+                prefetch(&cells[point.handle as usize]);
             }
         }
         // A loop instead of `retain`: a closure would not be compiled for the instruction set.
         let mut kept = 0;
         for k in 0..departed.len() {
-            let departed = departed[k];
-            if !self.insert(simd, &departed) {
-                departed[kept] = departed;
+            let point = departed[k];
+            if !self.insert(simd, &point) {
+                departed[kept] = point;
                 kept += 1;
             }
         }

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::problem::{Checked, Problem, ensure};
 use super::proper::{AXIS_NAMES, axes};
-use crate::kernel::CubicSpline;
+use crate::kernel::Kernel;
 use crate::mesh::Mesh;
 use crate::scene::shapes::RESOLUTION;
 use crate::scene::{BoundaryShape, Dimension, Scene, Shape};
@@ -33,10 +33,10 @@ pub(super) fn coordinates(scene: &Scene, meshes: &[Option<Mesh>]) -> Checked {
                 let (min, max) = mesh.bounds();
                 [min, max]
             }
-            (BoundaryShape::Tank { min, max, .. } | BoundaryShape::Box { min, max }, _) => {
+            (BoundaryShape::Tank { min, max, .. } | BoundaryShape::Box { min, max, .. }, _) => {
                 [min.as_dvec3(), max.as_dvec3()]
             }
-            (BoundaryShape::Sphere { center, radius }, _) => {
+            (BoundaryShape::Sphere { center, radius, .. }, _) => {
                 let radius = f64::from(*radius);
                 [center.as_dvec3() - radius, center.as_dvec3() + radius]
             }
@@ -73,7 +73,7 @@ fn of_one(scene: &Scene, path: String, corners: [DVec3; 2]) -> Result<(), Proble
 
 /// The mass of a particle and the slope of its kernel are normal numbers, and so are their squares.
 pub(super) fn mass(scene: &Scene) -> Checked {
-    let kernel = CubicSpline::new(scene.dimension, scene.support_radius());
+    let kernel = Kernel::of(scene);
     let dimension = match scene.dimension {
         Dimension::Two => 2,
         Dimension::Three => 3,
