@@ -22,7 +22,7 @@ use crate::{
 /// Least part of a force along a wall that is taken to be there [-]: in a corner the parts of several walls add up.
 const LEAST_ALONG: f32 = 0.5;
 
-/// Per particle `Σ_b V_b ∇W_ib` [m⁻¹] times the walls' push and, as fourth entry, `Σ_b V_b W_ib` [-]. In scenes with
+/// Per particle `Σ_b V_b ∇W_ib` \[m⁻¹] times the walls' push and, as fourth entry, `Σ_b V_b W_ib` \[-]. In scenes with
 /// walls.
 #[derive(Resource, Debug)]
 pub struct WallSums {
@@ -46,7 +46,7 @@ impl WallSums {
 }
 
 impl WallSums {
-    /// Factor of the gradients of the walls' kernels [-].
+    /// Factor of the gradients of the walls' kernels \[-].
     pub(crate) fn push(&self) -> f32 {
         self.beside.push
     }
@@ -61,7 +61,7 @@ impl<'a> Walls<'a> {
         })
     }
 
-    /// `Σ_b V_b ∇W_ib` of a row [m⁻¹].
+    /// `Σ_b V_b ∇W_ib` of a row \[m⁻¹].
     #[inline(always)]
     pub fn gradient(self, row: usize) -> Vec3 {
         self.sums

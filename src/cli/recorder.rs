@@ -102,7 +102,7 @@ struct Writer {
     formats: Vec<FrameFormat>,
     series: Series,
     painter: Option<Painter>,
-    /// Times of the frames that are written [s], by number.
+    /// Times of the frames that are written \[s], by number.
     times: Vec<f64>,
 }
 

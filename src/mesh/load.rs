@@ -15,7 +15,7 @@ use super::{
 };
 use crate::scene::{MeshBoundary, MeshSide};
 
-/// Vertices on borders that are so near become one; surfaces that are so near touch [spacings].
+/// Vertices on borders that are so near become one; surfaces that are so near touch \[spacings].
 pub(crate) const TOLERANCE: f64 = 0.01;
 
 impl Mesh {

@@ -28,7 +28,7 @@ use crate::{
     state::{Column, Systems},
 };
 
-/// Head start of the momentum [iterations], as in [`dfsph`](super::dfsph), whose density solve is the same.
+/// Head start of the momentum \[iterations], as in [`dfsph`](super::dfsph), whose density solve is the same.
 const HEAD_START: i32 = 10;
 
 impl PressureSolver for Iisph {

@@ -44,7 +44,7 @@ const RELAXATION: f32 = 0.5;
 /// pressures: with momentum, the pressures of two colliding particles may oscillate for ever.
 const CALM_FROM: u32 = 500;
 
-/// Head start of the momentum [iterations], as in [`dfsph`](super::dfsph).
+/// Head start of the momentum \[iterations], as in [`dfsph`](super::dfsph).
 const HEAD_START: i32 = 10;
 
 /// `δ dt²` of the scene's lattice.
@@ -68,7 +68,7 @@ impl PressureCorrection {
         }
     }
 
-    /// Ratio of a row's diagonal to the one that δ assumes, at least 1 [-].
+    /// Ratio of a row's diagonal to the one that δ assumes, at least 1 \[-].
     #[inline]
     fn inverse_diagonal(&self, diagonals: &InverseDiagonals, rest_density: f32, row: usize) -> f32 {
         let inverse = diagonals.0[row];
@@ -80,7 +80,7 @@ impl PressureCorrection {
     }
 }
 
-/// Densities at the predicted positions ρ* [kg/m³].
+/// Densities at the predicted positions ρ* \[kg/m³].
 #[derive(Resource, Debug, Default)]
 pub struct PredictedDensities(Vec<f32>);
 

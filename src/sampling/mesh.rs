@@ -25,14 +25,14 @@ const DISTANCE: f32 = 0.96;
 const CANDIDATES: f64 = 6.0;
 /// A vertex is moved at most so many depths: at sharper valleys than 47° the layer would run far off.
 const LONGEST_MITRE: f64 = 2.5;
-/// A sample is at least so deep behind the surface [depths].
+/// A sample is at least so deep behind the surface \[depths].
 const DEEP: f64 = 0.98;
 /// A part of a face without a sample of the face's own this near, along it, is not guarded [spacings]: contact hears
 /// those up to 1.15.
 const OWN: f32 = 1.05;
 /// Faces whose normals are further apart than by this cosine are the two sides of a thin part.
 const OPPOSITE: f64 = -0.5;
-/// A part of the surface without a sample of its side this near is not guarded [spacings]. The layers of a built-in
+/// A part of the surface without a sample of its side this near is not guarded \[spacings]. The layers of a built-in
 /// tank and box leave 0.90 and 1.04.
 const GUARDED: f32 = 1.15;
 
@@ -75,7 +75,7 @@ struct Layer<'a> {
     vertices: Vec<DVec3>,
     /// Whether a vertex is deep enough behind all faces around it, or cannot be.
     is_mitred: Vec<bool>,
-    /// Of the layer behind the faces [m].
+    /// Of the layer behind the faces \[m].
     depth: f64,
 }
 

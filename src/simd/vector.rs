@@ -95,9 +95,9 @@ pub trait Simd: Copy {
 /// An open cube.
 #[derive(Debug, Clone, Copy)]
 pub struct Cube {
-    /// Its centre [m].
+    /// Its centre \[m].
     pub center: [f32; 3],
-    /// Half its edge [m].
+    /// Half its edge \[m].
     pub half: f32,
 }
 

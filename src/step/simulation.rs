@@ -57,7 +57,7 @@ impl Simulation {
         }
     }
 
-    /// Simulated time [s].
+    /// Simulated time \[s].
     pub fn time(&self) -> f64 {
         self.world.resource::<Clock>().time
     }
