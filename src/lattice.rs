@@ -76,7 +76,7 @@ impl Lattice {
         }
     }
 
-    /// Largest eigenvalue of the pressure system on this lattice, over its diagonal [-]: `|Σ_j ∇W_ij sin(k·x_ij)|²`
+    /// Largest eigenvalue of the pressure system on this lattice, over its diagonal \[-]: `|Σ_j ∇W_ij sin(k·x_ij)|²`
     /// over `Σ_j |∇W_ij|²`. A Jacobi iteration is stable for relaxations below 2 over it, with momentum below 4/3 over
     /// it.
     pub fn largest_eigenvalue(&self) -> f64 {
@@ -91,7 +91,7 @@ impl Lattice {
         })
     }
 
-    /// Longest stable time step under a pressure p, as the number of spacings that `sqrt(p/ρ)` covers in it [-]: 0.71
+    /// Longest stable time step under a pressure p, as the number of spacings that `sqrt(p/ρ)` covers in it \[-]: 0.71
     /// in 2-D and 0.68 in 3-D at a support of 2.
     pub fn pressure_step(&self) -> f64 {
         let stiffness = self.over_waves(|k| {

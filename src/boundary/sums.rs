@@ -19,7 +19,7 @@ use crate::{
     state::Material,
 };
 
-/// Least part of a force along a wall that is taken to be there [-]: in a corner the parts of several walls add up.
+/// Least part of a force along a wall that is taken to be there \[-]: in a corner the parts of several walls add up.
 const LEAST_ALONG: f32 = 0.5;
 
 /// Per particle `Σ_b V_b ∇W_ib` \[m⁻¹] times the walls' push and, as fourth entry, `Σ_b V_b W_ib` \[-]. In scenes with
@@ -95,7 +95,7 @@ impl<'a> Walls<'a> {
         along * (1.0 - (1.0 - self.slide * sums.w).max(LEAST_ALONG))
     }
 
-    /// `Σ_b V_b W_ib` of a row [-]: the walls' part of its kernel.
+    /// `Σ_b V_b W_ib` of a row \[-]: the walls' part of its kernel.
     #[inline(always)]
     pub fn share(self, row: usize) -> f32 {
         self.sums.get(row).map_or(0.0, |sums| sums.w)

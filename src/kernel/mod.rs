@@ -15,16 +15,16 @@ use crate::scene::{Dimension, KernelFunction, Scene};
 pub struct Kernel {
     /// W/σ over r/h.
     pub function: KernelFunction,
-    /// Support radius h [m]: the kernel is zero from here on.
+    /// Support radius h \[m]: the kernel is zero from here on.
     pub support_radius: f32,
     inverse_radius: f32,
-    /// `σ` [m⁻³; m⁻² in 2-D]: [`shape`](Self::shape) times this is W.
+    /// `σ` \[m⁻³; m⁻² in 2-D]: [`shape`](Self::shape) times this is W.
     pub normalisation: f32,
     /// [`slope`](Self::slope) times this \[m⁻⁴; m⁻³ in 2-D] and the distance vector is ∇W: `6 σ/h` for the cubic spline.
     pub slope_factor: f32,
 }
 
-/// Squares of distances are not taken below this [m²]: two particles in one place have no direction.
+/// Squares of distances are not taken below this \[m²]: two particles in one place have no direction.
 const TINY: f32 = 1e-30;
 
 impl Kernel {

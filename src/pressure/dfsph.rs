@@ -8,7 +8,7 @@
 //! Single corrections may be negative as long as their sum is not; iterations are relaxed and have momentum, since the
 //! paper's ω = 1 lets the shortest waves grow. The density solve starts from a share of the last pressures of both
 //! solves ([`warm_start`](super::warm_start)) and also limits densities that are too low (see
-//! [`solve`](super::solve)), so a dam break gains no energy for any share.
+//! [`solve`](super::convergence)), so a dam break gains no energy for any share.
 
 use std::mem;
 

@@ -60,7 +60,7 @@ pub const MAX_RELAXATION_WITH_MOMENTUM: f32 = 0.54;
 /// with 0.36 to 0.42; unstable with 0.45 at 0.01 %, and with 0.5 also with three iterations.
 const MAX_RELAXATION_AT_ONCE: f32 = 0.42;
 
-/// Largest product of relaxation and the largest eigenvalue of the scene's lattice [-]: nine tenths of the stability
+/// Largest product of relaxation and the largest eigenvalue of the scene's lattice \[-]: nine tenths of the stability
 /// limits, which are 4/3 with momentum and 2 without.
 const WITH_MOMENTUM: f32 = 1.2;
 const WITHOUT_MOMENTUM: f32 = 1.8;

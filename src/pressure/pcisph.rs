@@ -7,7 +7,7 @@
 //!
 //! Deviations. Where a particle's own diagonal exceeds the lattice's, as beside walls, δ is divided by the ratio;
 //! otherwise its update overshoots (see `docs/decisions/pcisph.md`). The step uses the prediction that met η, without
-//! another correction. Warm start 0.8, momentum, [`recovery`](super::recovery) and a limit on the mean error are
+//! another correction. Warm start 0.8, momentum, [`recovery`](crate::time_step::recovery) and a limit on the mean error are
 //! added. Algorithm 2 unchanged: `warm_start: 0, momentum: false, recovery: 1, mean_density_error: None,
 //! last_correction: true`.
 
@@ -37,7 +37,7 @@ use crate::{
     time_step::RecoveryTime,
 };
 
-/// δ as a relaxation relative to a particle's own diagonal [-]: δ assumes twice that of a full lattice.
+/// δ as a relaxation relative to a particle's own diagonal \[-]: δ assumes twice that of a full lattice.
 const RELAXATION: f32 = 0.5;
 
 /// Iteration from which on corrections have no momentum. Densities at predicted positions are not linear in the
@@ -50,7 +50,7 @@ const HEAD_START: i32 = 10;
 /// `δ dt²` of the scene's lattice.
 #[derive(Resource, Debug, Clone, Copy)]
 pub struct PressureCorrection {
-    /// `δ dt²` [Pa s²·m³/kg]: only dt changes δ.
+    /// `δ dt²` \[Pa s²·m³/kg]: only dt changes δ.
     delta_dt_squared: f32,
     /// Whether the force of the last correction acts: Algorithm 2 unchanged.
     last: bool,

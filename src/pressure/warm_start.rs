@@ -26,7 +26,7 @@ use crate::{
 pub struct WarmStart {
     /// Share of the earlier pressures \[-].
     pub share: f32,
-    /// Averaging window [steps]: 1 uses the last step's pressures, n an exponential mean with weight 1/n.
+    /// Averaging window \[steps]: 1 uses the last step's pressures, n an exponential mean with weight 1/n.
     pub steps: u32,
 }
 

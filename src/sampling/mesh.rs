@@ -27,7 +27,7 @@ const CANDIDATES: f64 = 6.0;
 const LONGEST_MITRE: f64 = 2.5;
 /// A sample is at least so deep behind the surface \[depths].
 const DEEP: f64 = 0.98;
-/// A part of a face without a sample of the face's own this near, along it, is not guarded [spacings]: contact hears
+/// A part of a face without a sample of the face's own this near, along it, is not guarded \[spacings]: contact hears
 /// those up to 1.15.
 const OWN: f32 = 1.05;
 /// Faces whose normals are further apart than by this cosine are the two sides of a thin part.

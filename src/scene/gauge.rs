@@ -17,7 +17,7 @@ pub struct Gauge {
     /// How often it is read.
     #[serde(default)]
     pub every: Rate,
-    /// Time that its means are taken over [s]: the last readings that began within it, each the mean over all steps
+    /// Time that its means are taken over \[s]: the last readings that began within it, each the mean over all steps
     /// since the reading before. 0 for no means.
     #[serde(default)]
     pub window: f32,
@@ -69,7 +69,7 @@ pub enum GaugeKind {
         #[serde(default)]
         within: Option<Bounds>,
     },
-    /// Pressure at a point of the fluid [Pa]: the mean of the particles around it, weighted by the kernel (Shepard).
+    /// Pressure at a point of the fluid \[Pa]: the mean of the particles around it, weighted by the kernel (Shepard).
     Pressure {
         /// Where \[m].
         at: Vec3,
@@ -77,7 +77,7 @@ pub enum GaugeKind {
         #[serde(default)]
         radius: Option<f32>,
     },
-    /// Pressure on a wall [Pa]: the same mean over the particles on the wall's wet side alone, 0 where it is dry.
+    /// Pressure on a wall \[Pa]: the same mean over the particles on the wall's wet side alone, 0 where it is dry.
     WallPressure {
         /// A point of the wall's face \[m].
         at: Vec3,
@@ -87,7 +87,7 @@ pub enum GaugeKind {
         #[serde(default)]
         radius: Option<f32>,
     },
-    /// Velocity at a point [m/s]: the mean of the particles around it, weighted by the kernel (Shepard).
+    /// Velocity at a point \[m/s]: the mean of the particles around it, weighted by the kernel (Shepard).
     Velocity {
         /// Where \[m].
         at: Vec3,
@@ -115,7 +115,7 @@ pub enum GaugeKind {
         #[serde(default)]
         across: Vec3,
     },
-    /// Energies of all fluid [J; J/m in 2-D]: kinetic, potential in the scene's gravity (0 at the origin), that of
+    /// Energies of all fluid \[J; J/m in 2-D]: kinetic, potential in the scene's gravity (0 at the origin), that of
     /// compression (equations of state store some, methods that solve for the pressure none), and what the steps so
     /// far have dissipated: what they took away of the three in all, gained if negative.
     Energy,

@@ -33,7 +33,7 @@ pub struct FluidBody {
     /// Velocity at the start, of the shape's centre \[m/s].
     #[serde(default)]
     pub velocity: Vec3,
-    /// Rows of the gradient `∂v_i/∂x_j` of the velocity at the start [1/s]: a strain or a rotation about the shape's
+    /// Rows of the gradient `∂v_i/∂x_j` of the velocity at the start \[1/s]: a strain or a rotation about the shape's
     /// centre. `((0, -w, 0), (w, 0, 0), (0, 0, 0))` turns by w about z.
     #[serde(default)]
     pub velocity_gradient: [Vec3; 3],
@@ -210,7 +210,7 @@ impl FluidBody {
         self.velocity.as_dvec3() + DVec3::from_array(rows)
     }
 
-    /// A bound on the speeds at the start [m/s]: exact for a body without a gradient.
+    /// A bound on the speeds at the start \[m/s]: exact for a body without a gradient.
     pub fn greatest_speed(&self) -> f32 {
         let squares = self.velocity_gradient.map(Vec3::length_squared);
         let gradient = squares.iter().sum::<f32>().sqrt();

@@ -73,7 +73,7 @@ pub struct DirectForcing {
     /// Distance r0 from a boundary particle within which fluid is put back, in spacings \[-]. The particles lie half a
     /// spacing behind the wall's face, so at 1 fluid is left alone up to half a spacing before it.
     pub rest_distance: f32,
-    /// Part of its velocity along the wall that a particle put back keeps, each step [-]: 1 slips freely, 0 sticks.
+    /// Part of its velocity along the wall that a particle put back keeps, each step \[-]: 1 slips freely, 0 sticks.
     pub slip: f32,
 }
 
@@ -167,7 +167,7 @@ pub struct Index {
 }
 
 /// The structures of the paper's section 4. All find the same neighbours. The first three cover a box around all
-/// particles and need memory for every cell in it, at most [`MAX_CELLS`](crate::index::MAX_CELLS) cells; a step that
+/// particles and need memory for every cell in it, at most [`MAX_CELLS`](crate::state::MAX_CELLS) cells; a step that
 /// would need more fails.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum IndexStructure {

@@ -15,7 +15,7 @@ pub struct Clock {
     pub dt: f32,
     /// Length of the next step \[s], if [`until`](Self::until) does not shorten it.
     pub next_dt: f32,
-    /// Simulated time that no step passes [s]: one ends there exactly. Once it is reached, or where there is none,
+    /// Simulated time that no step passes \[s]: one ends there exactly. Once it is reached, or where there is none,
     /// steps have their own length.
     pub until: Option<f64>,
     /// The part of its own length that this step was shortened to.
@@ -27,7 +27,7 @@ pub struct Clock {
 const ROUNDING: f64 = 1e-2;
 
 impl Clock {
-    /// Length that this step would have had if it did not end at [`until`](Self::until) [s]: the next step's follows
+    /// Length that this step would have had if it did not end at [`until`](Self::until) \[s]: the next step's follows
     /// from it.
     pub fn full_dt(&self) -> f32 {
         self.shortened_to.map_or(self.dt, |part| self.dt / part)

@@ -25,7 +25,7 @@ pub struct TimeStepControl {
     cfl: Cfl,
     /// Number of pressure iterations above which the next step is shorter.
     iterations: u32,
-    /// Limit by viscosity and sound [s]: constant in a run.
+    /// Limit by viscosity and sound \[s]: constant in a run.
     constant_limit: f32,
     /// Number of spacings that `sqrt(p/ρ)` covers in the longest step that pressure allows \[-]. Infinite with an
     /// equation of state, whose sound is faster.

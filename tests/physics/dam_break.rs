@@ -29,7 +29,7 @@ fn column(method: &str, tank: f32) -> String {
     )
 }
 
-/// The front \[m] at times [s]: the farthest particle's outer side, half a spacing from its centre.
+/// The front \[m] at times \[s]: the farthest particle's outer side, half a spacing from its centre.
 fn front(method: &str, end: f64) -> Vec<[f64; 2]> {
     let mut dam = simulation(&column(method, 5.0));
     let mut front = vec![[0.0, f64::from(WIDTH)]];

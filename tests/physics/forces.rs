@@ -155,7 +155,7 @@ fn kernel_of(scene: &Scene) -> Kernel {
     Kernel::of(scene)
 }
 
-/// Mass of a particle [kg]: Σ m W over the lattice is the rest density.
+/// Mass of a particle \[kg]: Σ m W over the lattice is the rest density.
 fn mass_of(scene: &Scene) -> f32 {
     let kernel = kernel_of(scene);
     let lattice = kernel.lattice(Dimension::Three, scene.spacing);

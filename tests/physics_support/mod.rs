@@ -158,7 +158,7 @@ pub(crate) fn rigid_motion(particles: &[Particle]) -> RigidMotion {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Method {
     pub(crate) name: &'static str,
-    /// The method in a scene. SESPH needs a speed of sound [m/s]: ten times the largest speed expected allows 1 % of
+    /// The method in a scene. SESPH needs a speed of sound \[m/s]: ten times the largest speed expected allows 1 % of
     /// compression.
     pub(crate) pressure: fn(sound_speed: f32) -> String,
 }

@@ -224,7 +224,7 @@ impl BruteForce {
         }
     }
 
-    /// All energy of positions and velocities [J; J/m in 2-D]: of motion and in gravity, of cohesion, and what an
+    /// All energy of positions and velocities \[J; J/m in 2-D]: of motion and in gravity, of cohesion, and what an
     /// equation of state stores.
     pub(crate) fn energy(
         &self,

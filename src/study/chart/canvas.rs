@@ -73,7 +73,7 @@ pub(super) fn text(area: &Area, words: &str, place: (i32, i32), size: f64, at: A
         .map_err(drawing)
 }
 
-/// Width that a text takes, about [px]: there is no font to ask.
+/// Width that a text takes, about \[px]: there is no font to ask.
 pub(super) fn width_of(words: &str, size: f64) -> i32 {
     (0.56 * size * words.chars().count() as f64).ceil() as i32
 }
