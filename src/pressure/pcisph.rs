@@ -7,7 +7,7 @@
 //!
 //! Deviations. Where a particle's own diagonal exceeds the lattice's, as beside walls, δ is divided by the ratio;
 //! otherwise its update overshoots (see `docs/decisions/pcisph.md`). The step uses the prediction that met η, without
-//! another correction. Warm start 0.8, momentum, [`recovery`](crate::time_step::recovery) and a limit on the mean error are
+//! another correction. Warm start 0.8, momentum, `recovery` and a limit on the mean error are
 //! added. Algorithm 2 unchanged: `warm_start: 0, momentum: false, recovery: 1, mean_density_error: None,
 //! last_correction: true`.
 

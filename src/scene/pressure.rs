@@ -68,7 +68,7 @@ pub struct Pcisph {
     pub momentum: bool,
     /// Part of the compression found at the start of a step that the step removes at most \[-]; the paper's 1 removes
     /// all (see
-    /// [`recovery`](crate::time_step::recovery)). Not more than 1 less `warm_start` is stable however few the iterations.
+    /// `recovery`). Not more than 1 less `warm_start` is stable however few the iterations.
     pub recovery: f32,
     /// Whether pressures are corrected once more after the prediction that met η, and the step is taken with their
     /// force: the paper's Algorithm 2 to the letter. Without it the step goes to the prediction itself.
