@@ -90,7 +90,7 @@ trait Method {
     fn query(&mut self, points: &[Vec4], execution: &Execution);
     /// Those of one row that the last query found.
     fn neighbours(&self, row: usize) -> Vec<u32>;
-    /// Memory of the structure and of the lists [bytes].
+    /// Memory of the structure and of the lists \[bytes].
     fn bytes(&self) -> Option<(usize, usize)>;
 }
 

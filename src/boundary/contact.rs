@@ -57,7 +57,7 @@ pub fn keep_outside(
 
 struct Wall<'a> {
     boundary: &'a BoundarySamples,
-    /// Smallest distance from the layer of samples [m].
+    /// Smallest distance from the layer of samples \[m].
     clearance: f32,
     spacing: f32,
 }
@@ -93,7 +93,7 @@ impl Wall<'_> {
         *velocity += change_along(&faces, velocity.truncate()).extend(0.0);
     }
 
-    /// How far a point [m] that came from `start` is beyond the clearance of one of the `samples`, and that sample's
+    /// How far a point \[m] that came from `start` is beyond the clearance of one of the `samples`, and that sample's
     /// normal.
     fn deepest(&self, start: Vec3, samples: &[u32], point: Vec3) -> Option<(f32, Vec3)> {
         let (clearance, sideways) = (self.clearance, SIDEWAYS * self.spacing);
@@ -124,7 +124,7 @@ impl Wall<'_> {
 struct Face {
     /// Unit vector away from it.
     normal: Vec3,
-    /// How far to go along it [m]; for velocities how much to gain [m/s].
+    /// How far to go along it \[m]; for velocities how much to gain \[m/s].
     depth: f32,
 }
 
@@ -166,7 +166,7 @@ fn shortest_way(faces: &[Face], tolerance: f32) -> Option<Vec3> {
     pairs.find_map(|(l, k)| of_three(&others[l], &others[k]).filter(leads))
 }
 
-/// The least change of a velocity [m/s] that leaves none into a face; all of it is lost where there is no other.
+/// The least change of a velocity \[m/s] that leaves none into a face; all of it is lost where there is no other.
 fn change_along(faces: &[Face], velocity: Vec3) -> Vec3 {
     let tolerance = 1e-5 * velocity.length();
     let mut held: SmallVec<[Face; CORRECTIONS]> = SmallVec::new();

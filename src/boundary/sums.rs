@@ -19,10 +19,10 @@ use crate::{
     state::Material,
 };
 
-/// Least part of a force along a wall that is taken to be there [-]: in a corner the parts of several walls add up.
+/// Least part of a force along a wall that is taken to be there \[-]: in a corner the parts of several walls add up.
 const LEAST_ALONG: f32 = 0.5;
 
-/// Per particle `Σ_b V_b ∇W_ib` [m⁻¹] times the walls' push and, as fourth entry, `Σ_b V_b W_ib` [-]. In scenes with
+/// Per particle `Σ_b V_b ∇W_ib` \[m⁻¹] times the walls' push and, as fourth entry, `Σ_b V_b W_ib` \[-]. In scenes with
 /// walls.
 #[derive(Resource, Debug)]
 pub struct WallSums {
@@ -46,7 +46,7 @@ impl WallSums {
 }
 
 impl WallSums {
-    /// Factor of the gradients of the walls' kernels [-].
+    /// Factor of the gradients of the walls' kernels \[-].
     pub(crate) fn push(&self) -> f32 {
         self.beside.push
     }
@@ -61,7 +61,7 @@ impl<'a> Walls<'a> {
         })
     }
 
-    /// `Σ_b V_b ∇W_ib` of a row [m⁻¹].
+    /// `Σ_b V_b ∇W_ib` of a row \[m⁻¹].
     #[inline(always)]
     pub fn gradient(self, row: usize) -> Vec3 {
         self.sums
@@ -95,7 +95,7 @@ impl<'a> Walls<'a> {
         along * (1.0 - (1.0 - self.slide * sums.w).max(LEAST_ALONG))
     }
 
-    /// `Σ_b V_b W_ib` of a row [-]: the walls' part of its kernel.
+    /// `Σ_b V_b W_ib` of a row \[-]: the walls' part of its kernel.
     #[inline(always)]
     pub fn share(self, row: usize) -> f32 {
         self.sums.get(row).map_or(0.0, |sums| sums.w)

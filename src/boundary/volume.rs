@@ -14,7 +14,7 @@ use crate::{
     state::{Execution, Material, SENTINEL},
 };
 
-/// Volumes [m³; m² in 2-D] of the particles of `index`, at `packed` without its sentinel.
+/// Volumes \[m³; m² in 2-D] of the particles of `index`, at `packed` without its sentinel.
 pub fn volumes(
     scene: &Scene,
     index: &dyn SpatialIndex,

@@ -228,7 +228,7 @@ fn numbered_files(folder: &Path, extension: &str) -> Result<Vec<(u64, PathBuf)>,
     }
 }
 
-/// Longest name of a folder that is made of a scene's or a study's name [bytes]; file systems take 255, endings
+/// Longest name of a folder that is made of a scene's or a study's name \[bytes]; file systems take 255, endings
 /// included.
 const LONGEST_NAME: usize = 120;
 

@@ -41,7 +41,7 @@ pub(super) struct Threads {
 pub(super) struct Run {
     #[command(flatten)]
     pub(super) scene: SceneOptions,
-    /// Simulated time [s] instead of the scene's.
+    /// Simulated time \[s] instead of the scene's.
     #[arg(long, value_name = "S", value_parser = positive, conflicts_with = "steps")]
     duration: Option<f32>,
     /// Take exactly so many steps, whatever the duration.

@@ -26,7 +26,7 @@ pub(super) struct Recorder {
 /// What the writer is to do.
 enum Task {
     Write(Frame),
-    /// The run went back to this time [s]: frames after it never were.
+    /// The run went back to this time \[s]: frames after it never were.
     WithdrawAfter(f64),
 }
 
@@ -80,7 +80,7 @@ impl Recorder {
         self.sender.send(Task::Write(frame)).map_err(|_| GaveUp)
     }
 
-    /// Takes back the frames after a time [s]: their files go.
+    /// Takes back the frames after a time \[s]: their files go.
     pub(super) fn withdraw_after(&self, time: f64) -> Result<(), GaveUp> {
         let task = Task::WithdrawAfter(time);
         self.sender.send(task).map_err(|_| GaveUp)
@@ -102,7 +102,7 @@ struct Writer {
     formats: Vec<FrameFormat>,
     series: Series,
     painter: Option<Painter>,
-    /// Times of the frames that are written [s], by number.
+    /// Times of the frames that are written \[s], by number.
     times: Vec<f64>,
 }
 

@@ -176,7 +176,7 @@ impl Run {
         self.recorder.record(frame)
     }
 
-    /// Takes back what was written of steps after `time` [s], where the run stands again.
+    /// Takes back what was written of steps after `time` \[s], where the run stands again.
     fn withdraw(&mut self, time: f64) -> Result<(), GaveUp> {
         self.clock.set_back(time);
         let step = self.totals.steps();

@@ -157,7 +157,7 @@ struct Summary<'a> {
     status: &'static str,
     threads: usize,
     instruction_set: &'static str,
-    /// Wall time, starts and warm-ups included [s].
+    /// Wall time, starts and warm-ups included \[s].
     wall_s: f64,
     rows: Vec<SummaryRow<'a>>,
 }

@@ -27,7 +27,7 @@ use crate::{
 pub struct Reading {
     /// Number of the step, from 1.
     pub step: u64,
-    /// Simulated time at its end [s].
+    /// Simulated time at its end \[s].
     pub time: f64,
     /// A figure for each of the gauge's [`columns`](Gauge::columns); none where there is no fluid to measure.
     pub values: Vec<Option<f64>>,
@@ -47,7 +47,7 @@ pub struct Gauge {
     columns: Vec<String>,
     quantities: &'static [Quantity],
     probe: Box<dyn Probe>,
-    /// Length of the window [s]; 0 for none.
+    /// Length of the window \[s]; 0 for none.
     window: f64,
     memory: Memory,
     /// The memory before the last step, where steps may be taken back.

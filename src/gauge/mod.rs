@@ -1,4 +1,4 @@
-//! Gauges: instruments of a scene that are read while it runs ([`scene::Gauge`]), after steps that were good.
+//! Gauges: instruments of a scene that are read while it runs ([`crate::scene::Gauge`]), after steps that were good.
 //!
 //! | file | gauges |
 //! | --- | --- |

@@ -43,7 +43,7 @@ pub(super) fn decimal(number: f32) -> f64 {
 /// Means over the steps between two readings.
 #[derive(Debug, Clone, Default)]
 struct Interval {
-    /// Where it begins [s].
+    /// Where it begins \[s].
     begin: f64,
     /// Of each quantity, the sum of its figures times the lengths of their steps, and of these.
     sums: Vec<(f64, f64)>,
@@ -57,7 +57,7 @@ pub(super) struct Window {
 }
 
 impl Window {
-    /// Adds what was measured after a step that is `dt` long [s].
+    /// Adds what was measured after a step that is `dt` long \[s].
     pub(super) fn add(&mut self, values: &[Option<f64>], dt: f64) {
         self.present.sums.resize(values.len(), (0.0, 0.0));
         for ((sum, weight), value) in self.present.sums.iter_mut().zip(values) {
@@ -68,8 +68,8 @@ impl Window {
         }
     }
 
-    /// Ends the interval at `time` [s] and gives the means over the intervals that began no earlier than `length` before
-    /// [s], the last at least. A step may be off the rate by half of its length `dt` [s].
+    /// Ends the interval at `time` \[s] and gives the means over the intervals that began no earlier than `length` before
+    /// \[s], the last at least. A step may be off the rate by half of its length `dt` \[s].
     pub(super) fn close(&mut self, time: f64, length: f64, dt: f64) -> Vec<Option<f64>> {
         let next = Interval {
             begin: time,

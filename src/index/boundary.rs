@@ -8,11 +8,11 @@ use super::structure::SpatialIndex;
 /// Boundary particles in the form that loops over neighbours read.
 #[derive(Resource)]
 pub struct BoundarySamples {
-    /// Position [m] and volume [m³; m² in 2-D] of every particle; a sentinel without volume ends them.
+    /// Position \[m] and volume \[m³; m² in 2-D] of every particle; a sentinel without volume ends them.
     pub packed: Vec<Vec4>,
     /// Unit vectors from the solid into the fluid.
     pub normals: Vec<Vec3>,
-    /// Depth of the layer of samples behind the walls' faces [m].
+    /// Depth of the layer of samples behind the walls' faces \[m].
     pub layer_depth: f32,
     /// Spatial index of the boundary particles.
     pub index: Box<dyn SpatialIndex>,

@@ -18,7 +18,7 @@ use crate::scene::{Dimension, KernelFunction};
 type Factors = [[f32; 2]; 2];
 
 impl KernelFunction {
-    /// σ [m⁻³; m⁻² in 2-D] that makes the integral 1 at a support radius `h` [m].
+    /// σ \[m⁻³; m⁻² in 2-D] that makes the integral 1 at a support radius `h` \[m].
     pub(super) fn normalisation(self, dimension: Dimension, h: f32) -> f32 {
         let [plane, space]: Factors = match self {
             Self::CubicSpline => [[40.0, 7.0], [8.0, 1.0]],
@@ -32,7 +32,7 @@ impl KernelFunction {
         }
     }
 
-    /// Factor of the derivative by q that [`Kernel::slope`](super::Kernel::slope) leaves out [-].
+    /// Factor of the derivative by q that [`Kernel::slope`](super::Kernel::slope) leaves out \[-].
     pub(super) fn slope_factor(self) -> f32 {
         match self {
             Self::CubicSpline => 6.0,
@@ -42,7 +42,7 @@ impl KernelFunction {
         }
     }
 
-    /// `W/σ` and its first two derivatives by q [-].
+    /// `W/σ` and its first two derivatives by q \[-].
     pub fn derivatives(self, q: f64) -> [f64; 3] {
         let hat = |knot: f64| (1.0 - knot * q).max(0.0);
         let a = hat(1.0);

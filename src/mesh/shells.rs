@@ -25,7 +25,7 @@ const DIRECTIONS: [DVec3; 3] = [
 ];
 
 /// Turns the shells so that normals point out of the solid, or into it (`inwards`). Fails where that is not clear.
-/// Surfaces nearer than the tolerance [m] touch.
+/// Surfaces nearer than the tolerance \[m] touch.
 pub(super) fn orient(soup: &mut Soup, inwards: bool, tolerance: f64) -> Result<(), String> {
     cancel(&mut soup.triangles);
     if soup.triangles.is_empty() {
@@ -117,7 +117,7 @@ struct Around {
     shell: usize,
     /// How often it winds around it.
     winding: i32,
-    /// How far on it is left [lengths of the direction].
+    /// How far on it is left \[lengths of the direction].
     depth: f64,
 }
 
@@ -174,7 +174,7 @@ impl Shells {
         self.rows[shell].iter().map(|&row| corners(soup, row))
     }
 
-    /// Six times the volume [m³]; negative if normals point inwards.
+    /// Six times the volume \[m³]; negative if normals point inwards.
     fn volume(&self, soup: &Soup, shell: usize) -> f64 {
         let mut triangles = self.triangles(soup, shell).peekable();
         let origin = triangles.peek().map_or(DVec3::ZERO, |corners| corners[0]);

@@ -5,7 +5,7 @@
 //! each iteration takes two. The system is described in [`implicit`]. A limit on the mean error and at least two
 //! iterations end the solve.
 //!
-//! Deviations. ω = 0.4 with momentum, warm start 0.8, and [`recovery`](super::recovery). The paper's method is
+//! Deviations. ω = 0.4 with momentum, warm start 0.8, and `recovery`. The paper's method is
 //! `momentum: false, relaxation: 0.5, warm_start: 0.5, recovery: 1, max_density_error: 1e-3`. The mean counts
 //! compressions, and too low densities of particles that have pressure: a signed mean is negative at free surfaces.
 //! Walls act by the particle's own term ([`force`](super::force)) and enter the diagonal likewise.
@@ -28,7 +28,7 @@ use crate::{
     state::{Column, Systems},
 };
 
-/// Head start of the momentum [iterations], as in [`dfsph`](super::dfsph), whose density solve is the same.
+/// Head start of the momentum \[iterations], as in [`dfsph`](super::dfsph), whose density solve is the same.
 const HEAD_START: i32 = 10;
 
 impl PressureSolver for Iisph {

@@ -17,7 +17,7 @@ pub struct Iterations {
     pub convergence: Convergence,
     /// Initial pressures of the iterations.
     pub warm_start: WarmStart,
-    /// Maximum part of the compression found that a step removes [-].
+    /// Maximum part of the compression found that a step removes \[-].
     pub recovery: f32,
     /// Whether corrections have momentum.
     pub momentum: bool,

@@ -9,13 +9,13 @@ use super::failure::{Failure, FailureCause};
 pub struct Clock {
     /// Steps taken.
     pub step: u64,
-    /// Simulated time [s].
+    /// Simulated time \[s].
     pub time: f64,
-    /// Length of the step that is being taken, or was taken last [s].
+    /// Length of the step that is being taken, or was taken last \[s].
     pub dt: f32,
-    /// Length of the next step [s], if [`until`](Self::until) does not shorten it.
+    /// Length of the next step \[s], if [`until`](Self::until) does not shorten it.
     pub next_dt: f32,
-    /// Simulated time that no step passes [s]: one ends there exactly. Once it is reached, or where there is none,
+    /// Simulated time that no step passes \[s]: one ends there exactly. Once it is reached, or where there is none,
     /// steps have their own length.
     pub until: Option<f64>,
     /// The part of its own length that this step was shortened to.
@@ -27,13 +27,13 @@ pub struct Clock {
 const ROUNDING: f64 = 1e-2;
 
 impl Clock {
-    /// Length that this step would have had if it did not end at [`until`](Self::until) [s]: the next step's follows
+    /// Length that this step would have had if it did not end at [`until`](Self::until) \[s]: the next step's follows
     /// from it.
     pub fn full_dt(&self) -> f32 {
         self.shortened_to.map_or(self.dt, |part| self.dt / part)
     }
 
-    /// Length of a step [s] that would be `dt` long. The last two before [`until`](Self::until) share what is left: a
+    /// Length of a step \[s] that would be `dt` long. The last two before [`until`](Self::until) share what is left: a
     /// last one that is a small part of the one before would meet pressures that are not for it.
     fn shortened(&self, dt: f32) -> f32 {
         let Some(left) = self.until.map(|until| until - self.time) else {

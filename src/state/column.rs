@@ -30,7 +30,7 @@ pub struct Column {
     pub about: &'static str,
     /// Whether other ranks need the rows near their border.
     pub halo: bool,
-    /// Memory, change ticks and packed copies included [bytes per particle].
+    /// Memory, change ticks and packed copies included \[bytes per particle].
     pub bytes: usize,
     /// Whether a scene asks for it.
     pub wanted: fn(&Scene) -> bool,

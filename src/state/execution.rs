@@ -91,7 +91,7 @@ impl Execution {
     }
 }
 
-/// Memory that threads find when they start [bytes].
+/// Memory that threads find when they start \[bytes].
 const ROOM: usize = 8 << 20;
 
 /// Starts the threads that bevy runs systems on, unless the process has them.

@@ -9,27 +9,27 @@ use bevy_ecs::{
 use bytemuck::{Pod, TransparentWrapper, Zeroable};
 use glam::Vec3;
 
-/// Where a particle is [m]. In 2-D, z is zero.
+/// Where a particle is \[m]. In 2-D, z is zero.
 #[derive(Component, Debug, Clone, Copy, Default, PartialEq, TransparentWrapper, Pod, Zeroable)]
 #[repr(transparent)]
 pub struct Position(pub Vec3);
 
-/// Velocity of a fluid particle [m/s].
+/// Velocity of a fluid particle \[m/s].
 #[derive(Component, Debug, Clone, Copy, Default, PartialEq, TransparentWrapper, Pod, Zeroable)]
 #[repr(transparent)]
 pub struct Velocity(pub Vec3);
 
-/// Density of a fluid particle [kg/m³] (paper eq. 1).
+/// Density of a fluid particle \[kg/m³] (paper eq. 1).
 #[derive(Component, Debug, Clone, Copy, Default, PartialEq, TransparentWrapper, Pod, Zeroable)]
 #[repr(transparent)]
 pub struct Density(pub f32);
 
-/// Pressure of a fluid particle [Pa].
+/// Pressure of a fluid particle \[Pa].
 #[derive(Component, Debug, Clone, Copy, Default, PartialEq, TransparentWrapper, Pod, Zeroable)]
 #[repr(transparent)]
 pub struct Pressure(pub f32);
 
-/// Mean pressure of a fluid particle over the steps before [Pa], in scenes whose pressure solve starts from it (see
+/// Mean pressure of a fluid particle over the steps before \[Pa], in scenes whose pressure solve starts from it (see
 /// [`warm_start`](crate::pressure::warm_start)).
 #[derive(Component, Debug, Clone, Copy, Default, PartialEq, TransparentWrapper, Pod, Zeroable)]
 #[repr(transparent)]
@@ -82,7 +82,7 @@ pub(crate) fn number_particles(world: &mut World) {
 #[require(Position, Velocity, Density, Pressure, ParticleId)]
 pub struct Fluid;
 
-/// The part of space a boundary particle stands for [m³; m² in 2-D] (Akinci et al. 2012).
+/// The part of space a boundary particle stands for \[m³; m² in 2-D] (Akinci et al. 2012).
 #[derive(Component, Debug, Clone, Copy, Default, PartialEq, TransparentWrapper, Pod, Zeroable)]
 #[repr(transparent)]
 pub struct BoundaryVolume(pub f32);

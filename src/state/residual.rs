@@ -27,7 +27,7 @@ pub struct PressureSolve {
     chunks: ChunkResults<(ErrorSum, ErrorSum)>,
 }
 
-/// Compression `max(0, (ρ − ρ0)/ρ0)` [-] over all particles.
+/// Compression `max(0, (ρ − ρ0)/ρ0)` \[-] over all particles.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct DensityError {
     /// Largest.
@@ -51,9 +51,9 @@ struct ErrorSum {
 pub(crate) struct Corrected {
     /// The pressure term `p/ρ²`.
     pub(crate) term: f32,
-    /// `(ρ − ρ0)/ρ0` [-], counted if positive.
+    /// `(ρ − ρ0)/ρ0` \[-], counted if positive.
     pub(crate) error: f32,
-    /// What of it the step has to remove [-].
+    /// What of it the step has to remove \[-].
     pub(crate) excess: f32,
     /// How far the correction went along that, where the method wants to know.
     pub(crate) progress: f32,

@@ -21,7 +21,7 @@ use crate::{
     time_step,
 };
 
-/// Sets `scene` up in a world: spawns its particles, inserts what its step needs, adds the schedule [`Step`].
+/// Sets `scene` up in a world: spawns its particles, inserts what its step needs, adds the schedule `Step`.
 ///
 /// The host calls [`take_step`](super::take_step), or runs the schedule itself and finds the result in [`StepOutcome`]. An [`Execution`]
 /// in the world is used; otherwise one with a thread for every core is made. Between steps the host may tag, move,

@@ -41,7 +41,7 @@ impl Simulation {
         take_step(&mut self.world)
     }
 
-    /// Takes one step that does not pass `until` [s]: the last before it is shortened, and ends there exactly.
+    /// Takes one step that does not pass `until` \[s]: the last before it is shortened, and ends there exactly.
     pub fn step_until(&mut self, until: f64) -> Result<StepReport, StepError> {
         self.set_until(Some(until));
         // After a panic of a host's system the next step has its own length again.
@@ -57,7 +57,7 @@ impl Simulation {
         }
     }
 
-    /// Simulated time [s].
+    /// Simulated time \[s].
     pub fn time(&self) -> f64 {
         self.world.resource::<Clock>().time
     }

@@ -109,7 +109,7 @@ fn of(
     Ok(found)
 }
 
-/// A part of the scene between two planes [m].
+/// A part of the scene between two planes \[m].
 struct Slab {
     axis: usize,
     from: f64,
@@ -224,7 +224,7 @@ impl Slab {
     }
 }
 
-/// How deep a place is in a shape [m].
+/// How deep a place is in a shape \[m].
 fn depth(shape: &Shape, place: Vec3) -> f64 {
     let place = place.as_dvec3();
     match *shape {

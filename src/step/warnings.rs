@@ -6,11 +6,11 @@ use crate::{
     scene::{Scene, SceneError},
 };
 
-/// Lengths from which a scene looks as if it were in millimetres: spacing and extent [m].
+/// Lengths from which a scene looks as if it were in millimetres: spacing and extent \[m].
 const LARGE_SPACING: f32 = 1.0;
 const LARGE_EXTENT: f64 = 500.0;
 
-/// Three tenths of the speed of sound in water, from which on it cannot be taken for incompressible [m/s].
+/// Three tenths of the speed of sound in water, from which on it cannot be taken for incompressible \[m/s].
 const FASTEST: f32 = 0.3 * 1480.0;
 
 /// What looks like a slip in a scene. Fails as [`Scene::check`] does.

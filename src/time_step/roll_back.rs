@@ -33,7 +33,7 @@ pub struct KeptState {
     columns: Vec<Lasting>,
 }
 
-/// Memory of the kept state besides the columns [bytes per fluid particle].
+/// Memory of the kept state besides the columns \[bytes per fluid particle].
 pub const KEPT_BYTES: usize = size_of::<Entity>();
 
 /// Selects the columns to keep.

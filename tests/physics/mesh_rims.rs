@@ -7,7 +7,7 @@ use overfall::{Simulation, scene::Scene};
 
 const DX: f32 = 0.02;
 
-/// Largest density error at the start [-].
+/// Largest density error at the start \[-].
 fn start(text: &str) -> Result<f32, String> {
     let scene = Scene::parse(text, "rim.ron", &[]).map_err(|error| error.to_string())?;
     let plan = overfall::plan(&scene).map_err(|error| error.to_string())?;

@@ -13,7 +13,7 @@ use crate::support::{
 const DT: f32 = 5e-4;
 const STEPS: u32 = 300;
 const VELOCITY: Vec3 = Vec3::new(1.5, 2.0, -0.5);
-/// [1/s]
+/// \[1/s]
 const SPIN: Vec3 = Vec3::new(1.0, -2.0, 5.0);
 
 /// Fluid models whose momenta are to be kept.

@@ -37,7 +37,7 @@ struct Shot {
     normal: Vec3,
 }
 
-/// Fires every shot from every direction, one particle at a time, at `speed` [support radii a step] in a scene of
+/// Fires every shot from every direction, one particle at a time, at `speed` \[support radii a step] in a scene of
 /// spacing 0.05 m without gravity, and returns the least distance from the solids in spacings.
 fn fire(
     boundaries: &str,
@@ -99,7 +99,7 @@ fn fire(
 
 const SPEEDS: [f32; 3] = [0.1, 0.4, 0.49];
 
-/// `bound` [spacings] is the least distance of a particle from the solid's face.
+/// `bound` \[spacings] is the least distance of a particle from the solid's face.
 #[track_caller]
 fn nothing_passes(
     what: &str,

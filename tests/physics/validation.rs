@@ -5,7 +5,7 @@
 use crate::support::{METHODS, measured};
 use crate::validation_support::{Case, dam_break, elliptic_drop, free_flight, hydrostatic};
 
-/// Bounds on the errors of the figures whose names start so [-], one for each of [`METHODS`].
+/// Bounds on the errors of the figures whose names start so \[-], one for each of [`METHODS`].
 type Bounds = &'static [(&'static str, [f64; METHODS.len()])];
 
 /// Runs a case with the method at a place of [`METHODS`]: errors stay within ± their bounds.

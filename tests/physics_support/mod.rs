@@ -38,7 +38,7 @@ pub(crate) fn simulation(text: &str) -> Simulation {
     Simulation::with_threads(&scene(text), 2).unwrap_or_else(|error| panic!("{error}\n{text}"))
 }
 
-/// Sets the scene of `text` up and puts `(position, velocity)` [m, m/s] in the place of its bodies.
+/// Sets the scene of `text` up and puts `(position, velocity)` \[m, m/s] in the place of its bodies.
 pub(crate) fn simulation_of(text: &str, particles: &[(Vec3, Vec3)]) -> Simulation {
     let mut simulation = simulation(text);
     for particle in particles_of(&mut simulation) {
@@ -59,7 +59,7 @@ pub(crate) fn step(simulation: &mut Simulation) -> StepReport {
         .unwrap_or_else(|error| panic!("the step failed: {error}"))
 }
 
-/// Steps until `time` [s]; `observe` sees the simulation and the report after every step.
+/// Steps until `time` \[s]; `observe` sees the simulation and the report after every step.
 pub(crate) fn run(
     simulation: &mut Simulation,
     time: f64,
@@ -71,7 +71,7 @@ pub(crate) fn run(
     }
 }
 
-/// Lets a lone particle, in the place of those there are, fly for so many steps from a place with a velocity [m, m/s].
+/// Lets a lone particle, in the place of those there are, fly for so many steps from a place with a velocity \[m, m/s].
 /// `observe` sees where it is and says whether to go on. At nearly h/2 a step a wall that pushes back a little faster
 /// breaks the limit: with `may_be_refused` that is the end.
 pub(crate) fn shoot(
@@ -119,7 +119,7 @@ pub(crate) fn particles_of(simulation: &mut Simulation) -> Vec<Particle> {
         .collect()
 }
 
-/// Gives every particle the velocity [m/s] of a field.
+/// Gives every particle the velocity \[m/s] of a field.
 pub(crate) fn set_velocities(simulation: &mut Simulation, mut field: impl FnMut(Vec3) -> Vec3) {
     let world = simulation.world_mut();
     let mut query = world.query_filtered::<(&Position, &mut Velocity), With<Fluid>>();
@@ -158,7 +158,7 @@ pub(crate) fn rigid_motion(particles: &[Particle]) -> RigidMotion {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Method {
     pub(crate) name: &'static str,
-    /// The method in a scene. SESPH needs a speed of sound [m/s]: ten times the largest speed expected allows 1 % of
+    /// The method in a scene. SESPH needs a speed of sound \[m/s]: ten times the largest speed expected allows 1 % of
     /// compression.
     pub(crate) pressure: fn(sound_speed: f32) -> String,
 }

@@ -62,19 +62,19 @@ pub(crate) struct Draft {
 struct Maker<'a> {
     files: &'a Files,
     flat: bool,
-    /// Spacing [m].
+    /// Spacing \[m].
     spacing: f64,
-    /// Where the grid of cells begins [m].
+    /// Where the grid of cells begins \[m].
     origin: DVec3,
     bodies: Vec<String>,
     boundaries: Vec<String>,
     solids: Vec<Solid>,
     has_jitter: bool,
-    /// Scale of velocities [m/s].
+    /// Scale of velocities \[m/s].
     speed: f64,
 }
 
-/// Edge of a cell [spacings].
+/// Edge of a cell \[spacings].
 fn cell_edge(flat: bool) -> f64 {
     if flat { 9.0 } else { 6.0 }
 }
@@ -151,7 +151,7 @@ pub(crate) fn draw(choices: &[u16], files: &Files) -> Draft {
     }
 }
 
-/// How the fluid is computed, for speeds of up to so much [m/s]; and the part of the longest time step, if it is fixed.
+/// How the fluid is computed, for speeds of up to so much \[m/s]; and the part of the longest time step, if it is fixed.
 fn numerics(mut of: Choices, flat: bool, spacing: f64, speed: f64) -> (String, Option<f64>) {
     let support = of.of(&[2.0, 2.0, 1.7, 2.3, 2.6, 3.0]);
     let sound = 10.0 * speed;
@@ -233,7 +233,7 @@ impl Maker<'_> {
         self.solids.push(solid);
     }
 
-    /// A mesh, turned by angles [°] and moved.
+    /// A mesh, turned by angles \[°] and moved.
     fn mesh(&mut self, surface: &Surface, side: Side, angles: DVec3, at: DVec3) {
         let name = format!("mesh_{}.obj", self.boundaries.len());
         let file = self.files.put(&name, surface.obj());

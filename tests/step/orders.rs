@@ -337,7 +337,7 @@ fn a_divergence_solve_that_is_skipped_leaves_nothing_behind() {
     run(&mut simulation, 4);
 }
 
-/// A drop in free fall for 0.1 s under an order with these stages; how far it fell [m].
+/// A drop in free fall for 0.1 s under an order with these stages; how far it fell \[m].
 fn fall(stages: &str) -> f32 {
     let (ordered, _folder) = ordered(&format!(
         "(stages: [{stages}], allow_stale: true, leave_out: [\"reorder\"])"

@@ -23,7 +23,7 @@ pub(crate) const MARTIN_MOYCE: Case = Case {
     measure: martin_moyce,
 };
 
-/// Ten times 2 sqrt(g H) for H = 1 m [m/s]; it goes with sqrt(H).
+/// Ten times 2 sqrt(g H) for H = 1 m \[m/s]; it goes with sqrt(H).
 const SOUND_SPEED_OF_A_METRE: f32 = 62.6;
 
 /// What the clock of Martin & Moyce shows, in T, when a column without a gate starts.

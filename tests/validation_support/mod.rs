@@ -57,7 +57,7 @@ impl Figure {
 pub(crate) struct Case {
     /// Name of the file in `assets/scenes/validation`.
     pub(crate) scene: &'static str,
-    /// Speed of sound for SESPH [m/s].
+    /// Speed of sound for SESPH \[m/s].
     pub(crate) sound_speed: f32,
     pub(crate) measure: fn(&Scene, &mut Simulation) -> Vec<Figure>,
 }

@@ -74,13 +74,13 @@ pub(super) fn shapes(scene: &Scene) -> Checked {
     Ok(())
 }
 
-/// The particles of one body: their lattice, and the box around their centres [m].
+/// The particles of one body: their lattice, and the box around their centres \[m].
 struct Particles {
     path: String,
     lattice: Lattice,
     min: DVec3,
     max: DVec3,
-    /// What distances may miss by, for rounding [m].
+    /// What distances may miss by, for rounding \[m].
     tolerance: f64,
 }
 
@@ -141,7 +141,7 @@ fn all_apart(bodies: &[Particles], spacing: f64) -> Checked {
 
 /// How far a body reaches beyond a box, at the worst side.
 struct Excess {
-    /// [m]; negative if the body is inside.
+    /// \[m]; negative if the body is inside.
     depth: f64,
     side: String,
 }

@@ -10,7 +10,7 @@ use crate::scene::{
     Dimension, Gauge, GaugeKind, GaugeReference, Rate, Scene, TimeStep, unknown_name,
 };
 
-/// Longest name [bytes]: it names a file.
+/// Longest name \[bytes]: it names a file.
 const LONGEST_NAME: usize = 100;
 
 pub(super) fn gauges(scene: &Scene) -> Checked {

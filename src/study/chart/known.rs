@@ -7,17 +7,17 @@ use super::canvas::{
 };
 use crate::measure::Curve;
 
-/// Height of title and legend [px].
+/// Height of title and legend \[px].
 const HEAD: u32 = 54;
-/// Height of the chart, notes left out [px].
+/// Height of the chart, notes left out \[px].
 const HEIGHT: u32 = 480;
-/// Height of a line of notes [px].
+/// Height of a line of notes \[px].
 const LINE: u32 = 16;
 const NOTE: f64 = 11.0;
 /// Characters of a note that fit.
 const LONGEST: usize = 150;
 
-/// Draws figures over time [s] as a line, beside the points of a known curve. Notes of the curve stand below. Fails
+/// Draws figures over time \[s] as a line, beside the points of a known curve. Notes of the curve stand below. Fails
 /// without figures.
 pub fn draw(
     title: &str,
