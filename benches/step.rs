@@ -225,7 +225,7 @@ fn stream_bandwidth(execution: &Execution) -> f64 {
 struct Pass {
     name: &'static str,
     system: SystemId,
-    /// Floating-point operations a pair, counted in the source; a division or a root is one.
+    /// Floating-point operations per pair, counted in the source; a division or a root is one.
     operations: f64,
     /// Bytes of columns: each is fetched once, since rows along the Z-curve share their neighbours.
     columns: f64,

@@ -32,7 +32,7 @@ pub enum Rate {
     /// At the ends of the steps nearest to the multiples of a time \[s]. Steps are not shortened for it, so gauges leave
     /// the result as it is.
     Seconds(f32),
-    /// After every so-manieth step.
+    /// After every n-th step.
     Steps(u32),
 }
 
