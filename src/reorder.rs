@@ -14,7 +14,7 @@ use crate::{
     index::{FluidIndex, z_curve},
     neighbours::{BoundaryNeighbours, FluidNeighbours},
     state::{
-        Clock, Execution, Phase, Stage,
+        Clock, Execution, Phase, Remembers, Stage,
         particle::{Fluid, Position},
     },
 };
@@ -59,6 +59,44 @@ impl ReorderState {
             points: Vec::new(),
         }
     }
+}
+
+impl Remembers for ReorderState {
+    type State = (bool, bool);
+
+    fn state(&self, _: &[Entity]) -> Self::State {
+        (self.marked, self.downwards)
+    }
+
+    fn set_state(&mut self, state: Self::State, _: &[Entity]) -> Result<(), &'static str> {
+        (self.marked, self.downwards) = state;
+        Ok(())
+    }
+}
+
+/// In a table that holds rows while the others are filled in a given order.
+#[derive(Component)]
+struct Waiting;
+
+/// Moves rows into the order of `entities`, each with the marker or without it as `marked` says by row.
+pub(crate) fn arrange(world: &mut World, entities: &[Entity], marked: impl Fn(usize) -> bool) {
+    for (row, &entity) in entities.iter().enumerate() {
+        if let Ok(mut particle) = world.get_entity_mut(entity) {
+            particle.insert(Waiting);
+            if marked(row) {
+                particle.insert(Reordered);
+            } else {
+                particle.remove::<Reordered>();
+            }
+        }
+    }
+    // A row that leaves a table goes to the end of the next.
+    for &entity in entities {
+        if let Ok(mut particle) = world.get_entity_mut(entity) {
+            particle.remove::<Waiting>();
+        }
+    }
+    world.resource_mut::<FluidIndex>().reordered = true;
 }
 
 /// Whether this step ends with a reordering.

@@ -10,12 +10,13 @@
 //! recurrence in pressure, divergence and density error; `docs/decisions/still_water.md`).
 
 use bevy_ecs::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::limits::motion_limits;
 use crate::{
     integrate::Motion,
     scene::Scene,
-    state::{Clock, Material},
+    state::{Clock, Material, Remembers},
 };
 
 /// Decrease of τ over the time that passes [-].
@@ -34,12 +35,25 @@ const SPEED_FACTOR: f32 = 0.2;
 const LONGEST: f32 = 1e6;
 
 /// Time over which compression that a step finds is pushed out. In scenes that do not push it out at once.
-#[derive(Resource, Debug, Clone, Copy)]
+#[derive(Resource, Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct RecoveryTime {
     /// Part of the compression found that a step as long as motion allows removes [-].
     share: f32,
     /// τ [s].
     time: f32,
+}
+
+impl Remembers for RecoveryTime {
+    type State = f32;
+
+    fn state(&self, _: &[Entity]) -> f32 {
+        self.time
+    }
+
+    fn set_state(&mut self, time: f32, _: &[Entity]) -> Result<(), &'static str> {
+        self.time = time;
+        Ok(())
+    }
 }
 
 impl RecoveryTime {
