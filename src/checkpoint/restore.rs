@@ -9,7 +9,7 @@ use serde::de::DeserializeOwned;
 use super::{
     error::CheckpointError,
     file::{Checkpoint, SCENE},
-    save::{COLUMN, KEPT, MARKERS, NUMBERS, STAGES, WALLS, lasting, rows, walls},
+    save::{COLUMN, KEPT, NUMBERS, STAGES, WALLS, lasting, rows, walls},
 };
 use crate::{
     registry::REMEMBERED,
@@ -49,13 +49,7 @@ impl Checkpoint {
         let installed = installed.ok_or(CheckpointError::NotInstalled)?.clone();
         self.check(world, &installed)?;
         let numbers: Vec<u32> = self.part(NUMBERS)?;
-        let markers: Vec<bool> = self.part(MARKERS)?;
-        if markers.len() != numbers.len() {
-            let reason = format!("{} for {} particles", markers.len(), numbers.len());
-            return Err(CheckpointError::malformed(MARKERS, reason));
-        }
         let particles = gather_particles(world, &numbers);
-        reorder::arrange(world, &particles, |row| markers[row]);
         let malformed = |name: &str| {
             let name = name.to_owned();
             move |reason: String| CheckpointError::malformed(name, reason)
@@ -68,10 +62,14 @@ impl Checkpoint {
                 (lasting.load_kept)(world, bytes).map_err(malformed(&kept))?;
             }
         }
-        for remembered in REMEMBERED.iter().filter(|row| (row.is_present)(world)) {
+        for remembered in REMEMBERED {
+            if !(remembered.is_present)(world) {
+                continue;
+            }
             let bytes = self.bytes(remembered.name)?;
             (remembered.load)(world, &particles, bytes).map_err(malformed(remembered.name))?;
         }
+        reorder::arrange(world, &particles);
         if rows(world) != particles {
             return Err(CheckpointError::OtherRun(
                 "its particles are in other tables of the ECS".to_owned(),
@@ -104,7 +102,7 @@ impl Checkpoint {
                 present.0
             ));
         }
-        let mut known: BTreeSet<String> = [SCENE, STAGES, WALLS, NUMBERS, MARKERS]
+        let mut known: BTreeSet<String> = [SCENE, STAGES, WALLS, NUMBERS]
             .map(str::to_owned)
             .into();
         known.extend(REMEMBERED.iter().map(|row| row.name.to_owned()));

@@ -10,7 +10,6 @@ use super::{
 };
 use crate::{
     registry::{REMEMBERED, columns},
-    reorder::Reordered,
     state::{
         Clock, Lasting, Rows, in_order,
         particle::{Boundary, BoundaryNormal, BoundaryVolume, Fluid, ParticleId, Position},
@@ -21,7 +20,6 @@ use crate::{
 
 /// Names of parts.
 pub(super) const NUMBERS: &str = "particle numbers";
-pub(super) const MARKERS: &str = "tables";
 pub(super) const WALLS: &str = "walls";
 pub(super) const STAGES: &str = "order of the stages";
 pub(super) const COLUMN: &str = "column ";
@@ -48,7 +46,7 @@ pub fn steps_until_possible(world: &mut World) -> u64 {
     };
     let step = clock.step;
     let intervals = installed.stages.iter().map(|stage| stage.1);
-    let common = intervals.fold(1, |a, b| least_common_multiple(a, b));
+    let common = intervals.fold(1, least_common_multiple);
     let wait = (common - step % common) % common;
     // All run, too, when rows name other particles than before.
     if wait > 0 && rows(world) != world.resource::<Rows>().entities {
@@ -112,9 +110,6 @@ impl Checkpoint {
         let numbers: Vec<u32> = (rows.iter())
             .map(|&particle| world.get::<ParticleId>(particle).map_or(u32::MAX, |id| id.get()))
             .collect();
-        let markers: Vec<bool> = (rows.iter())
-            .map(|&particle| world.get::<Reordered>(particle).is_some())
-            .collect();
         let mut checkpoint = Self::default();
         let mut put = |name: String, bytes: Result<Vec<u8>, String>| {
             let bytes = bytes.map_err(|reason| CheckpointError::malformed(&name, reason))?;
@@ -125,7 +120,6 @@ impl Checkpoint {
         put(STAGES.to_owned(), to_bytes(&installed.stages))?;
         put(WALLS.to_owned(), to_bytes(&walls))?;
         put(NUMBERS.to_owned(), to_bytes(&numbers))?;
-        put(MARKERS.to_owned(), to_bytes(&markers))?;
         for (name, lasting) in lasting(&installed) {
             put(format!("{COLUMN}{name}"), (lasting.save)(world, &rows))?;
             if let Some(kept) = (lasting.save_kept)(world).transpose() {
