@@ -11,7 +11,8 @@ use crate::{
     scene::{Bounds, Limits},
     state::{
         Accelerations, CHUNK, ChunkResults, Clock, Densities, Execution, Failure, FailureCause,
-        Material, Positions, PredictedPositions, PressureAccelerations, Pressures, Remembers, Velocities,
+        Material, Positions, PredictedPositions, PressureAccelerations, Pressures, Remembers,
+        Velocities,
     },
 };
 

@@ -88,8 +88,7 @@ impl Checkpoint {
         }
         let stages: Vec<(String, u64)> = self.part(STAGES)?;
         let same = |(a, b): (&(String, u64), &(&str, u64))| a.0 == b.0 && a.1 == b.1;
-        if stages.len() != installed.stages.len()
-            || !stages.iter().zip(&installed.stages).all(same)
+        if stages.len() != installed.stages.len() || !stages.iter().zip(&installed.stages).all(same)
         {
             return other("its steps have another order of stages".to_owned());
         }
@@ -102,9 +101,7 @@ impl Checkpoint {
                 present.0
             ));
         }
-        let mut known: BTreeSet<String> = [SCENE, STAGES, WALLS, NUMBERS]
-            .map(str::to_owned)
-            .into();
+        let mut known: BTreeSet<String> = [SCENE, STAGES, WALLS, NUMBERS].map(str::to_owned).into();
         known.extend(REMEMBERED.iter().map(|row| row.name.to_owned()));
         for (name, _) in lasting(installed) {
             known.extend([format!("{COLUMN}{name}"), format!("{KEPT}{name}")]);
@@ -164,7 +161,9 @@ fn gather_particles(world: &mut World, numbers: &[u32]) -> Vec<Entity> {
     }
     let mut particles = Vec::with_capacity(numbers.len());
     for number in numbers {
-        let particle = present.remove(number).unwrap_or_else(|| world.spawn(Fluid).id());
+        let particle = present
+            .remove(number)
+            .unwrap_or_else(|| world.spawn(Fluid).id());
         particles.push(particle);
     }
     superfluous.extend(present.into_values());

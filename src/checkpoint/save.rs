@@ -83,13 +83,19 @@ pub(super) fn lasting(installed: &Installed) -> Vec<(&'static str, Lasting)> {
 
 /// Number of boundary particles, and a sum over the bits of what they are.
 pub(super) fn walls(world: &mut World) -> (u64, u32) {
-    let mut query = world
-        .query_filtered::<(&Position, &BoundaryNormal, &BoundaryVolume), With<Boundary>>();
+    let mut query =
+        world.query_filtered::<(&Position, &BoundaryNormal, &BoundaryVolume), With<Boundary>>();
     let mut sum = crc32fast::Hasher::new();
     let mut count = 0;
     for (position, normal, volume) in query.iter(world) {
         count += 1;
-        for x in position.0.to_array().into_iter().chain(normal.0.to_array()).chain([volume.0]) {
+        for x in position
+            .0
+            .to_array()
+            .into_iter()
+            .chain(normal.0.to_array())
+            .chain([volume.0])
+        {
             sum.update(&x.to_le_bytes());
         }
     }
@@ -108,7 +114,11 @@ impl Checkpoint {
         let rows = rows(world);
         let walls = walls(world);
         let numbers: Vec<u32> = (rows.iter())
-            .map(|&particle| world.get::<ParticleId>(particle).map_or(u32::MAX, |id| id.get()))
+            .map(|&particle| {
+                world
+                    .get::<ParticleId>(particle)
+                    .map_or(u32::MAX, |id| id.get())
+            })
             .collect();
         let mut checkpoint = Self::default();
         let mut put = |name: String, bytes: Result<Vec<u8>, String>| {

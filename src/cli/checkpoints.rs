@@ -35,14 +35,18 @@ impl FromStr for Every {
         let wrong = "it must be a number of steps (30), simulated seconds (0.5s) or wall time (10min, 2h), above 0";
         let text = text.trim();
         // The unit is what no number can end with.
-        let end = text.rfind(|c: char| c.is_ascii_digit() || c == '.').map_or(0, |at| at + 1);
+        let end = text
+            .rfind(|c: char| c.is_ascii_digit() || c == '.')
+            .map_or(0, |at| at + 1);
         let (number, unit) = (text[..end].trim(), text[end..].trim());
         if matches!(unit, "" | "step" | "steps") {
             let steps = number.parse().ok().filter(|steps| *steps > 0);
             return steps.map(Self::Steps).ok_or(wrong);
         }
         let number = number.parse::<f64>().ok();
-        let number = number.filter(|number| number.is_finite() && *number > 0.0).ok_or(wrong)?;
+        let number = number
+            .filter(|number| number.is_finite() && *number > 0.0)
+            .ok_or(wrong)?;
         let wall = |seconds: f64| {
             let every = Duration::try_from_secs_f64(number * seconds);
             every.map(Self::Wall).map_err(|_| wrong)
@@ -127,7 +131,11 @@ pub(super) struct Resumed {
 impl Resumed {
     /// Reads the checkpoint of a file, or of a run's folder.
     pub(super) fn read(path: &Path) -> Result<Self, Failure> {
-        let file = if path.is_dir() { path.join(CHECKPOINT) } else { path.to_owned() };
+        let file = if path.is_dir() {
+            path.join(CHECKPOINT)
+        } else {
+            path.to_owned()
+        };
         let refused = |reason: String| Failure::Refused(format!("{}: {reason}", file.display()));
         let opened = File::open(&file).map_err(|error| {
             let hint = if path.is_dir() {
@@ -142,11 +150,16 @@ impl Resumed {
         let state = match checkpoint.attached(PART) {
             // A host wrote it: the frames begin anew.
             None => RunState::default(),
-            Some(bytes) => postcard::from_bytes(bytes)
-                .map_err(|error| refused(format!("the checkpoint's run cannot be used: {error}")))?,
+            Some(bytes) => postcard::from_bytes(bytes).map_err(|error| {
+                refused(format!("the checkpoint's run cannot be used: {error}"))
+            })?,
         };
         let folder = file.parent().unwrap_or(Path::new(""));
-        let folder = if folder == Path::new("") { Path::new(".") } else { folder };
+        let folder = if folder == Path::new("") {
+            Path::new(".")
+        } else {
+            folder
+        };
         let folder = folder.join(MANIFEST).is_file().then(|| folder.to_owned());
         Ok(Self {
             checkpoint,

@@ -114,7 +114,12 @@ impl RunFolder {
     }
 
     /// Makes the folder ready for a run that goes on in it after so many frames: later ones go.
-    pub(super) fn reopen(&self, writer: &Writer, scene: &Scene, frames: usize) -> Result<Claims, Failure> {
+    pub(super) fn reopen(
+        &self,
+        writer: &Writer,
+        scene: &Scene,
+        frames: usize,
+    ) -> Result<Claims, Failure> {
         let claims = Claims::go_on(&self.root, writer)?;
         for (folder, extension) in [(FRAMES, "vtu"), (FRAMES, "ply"), (PICTURES, "png")] {
             for (number, path) in numbered_files(&self.root.join(folder), extension)? {

@@ -93,7 +93,9 @@ impl Recorder {
 
     /// Hands over the bytes of a checkpoint.
     pub(super) fn checkpoint(&self, bytes: Vec<u8>) -> Result<(), GaveUp> {
-        self.sender.send(Task::Checkpoint(bytes)).map_err(|_| GaveUp)
+        self.sender
+            .send(Task::Checkpoint(bytes))
+            .map_err(|_| GaveUp)
     }
 
     /// Waits until all frames are written.
@@ -135,8 +137,9 @@ impl Writer {
             let done = match task {
                 Task::Write(frame) => self.write(&frame),
                 Task::WithdrawAfter(time) => self.withdraw_after(time),
-                Task::Checkpoint(bytes) => (self.claims.claim(CHECKPOINT))
-                    .and_then(|path| write_durably(&path, &bytes)),
+                Task::Checkpoint(bytes) => {
+                    (self.claims.claim(CHECKPOINT)).and_then(|path| write_durably(&path, &bytes))
+                }
             };
             if let Err(error) = done {
                 failure = Some(format!("cannot write {error}"));

@@ -39,9 +39,7 @@ pub(super) fn run(options: &options::Run) -> Result<Exit, Failure> {
             console::note(&format!("warning: {warning}"));
         }
     }
-    let resumed = (options.resume.as_deref())
-        .map(Resumed::read)
-        .transpose()?;
+    let resumed = (options.resume.as_deref()).map(Resumed::read).transpose()?;
     let simulation = set_up(options, &scene, threads, resumed.as_ref())?;
     let goal = options
         .steps

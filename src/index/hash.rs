@@ -32,6 +32,11 @@ impl CellHash {
         }
     }
 
+    /// A table of `places_a_point`.
+    pub(super) fn for_points(points: usize, places_a_point: f32) -> Self {
+        Self::new((points as f64 * f64::from(places_a_point)) as usize)
+    }
+
     /// A table of `places_a_point`; this one if it is at most half as large or four times as large as that.
     pub(super) fn resized(self, points: usize, places_a_point: f32) -> Self {
         let wanted = (points as f64 * f64::from(places_a_point)) as usize;

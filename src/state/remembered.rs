@@ -65,8 +65,7 @@ pub(crate) fn to_bytes<T: Serialize>(value: &T) -> Result<Vec<u8>, String> {
 
 /// The value that bytes hold, all of them.
 pub(crate) fn from_bytes<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, String> {
-    let (value, rest) =
-        postcard::take_from_bytes(bytes).map_err(|error| error.to_string())?;
+    let (value, rest) = postcard::take_from_bytes(bytes).map_err(|error| error.to_string())?;
     if rest.is_empty() {
         Ok(value)
     } else {

@@ -28,8 +28,8 @@ use crate::{
     integrate::Motion,
     scene::{self, Scene},
     state::{
-        Clock, DensityError, Failure, FailureCause, Limit, Material, PressureSolve, Remembers, Shock,
-        TakenBack,
+        Clock, DensityError, Failure, FailureCause, Limit, Material, PressureSolve, Remembers,
+        Shock, TakenBack,
     },
 };
 

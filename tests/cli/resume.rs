@@ -42,7 +42,12 @@ fn assert_same_run(a: &Path, b: &Path) {
         let series = fs::read_to_string(run.join("tiny.pvd")).expect("a series");
         let summary = Summary::read(&run.join("summary.json")).expect("a summary");
         let figures = (summary.steps, summary.frames, summary.simulated_s);
-        (series, figures, summary.mean_iterations, summary.max_density_error)
+        (
+            series,
+            figures,
+            summary.mean_iterations,
+            summary.max_density_error,
+        )
     });
     assert_eq!(a, b);
 }
@@ -53,19 +58,47 @@ fn a_run_goes_on_in_its_folder_as_if_it_had_not_stopped() {
     let whole = ["run", "tiny.ron", "--steps", "40", "--out", "whole"];
     assert_exit(&overfall(&folder, &whole), 0);
     // The last checkpoint is of step 15: rows, readings and frames after it are written again.
-    let part = ["run", "tiny.ron", "--steps", "19", "--out", "part", "--checkpoint", "5"];
+    let part = [
+        "run",
+        "tiny.ron",
+        "--steps",
+        "19",
+        "--out",
+        "part",
+        "--checkpoint",
+        "5",
+    ];
     assert_exit(&overfall(&folder, &part), 0);
-    let rest = ["run", "tiny.ron", "--steps", "40", "--resume", "part", "--threads", "2"];
+    let rest = [
+        "run",
+        "tiny.ron",
+        "--steps",
+        "40",
+        "--resume",
+        "part",
+        "--threads",
+        "2",
+    ];
     assert_exit(&overfall(&folder, &rest), 0);
     let [whole, part] = ["whole", "part"].map(|name| folder.path().join(name));
     assert_same_run(&whole, &part);
     assert!(names(&part).iter().all(|name| !name.starts_with("older_")));
 
     // By its file, and once more to the same end; then into a folder of its own.
-    let file = ["run", "tiny.ron", "--steps", "40", "--resume", "part/checkpoint.overfall"];
+    let file = [
+        "run",
+        "tiny.ron",
+        "--steps",
+        "40",
+        "--resume",
+        "part/checkpoint.overfall",
+    ];
     assert_exit(&overfall(&folder, &file), 0);
     assert_same_run(&whole, &part);
-    assert_exit(&overfall(&folder, &[&file[..], &["--out", "other"]].concat()), 0);
+    assert_exit(
+        &overfall(&folder, &[&file[..], &["--out", "other"]].concat()),
+        0,
+    );
     let other = folder.path().join("other");
     let (rows, all) = (history(&other), history(&whole));
     assert_eq!(rows[1..], all[16..]);
@@ -92,7 +125,10 @@ fn what_cannot_be_resumed_is_refused_and_loses_nothing() {
     refused(&["--resume", "nothing"], "nothing");
     refused(&["--resume", "."], "--checkpoint");
     refused(&["--resume", "tiny.ron"], "no checkpoint of overfall");
-    refused(&["--resume", "out/tiny", "--set", "gravity=(0,-1,0)"], "gravity");
+    refused(
+        &["--resume", "out/tiny", "--set", "gravity=(0,-1,0)"],
+        "gravity",
+    );
     refused(&["--resume", "out/tiny", "--force"], "--force");
     refused(&["--checkpoint", "5 parsecs"], "10min");
     let file = out.join("checkpoint.overfall");
@@ -122,7 +158,9 @@ mod killed {
             let before = fs::read(&file).ok();
             let arguments = if round == 0 { &first[..] } else { &again[..] };
             let mut run = spawn(command(&folder).args(arguments));
-            wait_until("no newer checkpoint appears", || fs::read(&file).ok() != before);
+            wait_until("no newer checkpoint appears", || {
+                fs::read(&file).ok() != before
+            });
             // At any place in the step, or in the writing.
             std::thread::sleep(Duration::from_millis(7 * round));
             run.kill().expect("a running program");
@@ -130,15 +168,25 @@ mod killed {
         }
         let before = fs::read(&file).expect("a checkpoint");
         let run = spawn(command(&folder).args(&again[..]));
-        wait_until("no newer checkpoint appears", || fs::read(&file).ok().as_ref() != Some(&before));
+        wait_until("no newer checkpoint appears", || {
+            fs::read(&file).ok().as_ref() != Some(&before)
+        });
         signal(&run, "INT");
         let (status, text) = wait(run);
         assert_eq!(status, Some(130), "{text}");
-        let steps = Summary::read(&out.join("summary.json")).expect("a summary").steps;
+        let steps = Summary::read(&out.join("summary.json"))
+            .expect("a summary")
+            .steps;
         let goal = (steps + 3).to_string();
         let rest = ["run", "long.ron", "--quiet", "--steps", &goal];
-        assert_exit(&overfall(&folder, &[&rest[..], &["--resume", "out/long"]].concat()), 0);
-        assert_exit(&overfall(&folder, &[&rest[..], &["--out", "whole"]].concat()), 0);
+        assert_exit(
+            &overfall(&folder, &[&rest[..], &["--resume", "out/long"]].concat()),
+            0,
+        );
+        assert_exit(
+            &overfall(&folder, &[&rest[..], &["--out", "whole"]].concat()),
+            0,
+        );
         let whole = folder.path().join("whole");
         assert_eq!(history(&out), history(&whole));
         assert_eq!(names(&out.join("frames")), names(&whole.join("frames")));

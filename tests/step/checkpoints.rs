@@ -61,7 +61,10 @@ fn bits(world: &mut World) -> (Vec<[u32; 7]>, String) {
     };
     let rows = fluid.iter(world).map(of).collect();
     let gauges = world.resource::<overfall::gauge::Gauges>();
-    let readings: Vec<_> = gauges.iter().map(|gauge| gauge.readings().collect::<Vec<_>>()).collect();
+    let readings: Vec<_> = gauges
+        .iter()
+        .map(|gauge| gauge.readings().collect::<Vec<_>>())
+        .collect();
     (rows, format!("{readings:?}"))
 }
 
@@ -73,7 +76,9 @@ fn reports(simulation: &mut Simulation, steps: usize) -> Vec<StepReport> {
 
 /// The checkpoint of a simulation, through its bytes, in a new one on so many threads.
 fn resumed(simulation: &mut Simulation, threads: usize) -> Simulation {
-    let bytes = Checkpoint::of(simulation.world_mut()).expect("a checkpoint").to_bytes();
+    let bytes = Checkpoint::of(simulation.world_mut())
+        .expect("a checkpoint")
+        .to_bytes();
     let checkpoint = Checkpoint::read(&mut &bytes[..]).expect("the same");
     let scene = checkpoint.scene().expect("its scene");
     let mut resumed = Simulation::with_threads(&scene, threads).expect("a scene that runs");
@@ -87,8 +92,14 @@ fn assert_goes_on(scene: &Scene, before: usize, after: usize) -> bool {
     let mut whole = Simulation::with_threads(scene, 1).expect("a scene that runs");
     reports(&mut whole, before);
     let mut part = resumed(&mut whole, 2);
-    let what = format!("{:?} {:?} {:?}", scene.pressure, scene.index.structure, scene.time_step);
-    assert!(bits(part.world_mut()) == bits(whole.world_mut()), "at once: {what}");
+    let what = format!(
+        "{:?} {:?} {:?}",
+        scene.pressure, scene.index.structure, scene.time_step
+    );
+    assert!(
+        bits(part.world_mut()) == bits(whole.world_mut()),
+        "at once: {what}"
+    );
     let [expected, found] = [&mut whole, &mut part].map(|run| reports(run, after));
     assert_eq!(found, expected, "{what}");
     assert!(bits(part.world_mut()) == bits(whole.world_mut()), "{what}");
@@ -154,7 +165,10 @@ fn particles_that_came_and_went_are_those_of_the_checkpoint() {
         let mut part = resumed(&mut whole, 2);
         let [expected, found] = [&mut whole, &mut part].map(|run| reports(run, 12));
         assert_eq!(found, expected, "{structure:?}");
-        assert!(bits(part.world_mut()) == bits(whole.world_mut()), "{structure:?}");
+        assert!(
+            bits(part.world_mut()) == bits(whole.world_mut()),
+            "{structure:?}"
+        );
         let [a, b] = [&mut whole, &mut part].map(|run| {
             let particle = run.world_mut().spawn(Fluid).id();
             run.world().get::<ParticleId>(particle).map(|id| id.get())
@@ -174,12 +188,22 @@ fn a_hosts_particle_keeps_what_the_host_gave_it() {
     let mut saved = Vec::new();
     checkpoint::write(world, &mut saved).expect("a checkpoint");
     let mut fluid = world.query_filtered::<(Entity, &ParticleId), With<Fluid>>();
-    let marked = fluid.iter(world).find(|(_, id)| id.get() == 17).expect("a particle").0;
+    let marked = fluid
+        .iter(world)
+        .find(|(_, id)| id.get() == 17)
+        .expect("a particle")
+        .0;
     world.entity_mut(marked).insert(Mine);
     run(&mut simulation, 9);
     checkpoint::restore(simulation.world_mut(), &mut &saved[..]).expect("the state before");
     assert!(simulation.world().get::<Mine>(marked).is_some());
-    assert_eq!(simulation.world().get::<ParticleId>(marked).map(|id| id.get()), Some(17));
+    assert_eq!(
+        simulation
+            .world()
+            .get::<ParticleId>(marked)
+            .map(|id| id.get()),
+        Some(17)
+    );
     assert!((simulation.time() - 3.0 * 0.0005).abs() < 1e-9);
 }
 
@@ -200,7 +224,10 @@ fn between_two_runs_of_a_rare_stage_there_is_no_checkpoint() {
     run(&mut simulation, 4);
     assert_eq!(checkpoint::steps_until_possible(simulation.world_mut()), 2);
     let error = Checkpoint::of(simulation.world_mut()).expect_err("no checkpoint");
-    assert!(matches!(error, CheckpointError::BetweenRuns { steps: 2 }), "{error}");
+    assert!(
+        matches!(error, CheckpointError::BetweenRuns { steps: 2 }),
+        "{error}"
+    );
     // All stages run after a reordering, too: 7.
     for before in [6, 7, 9] {
         assert_goes_on(&scene, before, 8);
@@ -212,22 +239,46 @@ fn what_is_no_whole_checkpoint_is_refused_with_the_reason() {
     let scene = scene(pcisph(), IndexStructure::CompactHashing, STEP_CONTROLS[2]);
     let mut simulation = Simulation::with_threads(&scene, 1).expect("a scene that runs");
     run(&mut simulation, 3);
-    let bytes = Checkpoint::of(simulation.world_mut()).expect("a checkpoint").to_bytes();
+    let bytes = Checkpoint::of(simulation.world_mut())
+        .expect("a checkpoint")
+        .to_bytes();
     let refusal = |bytes: &[u8]| {
-        Checkpoint::read(&mut &bytes[..]).map(|_| ()).expect_err("a refusal")
+        Checkpoint::read(&mut &bytes[..])
+            .map(|_| ())
+            .expect_err("a refusal")
     };
-    for foreign in [&b""[..], b"ply\nformat ascii 1.0\n", b"(name: \"x\")", &[0; 64]] {
-        assert!(matches!(refusal(foreign), CheckpointError::Foreign), "{foreign:?}");
+    for foreign in [
+        &b""[..],
+        b"ply\nformat ascii 1.0\n",
+        b"(name: \"x\")",
+        &[0; 64],
+    ] {
+        assert!(
+            matches!(refusal(foreign), CheckpointError::Foreign),
+            "{foreign:?}"
+        );
     }
-    for length in (1..bytes.len()).step_by(997).chain([8, 19, 20, 21, bytes.len() - 1]) {
+    for length in (1..bytes.len())
+        .step_by(997)
+        .chain([8, 19, 20, 21, bytes.len() - 1])
+    {
         let error = refusal(&bytes[..length]);
-        assert!(matches!(error, CheckpointError::Truncated { .. }), "{length}: {error}");
+        assert!(
+            matches!(error, CheckpointError::Truncated { .. }),
+            "{length}: {error}"
+        );
     }
-    for at in (20..bytes.len()).step_by(1013).chain([8, 11, bytes.len() - 1]) {
+    for at in (20..bytes.len())
+        .step_by(1013)
+        .chain([8, 11, bytes.len() - 1])
+    {
         let mut altered = bytes.clone();
         altered[at] ^= 0x10;
         let error = refusal(&altered);
-        assert!(matches!(error, CheckpointError::Altered { .. }), "{at}: {error}");
+        assert!(
+            matches!(error, CheckpointError::Altered { .. }),
+            "{at}: {error}"
+        );
     }
     let longer = [&bytes[..], b"\n"].concat();
     assert!(matches!(refusal(&longer), CheckpointError::Altered { .. }));
@@ -236,7 +287,10 @@ fn what_is_no_whole_checkpoint_is_refused_with_the_reason() {
     newer.extend(crc32fast::hash(&newer).to_le_bytes());
     let error = refusal(&newer);
     assert!(matches!(error, CheckpointError::Version { .. }), "{error}");
-    assert!(error.to_string().contains("newer") || error.to_string().contains("format 2"), "{error}");
+    assert!(
+        error.to_string().contains("newer") || error.to_string().contains("format 2"),
+        "{error}"
+    );
 }
 
 #[test]
@@ -251,7 +305,9 @@ fn a_checkpoint_of_another_run_is_refused_and_changes_nothing() {
     };
     let mut other = Simulation::with_threads(&other, 1).expect("a scene that runs");
     let before = bits(other.world_mut());
-    let error = checkpoint.restore(other.world_mut()).expect_err("another scene");
+    let error = checkpoint
+        .restore(other.world_mut())
+        .expect_err("another scene");
     assert!(error.to_string().contains("gravity"), "{error}");
     assert!(bits(other.world_mut()) == before && other.time() == 0.0);
     // How long it runs and what it writes may differ.
@@ -259,7 +315,9 @@ fn a_checkpoint_of_another_run_is_refused_and_changes_nothing() {
     longer.duration = 7.0;
     longer.output.pictures = !longer.output.pictures;
     let mut longer = Simulation::with_threads(&longer, 1).expect("a scene that runs");
-    checkpoint.restore(longer.world_mut()).expect("the same run");
+    checkpoint
+        .restore(longer.world_mut())
+        .expect("the same run");
     assert_eq!(longer.time(), simulation.time());
     let error = checkpoint.restore(&mut World::new()).expect_err("no scene");
     assert!(matches!(error, CheckpointError::NotInstalled), "{error}");
@@ -281,6 +339,8 @@ fn a_file_is_written_whole_and_read_again() {
     let [expected, found] = [&mut simulation, &mut resumed].map(|run| reports(run, 3));
     assert_eq!(found, expected);
     assert!(Simulation::resume(&folder.path().join("nothing")).is_err());
-    let error = simulation.checkpoint(&folder.path().join("no/folder")).expect_err("no folder");
+    let error = simulation
+        .checkpoint(&folder.path().join("no/folder"))
+        .expect_err("no folder");
     assert!(error.to_string().contains("no/folder"), "{error}");
 }
