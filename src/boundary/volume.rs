@@ -35,7 +35,7 @@ pub fn volumes(
     let mut volumes = vec![0.0; points.len()];
     pairs::sum(
         &pass,
-        Source::OnTheSpot(search, None),
+        Source::Recomputed(search, None),
         Places {
             fluid: packed,
             boundary: &[SENTINEL],
