@@ -63,9 +63,11 @@
 //! | [`measure`] | what experiments and analytic solutions give, too: front, height, semi-axes, line of pressures |
 //! | [`gauge`] | instruments of a scene: pressure, velocity, height, front, flux, force, energies |
 //! | [`output`] | frames, series, history, summary, pictures |
+//! | [`checkpoint`] | the state of a run in a file, from which it goes on bit for bit |
 //! | [`study`] | variants of a scene measured side by side: the paper's tables, speed against error |
 
 pub mod boundary;
+pub mod checkpoint;
 pub mod density;
 pub mod force;
 pub mod gauge;

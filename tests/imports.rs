@@ -41,6 +41,7 @@ const FLOORS: &[&str] = &[
     "loading",
     "step",
     "output",
+    "checkpoint",
     "study",
 ];
 

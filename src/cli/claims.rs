@@ -91,6 +91,28 @@ impl Claims {
         Ok((Self::new(root, file, listed, lock), aside))
     }
 
+    /// Goes on writing into the folder of a run that goes on. Refuses one of another writer.
+    pub(super) fn go_on(root: &Path, writer: &Writer) -> Result<Self, Failure> {
+        if let Some(listing) = Listing::read(root)?
+            && listing.writer != writer.line()
+        {
+            return Err(Failure::Refused(format!(
+                "{}: this is the folder of {}, not of {}; choose another --out",
+                root.display(),
+                listing.writer,
+                writer.line()
+            )));
+        }
+        Self::reopen(root)
+    }
+
+    /// Whether the manifest lists a file.
+    pub(super) fn is_ours(&self, name: &str) -> bool {
+        let manifest = self.manifest.lock();
+        let manifest = manifest.unwrap_or_else(|lock| lock.into_inner());
+        manifest.listed.contains(name)
+    }
+
     /// Goes on writing into the folder of a run that is over.
     pub(super) fn reopen(root: &Path) -> Result<Self, Failure> {
         let Some(listing) = Listing::read(root)? else {

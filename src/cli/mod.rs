@@ -4,6 +4,7 @@
 //! ([`Exit`](exit::Exit)).
 
 mod check;
+mod checkpoints;
 mod claims;
 mod command;
 mod console;

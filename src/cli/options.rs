@@ -10,6 +10,7 @@ use overfall::{
     scene::{FrameFormat, Scene, SceneError},
 };
 
+use super::checkpoints::Every;
 use super::exit::Failure;
 
 /// More threads than this are a slip of the keyboard, not a machine.
@@ -76,6 +77,13 @@ pub(super) struct Run {
     /// Draw no pictures.
     #[arg(long, overrides_with = "pictures")]
     no_pictures: bool,
+    /// Keep a checkpoint, a new one every so many steps (30), so much simulated time (0.5s) or so much wall time (10min,
+    /// 2h). Ctrl-C leaves one always.
+    #[arg(long, value_name = "EVERY")]
+    pub(super) checkpoint: Option<Every>,
+    /// Go on from a checkpoint, or from that in the folder of a run, and in that folder unless --out names another.
+    #[arg(long, value_name = "DIR|FILE", value_hint = ValueHint::AnyPath, conflicts_with = "force")]
+    pub(super) resume: Option<PathBuf>,
     /// Print the summary on standard output as JSON.
     #[arg(long)]
     pub(super) json: bool,

@@ -82,6 +82,11 @@ impl Progress {
         }
     }
 
+    /// The run goes on after so many steps at a time \[s].
+    pub(super) fn go_on(&mut self, steps: u64, time: f64) {
+        self.pace.fraction = self.goal.fraction(steps, time);
+    }
+
     /// Says things while the run goes on, from any thread, without getting in the way of the bar.
     pub(super) fn announcer(&self) -> impl Fn(&str) + Send + use<> {
         let bar = match &self.display {

@@ -51,6 +51,9 @@ fn decimal(number: f32) -> f64 {
 /// Part of a step by which summed time may be off.
 const ROUNDING: f64 = 1e-2;
 
+/// Frames per second; the next multiple that has none; time of the last frame \[s], and the multiple that was next before.
+pub(super) type ClockState = (f64, f64, Option<(f64, f64)>);
+
 /// Says at which step ends a frame is due.
 ///
 /// These are the step ends nearest to the multiples of the frame interval: a picture is not worth a change of the
@@ -77,6 +80,20 @@ impl FrameClock {
             next: 1.0,
             end: goal.end(),
             last: None,
+        }
+    }
+
+    /// What a run that goes on has to know: frames per second, the next multiple, the last frame.
+    pub(super) fn state(&self) -> ClockState {
+        (self.per_second, self.next, self.last)
+    }
+
+    /// Goes on from there at `time` \[s]; with another number of frames per second at its next multiple.
+    pub(super) fn set_state(&mut self, (per_second, next, last): ClockState, time: f64) {
+        if per_second == self.per_second {
+            (self.next, self.last) = (next, last);
+        } else {
+            self.next = (time * self.per_second).floor() + 1.0;
         }
     }
 

@@ -7,12 +7,13 @@
 //! Gravity is constant and walls are at rest: no work comes from outside.
 
 use bevy_ecs::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use crate::{
     integrate::Motion,
     pressure::sesph::EquationOfState,
     state::{
-        Densities, Material, in_order,
+        Densities, Material, Remembers, in_order,
         particle::{Fluid, Position, Velocity},
     },
 };
@@ -27,12 +28,25 @@ pub struct EnergyAccount {
     before: Booked,
 }
 
-#[derive(Debug, Default, Clone, Copy)]
-struct Booked {
+#[derive(Debug, Default, Clone, Copy, Serialize, Deserialize)]
+pub(crate) struct Booked {
     /// Kinetic and potential energy that all steps took away \[J].
     taken: f64,
     /// That of compression in the first step \[J], and now.
     compression: Option<(f64, f64)>,
+}
+
+impl Remembers for EnergyAccount {
+    type State = [Booked; 2];
+
+    fn state(&self, _: &[Entity]) -> [Booked; 2] {
+        [self.booked, self.before]
+    }
+
+    fn set_state(&mut self, state: [Booked; 2], _: &[Entity]) -> Result<(), &'static str> {
+        [self.booked, self.before] = state;
+        Ok(())
+    }
 }
 
 impl EnergyAccount {

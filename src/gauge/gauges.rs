@@ -4,6 +4,7 @@ use std::fmt;
 
 use bevy_ecs::prelude::*;
 use glam::Vec3;
+use serde::{Deserialize, Serialize};
 
 use super::{
     account::EnergyAccount,
@@ -18,12 +19,12 @@ use super::{
 use crate::{
     kernel::Kernel,
     scene::{self, Dimension, GaugeKind, Quantity, Scene},
-    state::{Clock, TakenBack},
+    state::{Clock, Remembers, TakenBack},
     time_step::AdaptiveTimeStep,
 };
 
 /// What a gauge showed after a step.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Reading {
     /// Number of the step, from 1.
     pub step: u64,
@@ -34,8 +35,8 @@ pub struct Reading {
 }
 
 /// What a gauge remembers from step to step.
-#[derive(Debug, Clone)]
-struct Memory {
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct Memory {
     timing: Timing,
     window: Window,
     latest: Option<Reading>,
@@ -67,6 +68,32 @@ impl fmt::Debug for Gauge {
 /// The gauges of the scene, in its order, with what they showed. In scenes that have some.
 #[derive(Resource, Debug)]
 pub struct Gauges(Vec<Gauge>);
+
+/// Readings that nobody has taken yet are part of it.
+impl Remembers for Gauges {
+    type State = Vec<(Memory, Option<Memory>, Vec<Reading>)>;
+
+    fn state(&self, _: &[Entity]) -> Self::State {
+        let of = |gauge: &Gauge| {
+            (
+                gauge.memory.clone(),
+                gauge.before.clone(),
+                gauge.readings.clone(),
+            )
+        };
+        self.iter().map(of).collect()
+    }
+
+    fn set_state(&mut self, state: Self::State, _: &[Entity]) -> Result<(), &'static str> {
+        if state.len() != self.0.len() {
+            return Err("it is of other gauges");
+        }
+        for (gauge, saved) in self.0.iter_mut().zip(state) {
+            (gauge.memory, gauge.before, gauge.readings) = saved;
+        }
+        Ok(())
+    }
+}
 
 impl Gauges {
     /// All gauges, in the order of the scene.

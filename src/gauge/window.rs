@@ -2,10 +2,12 @@
 
 use std::collections::VecDeque;
 
+use serde::{Deserialize, Serialize};
+
 use crate::{scene::Rate, state::Clock};
 
 /// When a gauge is read.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Timing {
     rate: Rate,
     /// The next multiple without a reading.
@@ -41,7 +43,7 @@ pub(super) fn decimal(number: f32) -> f64 {
 }
 
 /// Means over the steps between two readings.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 struct Interval {
     /// Where it begins \[s].
     begin: f64,
@@ -50,7 +52,7 @@ struct Interval {
 }
 
 /// Means over a window of time, of the intervals between readings that lie in it.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct Window {
     present: Interval,
     past: VecDeque<Interval>,

@@ -109,7 +109,7 @@ impl Summary {
 }
 
 /// Sums over the steps of a run, from which its summary takes the means.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct RunTotals {
     steps: u64,
     iterations: u64,
@@ -124,7 +124,7 @@ pub struct RunTotals {
 }
 
 /// Density errors of all steps.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 struct Errors {
     largest: f32,
     mean_sum: f64,

@@ -1,11 +1,15 @@
 //! Where a run stands, and whether it still may go on.
 
 use bevy_ecs::prelude::*;
+use serde::{Deserialize, Serialize};
 
-use super::failure::{Failure, FailureCause};
+use super::{
+    failure::{Failure, FailureCause},
+    remembered::Remembers,
+};
 
 /// Simulated time and steps.
-#[derive(Resource, Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Resource, Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Clock {
     /// Steps taken.
     pub step: u64,
@@ -25,6 +29,19 @@ pub struct Clock {
 /// Part of a step by which time, a sum of many steps, may be off: a step is longer by so little rather than followed by
 /// a second that long.
 const ROUNDING: f64 = 1e-2;
+
+impl Remembers for Clock {
+    type State = Self;
+
+    fn state(&self, _: &[Entity]) -> Self {
+        *self
+    }
+
+    fn set_state(&mut self, state: Self, _: &[Entity]) -> Result<(), &'static str> {
+        *self = state;
+        Ok(())
+    }
+}
 
 impl Clock {
     /// Length that this step would have had if it did not end at [`until`](Self::until) \[s]: the next step's follows

@@ -8,12 +8,14 @@ use std::ops::Range;
 use bevy_ecs::{component::Mutable, prelude::*};
 use bytemuck::TransparentWrapper;
 use glam::Vec3;
+use serde::{Serialize, de::DeserializeOwned};
 use smallvec::SmallVec;
 
 use super::{
     execution::Execution,
     failure::{Failure, FailureCause},
     particle::{Fluid, Position, Pressure},
+    remembered::{from_bytes, to_bytes},
     rows::Rows,
     stage::Systems,
 };
@@ -53,6 +55,14 @@ pub struct Lasting {
     pub(crate) install_keeping: fn(&mut World),
     /// Gives the particles, in the order of the rows, what was kept.
     pub(crate) restore: fn(&mut World, &[Entity]),
+    /// Its values of particles as bytes.
+    pub(crate) save: fn(&World, &[Entity]) -> Result<Vec<u8>, String>,
+    /// Gives particles the values that bytes hold.
+    pub(crate) load: fn(&mut World, &[Entity], &[u8]) -> Result<(), String>,
+    /// What is kept as bytes; none where nothing is.
+    pub(crate) save_kept: fn(&World) -> Result<Option<Vec<u8>>, String>,
+    /// Keeps what bytes hold.
+    pub(crate) load_kept: fn(&mut World, &[u8]) -> Result<(), String>,
 }
 
 /// Bytes of the two change ticks that a table holds per component.
@@ -98,6 +108,10 @@ impl Column {
                 keep: || keep::<C>.into_configs(),
                 install_keeping: |world| world.insert_resource(Kept::<C>(Vec::new())),
                 restore: restore::<C>,
+                save: save::<C>,
+                load: load::<C>,
+                save_kept: save_kept::<C>,
+                load_kept: load_kept::<C>,
             }),
         }
     }
@@ -131,7 +145,7 @@ pub(crate) trait StateColumn:
     Component<Mutability = Mutable> + TransparentWrapper<Self::Value> + Copy
 {
     /// What it wraps.
-    type Value: Copy + Send + Sync + 'static;
+    type Value: Copy + Send + Sync + Serialize + DeserializeOwned + 'static;
     /// The resource that holds its rows at the end of a step.
     type Result: Resource;
 
@@ -293,4 +307,64 @@ fn restore<C: StateColumn>(world: &mut World, entities: &[Entity]) {
             }
         }
     });
+}
+
+/// A column in a checkpoint: the values of the particles that have it, and the rows of those that lack it.
+type Saved<V> = (Vec<V>, Vec<u32>);
+
+fn save<C: StateColumn>(world: &World, entities: &[Entity]) -> Result<Vec<u8>, String> {
+    let mut saved: Saved<C::Value> = (Vec::with_capacity(entities.len()), Vec::new());
+    for (row, &entity) in (0..).zip(entities) {
+        match world.get::<C>(entity) {
+            Some(value) => saved.0.push(C::peel(*value)),
+            None => saved.1.push(row),
+        }
+    }
+    to_bytes(&saved)
+}
+
+fn load<C: StateColumn>(
+    world: &mut World,
+    entities: &[Entity],
+    bytes: &[u8],
+) -> Result<(), String> {
+    let (values, lacking): Saved<C::Value> = from_bytes(bytes)?;
+    if values.len() + lacking.len() != entities.len() {
+        let found = values.len() + lacking.len();
+        return Err(format!("{found} values for {} particles", entities.len()));
+    }
+    let mut values = values.into_iter();
+    let mut lacking = lacking.into_iter().peekable();
+    for (row, &entity) in (0..).zip(entities) {
+        let mut particle = (world.get_entity_mut(entity)).map_err(|error| error.to_string())?;
+        if lacking.next_if_eq(&row).is_some() {
+            particle.remove::<C>();
+            continue;
+        }
+        let value = C::wrap(values.next().ok_or("its rows are mixed up")?);
+        match particle.get_mut::<C>() {
+            Some(mut present) => *present = value,
+            None => {
+                particle.insert(value);
+            }
+        }
+    }
+    Ok(())
+}
+
+fn save_kept<C: StateColumn>(world: &World) -> Result<Option<Vec<u8>>, String> {
+    let Some(kept) = world.get_resource::<Kept<C>>() else {
+        return Ok(None);
+    };
+    let values: Vec<C::Value> = kept.0.iter().map(|value| C::peel(*value)).collect();
+    to_bytes(&values).map(Some)
+}
+
+fn load_kept<C: StateColumn>(world: &mut World, bytes: &[u8]) -> Result<(), String> {
+    let values: Vec<C::Value> = from_bytes(bytes)?;
+    let Some(mut kept) = world.get_resource_mut::<Kept<C>>() else {
+        return Err("this scene keeps no state to go back to".to_owned());
+    };
+    kept.0 = values.into_iter().map(C::wrap).collect();
+    Ok(())
 }

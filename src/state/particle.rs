@@ -9,6 +9,8 @@ use bevy_ecs::{
 use bytemuck::{Pod, TransparentWrapper, Zeroable};
 use glam::Vec3;
 
+use super::remembered::Remembers;
+
 /// Where a particle is \[m]. In 2-D, z is zero.
 #[derive(Component, Debug, Clone, Copy, Default, PartialEq, TransparentWrapper, Pod, Zeroable)]
 #[repr(transparent)]
@@ -51,9 +53,29 @@ impl ParticleId {
     }
 }
 
+/// Gives a particle the number that it had.
+pub(crate) fn give_number_back(world: &mut World, particle: Entity, number: u32) {
+    if let Some(mut id) = world.get_mut::<ParticleId>(particle) {
+        id.0 = number;
+    }
+}
+
 /// The number that the next particle gets. After 2³² − 1 particles all others have the last one.
 #[derive(Resource, Debug, Clone, Copy, Default)]
 pub(crate) struct NextParticleId(u32);
+
+impl Remembers for NextParticleId {
+    type State = u32;
+
+    fn state(&self, _: &[Entity]) -> u32 {
+        self.0
+    }
+
+    fn set_state(&mut self, next: u32, _: &[Entity]) -> Result<(), &'static str> {
+        self.0 = next;
+        Ok(())
+    }
+}
 
 fn give_a_number(mut world: DeferredWorld, context: HookContext) {
     let Some(mut next) = world.get_resource_mut::<NextParticleId>() else {

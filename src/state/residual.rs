@@ -2,8 +2,12 @@
 
 use bevy_ecs::prelude::*;
 use glam::Vec4;
+use serde::{Deserialize, Serialize};
 
-use super::execution::{ChunkResults, Execution};
+use super::{
+    execution::{ChunkResults, Execution},
+    remembered::Remembers,
+};
 
 /// How well the last step's pressure solve did.
 #[derive(Resource, Debug, Default)]
@@ -28,7 +32,7 @@ pub struct PressureSolve {
 }
 
 /// Compression `max(0, (ρ − ρ0)/ρ0)` \[-] over all particles.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct DensityError {
     /// Largest.
     pub largest: f32,
@@ -36,6 +40,27 @@ pub struct DensityError {
     pub row: usize,
     /// Mean.
     pub mean: f32,
+}
+
+/// A step that fails before its pressure solve reports the solve of the step before.
+impl Remembers for PressureSolve {
+    type State = (u32, u32, (DensityError, DensityError), (bool, bool, f64));
+
+    fn state(&self, _: &[Entity]) -> Self::State {
+        (
+            self.iterations,
+            self.divergence_iterations,
+            (self.error, self.residual),
+            (self.wants_force, self.two_sided, self.progress),
+        )
+    }
+
+    fn set_state(&mut self, state: Self::State, _: &[Entity]) -> Result<(), &'static str> {
+        (self.iterations, self.divergence_iterations) = (state.0, state.1);
+        (self.error, self.residual) = state.2;
+        (self.wants_force, self.two_sided, self.progress) = state.3;
+        Ok(())
+    }
 }
 
 /// Largest error and sum of errors of one chunk of rows.

@@ -65,8 +65,24 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
         (stage.install)(world, scene);
     }
     gauge::install(world, scene);
+    world.insert_resource(Installed {
+        scene: scene.clone(),
+        stages: order
+            .stages()
+            .map(|planned| (planned.stage.name, planned.every))
+            .collect(),
+    });
     schedules.add(world);
     Ok(())
+}
+
+/// The scene that a world runs.
+#[derive(Resource, Debug, Clone)]
+pub(crate) struct Installed {
+    /// As it was installed.
+    pub(crate) scene: Scene,
+    /// The stages of a step, in their order, and the steps between two runs of each.
+    pub(crate) stages: Vec<(&'static str, u64)>,
 }
 
 /// Inserts what a step has whatever its stages are.

@@ -19,6 +19,7 @@ mod timer;
 mod warnings;
 
 pub use error::{InstallError, StartDensity};
+pub(crate) use install::Installed;
 pub use install::install;
 pub(crate) use order::check_order;
 pub use order::{Flow, Order, OrderError, OrderItem};

@@ -21,8 +21,8 @@ use crate::{
     integrate::Motion,
     scene::{self, Scene},
     state::{
-        Clock, DensityError, Failure, FailureCause, Limit, Material, PressureSolve, Shock,
-        TakenBack,
+        Clock, DensityError, Failure, FailureCause, Limit, Material, PressureSolve, Remembers,
+        Shock, TakenBack,
     },
 };
 
@@ -88,6 +88,20 @@ pub fn motion_limits(h: f32, max_speed: f32, max_acceleration: f32) -> [Limit; 2
         ("speed", 0.4 * h / max_speed),
         ("force", 0.2 * (h / max_acceleration).sqrt()),
     ]
+}
+
+impl Remembers for AdaptiveTimeStep {
+    type State = (f32, u32, f64);
+
+    fn state(&self, _: &[Entity]) -> Self::State {
+        (self.largest_error, self.in_a_row, self.place)
+    }
+
+    fn set_state(&mut self, state: Self::State, _: &[Entity]) -> Result<(), &'static str> {
+        (self.largest_error, self.in_a_row, self.place) = state;
+        self.taken_back = None;
+        Ok(())
+    }
 }
 
 impl AdaptiveTimeStep {

@@ -4,6 +4,7 @@
 mod common;
 
 mod algorithm_2;
+mod checkpoints;
 mod determinism;
 mod guard;
 mod host;
