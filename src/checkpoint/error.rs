@@ -2,8 +2,10 @@
 
 use std::io;
 
-use super::file::FORMAT_VERSION;
 use crate::{output::OutputError, scene::SceneError, step::InstallError};
+
+/// Version of the format, raised when a part changes its meaning.
+pub const FORMAT_VERSION: u32 = 1;
 
 /// Why a checkpoint could not be written or a run not be resumed.
 #[derive(Debug, thiserror::Error)]

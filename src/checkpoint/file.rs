@@ -12,10 +12,7 @@
 
 use std::io::{Read, Write};
 
-use super::error::CheckpointError;
-
-/// Version of the format, raised when a part changes its meaning.
-pub const FORMAT_VERSION: u32 = 1;
+use super::error::{CheckpointError, FORMAT_VERSION};
 
 const MAGIC: &[u8; 8] = b"OVFLCHK\n";
 /// Bytes before the parts, and after them.
