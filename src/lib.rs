@@ -58,12 +58,14 @@
 //! | [`input`] | files that a user names, read with a limit |
 //! | [`execution`] | threads, chunks, results that do not depend on either |
 //! | [`measure`] | what experiments and analytic solutions give, too: front, height, semi-axes, line of pressures |
+//! | [`gauge`] | instruments of a scene: pressure, velocity, height, front, flux, force, energies |
 //! | [`output`] | frames, series, history, summary, pictures |
 //! | [`study`] | variants of a scene measured side by side: the paper's tables, speed against error |
 
 pub mod boundary;
 pub mod density;
 pub mod force;
+pub mod gauge;
 pub mod index;
 pub mod input;
 pub mod integrate;

@@ -36,6 +36,7 @@ const FLOORS: &[&str] = &[
     "time_step",
     "pressure",
     "force",
+    "gauge",
     "registry",
     "loading",
     "step",

@@ -6,6 +6,7 @@
 
 pub mod contact;
 pub mod direct_forcing;
+pub mod owners;
 mod samples;
 pub mod sums;
 mod volume;

@@ -3,6 +3,7 @@
 use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};
 
+use super::owners::{NOBODY, Owners, SampleOf};
 use super::volume::volumes;
 use crate::{
     index::{self, BoundarySamples},
@@ -133,6 +134,12 @@ pub fn refresh_boundary(world: &mut World, scene: &Scene) -> Result<(), Boundary
         })
         .collect();
     let samples = pack(scene, &samples, &execution)?;
+    if world.contains_resource::<Owners>() {
+        let mut owners = world.query_filtered::<Option<&SampleOf>, With<Boundary>>();
+        let owner = |of: Option<&SampleOf>| of.map_or(NOBODY, |of| of.0);
+        let owners = owners.iter(world).map(owner).collect();
+        world.insert_resource(Owners(owners));
+    }
     for ((_, _, mut volume), sample) in query.iter_mut(world).zip(samples.points()) {
         volume.0 = sample.w;
     }

@@ -45,6 +45,13 @@ impl WallSums {
     }
 }
 
+impl WallSums {
+    /// Factor of the gradients of the walls' kernels [-].
+    pub(crate) fn push(&self) -> f32 {
+        self.beside.push
+    }
+}
+
 impl<'a> Walls<'a> {
     /// The sums of all rows; none in a scene without walls.
     pub fn of(sums: Option<&'a WallSums>) -> Self {
@@ -75,6 +82,17 @@ impl<'a> Walls<'a> {
         let normal = sums.truncate().normalize_or_zero();
         let across = force.dot(normal) * normal;
         across + (force - across) / (1.0 - self.slide * sums.w).max(LEAST_ALONG)
+    }
+
+    /// The part of an acceleration by pressure, walls included, that [`made_up`](Self::made_up) added to it.
+    #[inline(always)]
+    pub(crate) fn added(self, row: usize, acceleration: Vec3) -> Vec3 {
+        let Some(sums) = self.sums.get(row).filter(|sums| sums.w > 0.0) else {
+            return Vec3::ZERO;
+        };
+        let normal = sums.truncate().normalize_or_zero();
+        let along = acceleration - acceleration.dot(normal) * normal;
+        along * (1.0 - (1.0 - self.slide * sums.w).max(LEAST_ALONG))
     }
 
     /// `Σ_b V_b W_ib` of a row [-]: the walls' part of its kernel.

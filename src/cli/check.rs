@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use glam::Vec3;
 use overfall::Plan;
-use overfall::scene::{Cfl, Scene, TimeStep};
+use overfall::scene::{Cfl, Rate, Scene, TimeStep};
 
 use super::exit::{Exit, Failure};
 use super::report::size;
@@ -66,6 +66,7 @@ fn text(scene: &Scene, plan: &Plan, threads: usize) -> String {
         let _ = writeln!(text, "  {name:<15} {value}");
     }
     text.push_str(&phases(plan));
+    text.push_str(&gauges(scene));
     text.push_str(&time_step(scene, plan));
     text.push_str(&memory(plan));
     for warning in &plan.warnings {
@@ -81,12 +82,50 @@ fn extent((low, high): (Vec3, Vec3)) -> String {
     )
 }
 
-/// The pressure method with all of its parameters, as a scene file writes them.
+/// The pressure method with all of its parameters.
 fn method(scene: &Scene) -> String {
+    written(&scene.pressure)
+}
+
+/// A value as a scene file writes it.
+fn written(value: &impl serde::Serialize) -> String {
     let options = ron::Options::default()
-        .with_default_extension(ron::extensions::Extensions::UNWRAP_VARIANT_NEWTYPES);
-    let text = options.to_string(&scene.pressure).unwrap_or_default();
+        .with_default_extension(ron::extensions::Extensions::UNWRAP_VARIANT_NEWTYPES)
+        .with_default_extension(ron::extensions::Extensions::IMPLICIT_SOME);
+    let text = options.to_string(value).unwrap_or_default();
     text.replace(',', ", ").replace(':', ": ")
+}
+
+/// The gauges: what they measure, how often, and the columns of their files.
+fn gauges(scene: &Scene) -> String {
+    let mut text = String::new();
+    if !scene.gauges.is_empty() {
+        text.push_str("\nGauges\n");
+    }
+    for gauge in &scene.gauges {
+        let rate = match gauge.every {
+            Rate::Steps(1) => "every step".to_owned(),
+            Rate::Steps(steps) => format!("every {steps} steps"),
+            Rate::Seconds(seconds) => format!("every {seconds} s"),
+        };
+        let window = match gauge.window {
+            0.0 => String::new(),
+            window => format!(", means over {window} s"),
+        };
+        let reference = gauge.reference.as_ref();
+        let reference = reference.map_or_else(String::new, |known| {
+            format!(", beside {}", console::name(&known.file))
+        });
+        let kind = console::name(&written(&gauge.kind)).to_string();
+        let _ = writeln!(
+            text,
+            "  {:<15} {kind}, {rate}{window}{reference}",
+            gauge.name
+        );
+        let columns = gauge.columns().join(", ");
+        let _ = writeln!(text, "  {:<15} {columns}", "");
+    }
+    text
 }
 
 /// How far the start is from rest.

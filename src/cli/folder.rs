@@ -3,6 +3,7 @@
 //! ```text
 //! out/dam_break/
 //!   history.csv         a row a step
+//!   gauges/wall.csv     a row a reading; a chart beside it if there is something to compare with
 //!   summary.json        how it went
 //!   dam_break.pvd       the frames as one animation
 //!   contact_sheet.png   the pictures at a glance
@@ -33,6 +34,7 @@ pub(super) const CONTACT_SHEET: &str = "contact_sheet.png";
 const RESERVE: &str = ".overfall_reserve";
 const FRAMES: &str = "frames";
 const PICTURES: &str = "pictures";
+const GAUGES: &str = "gauges";
 
 /// Bytes that are kept for the summary in case the disk is full by then; a summary has about 1500.
 const RESERVE_BYTES: usize = 1 << 12;
@@ -83,6 +85,9 @@ impl RunFolder {
         planned.extend(copy.names().map(str::to_owned));
         if scene.output.pictures {
             planned.push(CONTACT_SHEET.into());
+        }
+        for name in scene.gauges.iter().map(|gauge| &gauge.name) {
+            planned.extend([gauge(name), gauge_chart(name)]);
         }
         // How many frames there will be is not known: none of their names may be taken.
         for (folder, extension) in [(FRAMES, "vtu"), (FRAMES, "ply"), (PICTURES, "png")] {
@@ -138,6 +143,11 @@ impl RunFolder {
         self.root.join(FRAMES)
     }
 
+    /// Holds what the gauges show.
+    pub(super) fn gauges(&self) -> PathBuf {
+        self.root.join(GAUGES)
+    }
+
     /// Holds the pictures.
     pub(super) fn pictures(&self) -> PathBuf {
         self.root.join(PICTURES)
@@ -152,6 +162,16 @@ pub(super) fn frame(number: u64, format: FrameFormat) -> String {
 /// The picture of a frame, relative to the folder.
 pub(super) fn picture(number: u64) -> String {
     format!("{PICTURES}/{STEM}{number:05}.png")
+}
+
+/// The readings of a gauge, relative to the folder.
+pub(super) fn gauge(name: &str) -> String {
+    format!("{GAUGES}/{name}.csv")
+}
+
+/// The chart of a gauge, relative to the folder.
+pub(super) fn gauge_chart(name: &str) -> String {
+    format!("{GAUGES}/{name}.svg")
 }
 
 /// Room on the disk for the summary, which is wanted most when the disk is full.

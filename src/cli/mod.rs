@@ -9,6 +9,7 @@ mod command;
 mod console;
 mod exit;
 mod folder;
+mod gauges;
 mod interrupt;
 mod manifest;
 mod options;

@@ -15,6 +15,7 @@ use overfall::{state::Clock, step::warnings};
 use super::claims::{Claims, Writer};
 use super::exit::{Exit, Failure, cannot_write};
 use super::folder::{HISTORY, Reserve, RunFolder, SUMMARY};
+use super::gauges::GaugeFiles;
 use super::progress::Progress;
 use super::recorder::{GaveUp, Recorder};
 use super::scene_copy::SceneCopy;
@@ -67,6 +68,7 @@ pub(super) fn run(options: &options::Run) -> Result<Exit, Failure> {
         goal,
         clock: FrameClock::new(&scene.output, goal),
         history: history.map_err(cannot_write)?,
+        gauges: GaugeFiles::start(&folder, &claims, &scene)?,
         recorder: Recorder::start(&folder, &claims, &scene, threads)?,
         progress,
         totals: RunTotals::default(),
@@ -110,6 +112,7 @@ struct Run {
     goal: Goal,
     clock: FrameClock,
     history: History,
+    gauges: GaugeFiles,
     recorder: Recorder,
     progress: Progress,
     totals: RunTotals,
@@ -148,6 +151,7 @@ impl Run {
             self.stepping += taken;
             self.totals.add(&report);
             self.history.push(&report)?;
+            self.gauges.take(self.simulation.world_mut(), false)?;
             if report.taken_back.is_some() {
                 self.withdraw(report.time)?;
                 self.progress.update(&report, taken);
@@ -207,6 +211,7 @@ impl Run {
                 .err()
                 .map(|error| cannot_write(error).into_text()),
         );
+        failures.extend(self.gauges.finish(self.simulation.world_mut()));
         let recorded = self.recorder.finish();
         debug_assert!(last_frame.is_ok() || recorded.failure.is_some());
         failures.extend(recorded.failure);

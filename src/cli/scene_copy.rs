@@ -25,15 +25,17 @@ impl SceneCopy {
     pub(super) fn of(scene: &Scene) -> Result<Self, Failure> {
         let mut scene = scene.clone();
         let mut files = Vec::new();
+        let has_order = scene.order.is_some();
         for path in scene.files_mut() {
             let bytes = read_bytes(Path::new(&*path))
                 .map_err(|error| Failure::Refused(format!("cannot read {path}: {error}")))?;
             let extension = Path::new(&*path).extension().unwrap_or_default();
             let name = match extension.to_str() {
+                _ if has_order && files.is_empty() => "order.ron".to_owned(),
                 Some(extension) if is_mesh(extension) => {
                     format!("mesh_{}.{}", files.len(), extension.to_lowercase())
                 }
-                _ => "order.ron".to_owned(),
+                _ => format!("reference_{}.csv", files.len()),
             };
             path.clone_from(&name);
             files.push((format!("{FOLDER}/{name}"), bytes));

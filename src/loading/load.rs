@@ -60,13 +60,18 @@ impl Scene {
         Ok(plain_names(&text) + "\n")
     }
 
-    /// Paths of the files that belong to the scene: the order's, if it names one, then those of the meshes.
+    /// Paths of the files that belong to the scene: the order's, if it names one, then those of the meshes, then those
+    /// that gauges are compared with.
     pub fn files_mut(&mut self) -> impl Iterator<Item = &mut String> {
         let meshes = self.boundaries.iter_mut().filter_map(|shape| match shape {
             BoundaryShape::Mesh(mesh) => Some(&mut mesh.file),
             _ => None,
         });
-        self.order.iter_mut().chain(meshes)
+        let references = self.gauges.iter_mut().filter_map(|gauge| {
+            let reference = gauge.reference.as_mut()?;
+            Some(&mut reference.file)
+        });
+        self.order.iter_mut().chain(meshes).chain(references)
     }
 
     /// Checks a scene that was built in code, as [`load`](Self::load) checks a file.

@@ -1,19 +1,13 @@
 //! `history.csv`: one row a step.
 
 use std::fmt::Write as _;
-use std::fs::{self, File};
-use std::io::{ErrorKind, Write as _};
-use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::fs;
+use std::io::ErrorKind;
+use std::path::Path;
 
 use super::OutputError;
-use super::atomic::write_atomically;
+use super::rows::RowFile;
 use crate::{state::Phase, step::StepReport};
-
-/// Rows go to the file when so many bytes wait …
-const BUFFER_BYTES: usize = 1 << 16;
-/// … or so long after the last time, so that who watches the file sees a slow run go on.
-const BUFFER_TIME: Duration = Duration::from_secs(1);
 
 /// Columns before the phases; their names end in their SI unit where they have one.
 const COLUMNS: [&str; 13] = [
@@ -41,12 +35,7 @@ const COLUMNS: [&str; 13] = [
 /// Only whole rows ever go to the file: what an interruption leaves is valid. Rows that wait are written by
 /// [`flush`](Self::flush) or when the history is dropped.
 #[derive(Debug)]
-pub struct History {
-    path: PathBuf,
-    file: File,
-    waiting: String,
-    written_at: Instant,
-}
+pub struct History(RowFile);
 
 impl History {
     /// Starts a history, over an older one if there is one.
@@ -54,7 +43,7 @@ impl History {
     /// # Errors
     /// When the system refuses.
     pub fn create(path: &Path) -> Result<Self, OutputError> {
-        Self::start(path, &header())
+        Ok(Self(RowFile::start(path, &header())?))
     }
 
     /// Goes on with the history of a run that resumes after a step: the rows up to the last of that step stay. A
@@ -76,21 +65,7 @@ impl History {
             let stay = &rows[..last.map_or(0, |last| last + 1)];
             stay.iter().for_each(|(_, row)| kept.push_str(row));
         }
-        Self::start(path, &kept)
-    }
-
-    fn start(path: &Path, text: &str) -> Result<Self, OutputError> {
-        write_atomically(path, |out| out.write_all(text.as_bytes()))?;
-        let file = File::options()
-            .append(true)
-            .open(path)
-            .map_err(|source| OutputError::io(path, source))?;
-        Ok(Self {
-            path: path.to_owned(),
-            file,
-            waiting: String::new(),
-            written_at: Instant::now(),
-        })
+        Ok(Self(RowFile::start(path, &kept)?))
     }
 
     /// Adds the row of a step.
@@ -98,11 +73,7 @@ impl History {
     /// # Errors
     /// When the system refuses to take the rows that wait.
     pub fn push(&mut self, report: &StepReport) -> Result<(), OutputError> {
-        push_row(&mut self.waiting, report);
-        if self.waiting.len() >= BUFFER_BYTES || self.written_at.elapsed() >= BUFFER_TIME {
-            self.flush()?;
-        }
-        Ok(())
+        self.0.push(|text| push_row(text, report))
     }
 
     /// Writes the rows that wait.
@@ -110,56 +81,7 @@ impl History {
     /// # Errors
     /// When the system refuses, or the file was removed meanwhile. Whole rows stay, and those that wait are lost.
     pub fn flush(&mut self) -> Result<(), OutputError> {
-        let result = self.append();
-        self.waiting.clear();
-        self.written_at = Instant::now();
-        result.map_err(|source| OutputError::io(&self.path, source))
-    }
-
-    fn append(&mut self) -> std::io::Result<()> {
-        // A file that was removed takes rows without an end, and nobody would ever see them.
-        if !self.is_there()? {
-            let reason = "it was removed, or its folder was";
-            return Err(std::io::Error::new(ErrorKind::NotFound, reason));
-        }
-        let before = self.file.metadata()?.len();
-        self.file
-            .write_all(self.waiting.as_bytes())
-            .inspect_err(|_| {
-                // A full disk takes a part: of that, whole rows stay. If this fails, too, there is nothing left to do.
-                let _ = self.drop_half_a_row(before);
-            })
-    }
-
-    /// Whether the file's name still leads to this file.
-    fn is_there(&self) -> std::io::Result<bool> {
-        let found = match fs::metadata(&self.path) {
-            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(false),
-            found => found?,
-        };
-        #[cfg(unix)]
-        {
-            use std::os::unix::fs::MetadataExt;
-            let ours = self.file.metadata()?;
-            Ok((found.dev(), found.ino()) == (ours.dev(), ours.ino()))
-        }
-        #[cfg(not(unix))]
-        Ok(found.is_file())
-    }
-
-    fn drop_half_a_row(&self, before: u64) -> std::io::Result<()> {
-        let written = self.file.metadata()?.len().saturating_sub(before) as usize;
-        let written = &self.waiting.as_bytes()[..written.min(self.waiting.len())];
-        let whole = written.iter().rposition(|&byte| byte == b'\n');
-        self.file
-            .set_len(before + whole.map_or(0, |end| end as u64 + 1))
-    }
-}
-
-impl Drop for History {
-    fn drop(&mut self) {
-        // There is no one to tell; who wants to know calls `flush`.
-        let _ = self.flush();
+        self.0.flush()
     }
 }
 

@@ -5,6 +5,8 @@
 //! | `frame_000042.vtu`, `.ply` | [`Frame::write_vtu`], [`Frame::write_ply`] | a frame |
 //! | `frames.pvd` | [`Series`] | a frame |
 //! | `history.csv` | [`History`] | a step |
+//! | `gauges/*.csv` | [`GaugeFile`] | a reading |
+//! | `gauges/*.svg` | [`draw_beside_known`](crate::study::chart::draw_beside_known) | the end (feature `cli`) |
 //! | `summary.json` | `Summary` | the end, however it comes (feature `cli`) |
 //! | `*.png` | [`picture::draw`] | a frame (feature `cli`) |
 //!
@@ -18,10 +20,12 @@ mod error;
 mod fields;
 mod frame;
 mod frame_file;
+mod gauges;
 mod history;
 #[cfg(feature = "cli")]
 pub mod picture;
 mod ply;
+mod rows;
 mod series;
 #[cfg(feature = "cli")]
 pub mod summary;
@@ -31,6 +35,7 @@ pub use atomic::{partial_name, write_atomically};
 pub use error::OutputError;
 pub use fields::{FIELDS, Field};
 pub use frame::Frame;
+pub use gauges::GaugeFile;
 pub use history::History;
 pub use series::{Series, SeriesEntry};
 #[cfg(feature = "cli")]

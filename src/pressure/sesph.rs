@@ -92,6 +92,23 @@ impl EquationOfState {
         .max(0.0)
     }
 
+    /// Energy of compression from rest, `∫ p/ρ² dρ` [J/kg], at a density [kg/m³].
+    pub fn energy(&self, density: f64, rest_density: f64) -> f64 {
+        let ratio = density / rest_density;
+        if ratio <= 1.0 {
+            return 0.0;
+        }
+        match self.0 {
+            StateEquation::Tait { stiffness } => {
+                let work = ratio.powi(6) / 6.0 + 1.0 / ratio - 7.0 / 6.0;
+                f64::from(stiffness) / rest_density * work
+            }
+            StateEquation::Gas { stiffness } => {
+                f64::from(stiffness) * (ratio.ln() + 1.0 / ratio - 1.0)
+            }
+        }
+    }
+
     /// Speed of sound at rest `sqrt(dp/dρ)` [m/s].
     pub fn sound_speed(&self, rest_density: f32) -> f32 {
         match self.0 {
@@ -132,6 +149,26 @@ pub fn compute_pressure(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn energy_is_the_integral_of_pressure() {
+        for equation in [
+            StateEquation::Tait { stiffness: 1000.0 },
+            StateEquation::Gas { stiffness: 50.0 },
+        ] {
+            let equation = EquationOfState(equation);
+            for end in [950.0, 1001.0, 1030.0, 1200.0_f64] {
+                let steps = 4000;
+                let d = (end - 1000.0).max(0.0) / f64::from(steps);
+                let sum: f64 = (0..steps)
+                    .map(|k| 1000.0 + (f64::from(k) + 0.5) * d)
+                    .map(|rho| f64::from(equation.pressure(rho as f32, 1000.0)) / (rho * rho) * d)
+                    .sum();
+                let energy = equation.energy(end, 1000.0);
+                assert!((energy - sum).abs() <= 2e-3 * sum, "{energy} {sum}");
+            }
+        }
+    }
 
     #[test]
     fn equations_give_the_published_pressures() {

@@ -5,6 +5,7 @@ use bevy_ecs::prelude::*;
 use super::columns::lasting;
 use crate::{
     boundary::{contact, direct_forcing},
+    gauge,
     integrate::{self, Domain, GuardLimits, Motion},
     scene::{Scene, TimeStep},
     state::{Phase, Product, Stage, Systems, chain, clock, failure::healthy, transfer},
@@ -41,13 +42,18 @@ pub(super) const STAGE: Stage = Stage {
 };
 
 fn systems(scene: &Scene) -> Systems {
-    let moved = if scene.boundaries.is_empty() {
+    let integrated = if gauge::measures_forces(scene) {
+        (integrate::integrate, gauge::keep_velocities).chain()
+    } else {
         integrate::integrate.into_configs()
+    };
+    let moved = if scene.boundaries.is_empty() {
+        integrated
     } else if scene.forces_directly() {
         let corrected = (direct_forcing::correct_motion, contact::keep_outside);
-        (integrate::integrate, corrected.chain()).chain()
+        (integrated, corrected.chain()).chain()
     } else {
-        (integrate::integrate, contact::keep_outside).chain()
+        (integrated, contact::keep_outside).chain()
     };
     let guard = (transfer::check_rows, integrate::guard).chain();
     let goes_back = matches!(scene.time_step, TimeStep::Adaptive(_));

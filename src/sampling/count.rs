@@ -14,7 +14,7 @@ pub(crate) fn count(shape: &BoundaryShape, dimension: Dimension, spacing: f32, d
         BoundaryShape::Tank { min, max, .. } => {
             shell_count(max - min + 2.0 * inset, dimension, spacing)
         }
-        BoundaryShape::Box { min, max } => shell_count(
+        BoundaryShape::Box { min, max, .. } => shell_count(
             (max - min - 2.0 * inset).max(Vec3::ZERO),
             dimension,
             spacing,

@@ -11,8 +11,8 @@ use glam::Vec3;
 pub(crate) use count::count;
 pub use layer::{beside_wall, layer_depth};
 pub(crate) use mesh::expected as expected_of_mesh;
-pub(crate) use surfaces::for_each_sample;
 pub use surfaces::sample;
+pub(crate) use surfaces::{for_each_sample, for_each_sample_of};
 
 /// A boundary particle.
 #[derive(Debug, Clone, Copy, PartialEq)]

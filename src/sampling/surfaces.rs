@@ -22,12 +22,23 @@ pub(crate) fn for_each_sample(
     scene: &Scene,
     put: &mut dyn FnMut(BoundarySample),
 ) -> Result<(), MeshError> {
+    for_each_sample_of(scene, &mut |_, sample| put(sample))
+}
+
+/// As [`for_each_sample`], with the number of the boundary.
+pub(crate) fn for_each_sample_of(
+    scene: &Scene,
+    put: &mut dyn FnMut(u32, BoundarySample),
+) -> Result<(), MeshError> {
     if scene.boundaries.is_empty() {
         return Ok(());
     }
     let depth = layer_depth(scene);
-    let mut shapes = scene.boundaries.iter();
-    shapes.try_for_each(|shape| sample_shape(shape, scene.dimension, scene.spacing, depth, put))
+    let mut shapes = (0..).zip(&scene.boundaries);
+    shapes.try_for_each(|(number, shape)| {
+        let mut put = |sample| put(number, sample);
+        sample_shape(shape, scene.dimension, scene.spacing, depth, &mut put)
+    })
 }
 
 fn sample_shape(
@@ -39,7 +50,7 @@ fn sample_shape(
 ) -> Result<(), MeshError> {
     let inset = Vec3::splat(depth);
     match *shape {
-        BoundaryShape::Tank { min, max, open } => shell(
+        BoundaryShape::Tank { min, max, open, .. } => shell(
             min - inset,
             max + inset,
             Side::Inside { open },
@@ -47,7 +58,7 @@ fn sample_shape(
             spacing,
             put,
         ),
-        BoundaryShape::Box { min, max } => {
+        BoundaryShape::Box { min, max, .. } => {
             // A plate thinner than the spacing keeps one layer, in its middle.
             let middle = 0.5 * (min + max);
             shell(
@@ -59,7 +70,7 @@ fn sample_shape(
                 put,
             );
         }
-        BoundaryShape::Sphere { center, radius } => {
+        BoundaryShape::Sphere { center, radius, .. } => {
             let radius = (radius - depth).max(0.5 * radius);
             match dimension {
                 Dimension::Two => circle(center, radius, spacing, put),
@@ -70,6 +81,7 @@ fn sample_shape(
             center,
             normal,
             half_size,
+            ..
         } => {
             let normal = normal.normalize_or(Vec3::Y);
             plane(
@@ -229,6 +241,7 @@ mod tests {
             min: Vec3::ZERO,
             max: Vec3::new(0.4, 0.3, 0.2),
             open,
+            name: None,
         }
     }
 
@@ -279,6 +292,7 @@ mod tests {
         let obstacle = BoundaryShape::Box {
             min: Vec3::ZERO,
             max: Vec3::new(0.4, 0.3, 0.2),
+            name: None,
         };
         sample_shape(&obstacle, Dimension::Three, 0.1, 0.05, &mut |sample| {
             samples.push(sample)
@@ -298,11 +312,13 @@ mod tests {
             BoundaryShape::Sphere {
                 center: Vec3::ONE,
                 radius: 0.3,
+                name: None,
             },
             BoundaryShape::Plane {
                 center: Vec3::ZERO,
                 normal: Vec3::new(1.0, 1.0, 0.0),
                 half_size: 0.5,
+                name: None,
             },
         ] {
             let points = sampled(shape.clone(), Dimension::Two);
@@ -320,6 +336,7 @@ mod tests {
             BoundaryShape::Sphere {
                 center,
                 radius: 1.05,
+                name: None,
             },
             Dimension::Three,
         );

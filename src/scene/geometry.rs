@@ -101,6 +101,9 @@ pub enum BoundaryShape {
         /// Whether the side towards +y is missing.
         #[serde(default)]
         open: bool,
+        /// What gauges call it; boundaries of one name are one body to them.
+        #[serde(default)]
+        name: Option<String>,
     },
     /// A solid box.
     Box {
@@ -108,6 +111,9 @@ pub enum BoundaryShape {
         min: Vec3,
         /// Upper corner [m].
         max: Vec3,
+        /// What gauges call it; boundaries of one name are one body to them.
+        #[serde(default)]
+        name: Option<String>,
     },
     /// A solid sphere (a disc in 2-D).
     Sphere {
@@ -115,6 +121,9 @@ pub enum BoundaryShape {
         center: Vec3,
         /// Radius [m].
         radius: f32,
+        /// What gauges call it; boundaries of one name are one body to them.
+        #[serde(default)]
+        name: Option<String>,
     },
     /// A flat rectangular wall (a line in 2-D) that is solid on the far side of its normal.
     Plane {
@@ -124,6 +133,9 @@ pub enum BoundaryShape {
         normal: Vec3,
         /// Half the edge of the square [m]; its edges lie along [`shapes::wall_axes`](super::shapes::wall_axes).
         half_size: f32,
+        /// What gauges call it; boundaries of one name are one body to them.
+        #[serde(default)]
+        name: Option<String>,
     },
     /// A surface of triangles; 3-D only.
     Mesh(MeshBoundary),
@@ -151,6 +163,9 @@ pub struct MeshBoundary {
     /// Where the solid is.
     #[serde(default)]
     pub side: MeshSide,
+    /// What gauges call it; boundaries of one name are one body to them.
+    #[serde(default)]
+    pub name: Option<String>,
 }
 
 fn one() -> f64 {
@@ -172,6 +187,19 @@ pub enum MeshSide {
     /// A sheet with fluid on both sides, or thin walls that need not be closed. It acts as a wall as thick as twice the
     /// depth of the layer of samples, about 1.2 spacings.
     Both,
+}
+
+impl BoundaryShape {
+    /// What gauges call it.
+    pub fn name(&self) -> Option<&str> {
+        match self {
+            Self::Tank { name, .. }
+            | Self::Box { name, .. }
+            | Self::Sphere { name, .. }
+            | Self::Plane { name, .. } => name.as_deref(),
+            Self::Mesh(mesh) => mesh.name.as_deref(),
+        }
+    }
 }
 
 impl FluidBody {

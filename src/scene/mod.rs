@@ -7,6 +7,7 @@
 //! a variant whose fields all have defaults may stand alone, `Pcisph`.
 
 mod error;
+mod gauge;
 mod geometry;
 mod output;
 mod physics;
@@ -15,6 +16,7 @@ pub mod shapes;
 
 pub(crate) use error::unknown_name;
 pub use error::{Place, SceneError};
+pub use gauge::*;
 pub use geometry::*;
 pub use output::*;
 pub use physics::*;
@@ -83,6 +85,9 @@ pub struct Scene {
     /// Simulated time of the run [s].
     #[serde(default = "default_duration")]
     pub duration: f32,
+    /// What is measured on the way.
+    #[serde(default)]
+    pub gauges: Vec<Gauge>,
     /// What is written, and how often.
     #[serde(default)]
     pub output: Output,

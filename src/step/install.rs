@@ -13,6 +13,7 @@ use super::{
     timer::PhaseTimer,
 };
 use crate::{
+    gauge,
     pressure::warm_start,
     registry::Stages,
     scene::Scene,
@@ -63,6 +64,7 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
     for stage in order.installed() {
         (stage.install)(world, scene);
     }
+    gauge::install(world, scene);
     schedules.add(world);
     Ok(())
 }

@@ -16,6 +16,7 @@ use super::{
     timer::{lap, start_timer},
 };
 use crate::{
+    gauge,
     pressure::first_force,
     scene::{Executor, Scene, TimeStep},
     state::{
@@ -88,10 +89,23 @@ pub(super) fn build_schedules(
     }
     step.set_executor(StepExecutor::new(parallel));
     let mut configs = vec![(clock::begin, start_timer).chain()];
+    if gauge::measures_energy(scene) {
+        configs.push(gauge::note_start.run_if(healthy));
+    }
     add_stages(order, scene, &mut configs);
+    let has_gauges = !scene.gauges.is_empty();
+    if gauge::measures_energy(scene) {
+        configs.push(gauge::book.in_set(Phase::Observe).run_if(healthy));
+    }
+    if has_gauges {
+        configs.push(gauge::read_gauges.in_set(Phase::Observe).run_if(healthy));
+    }
     configs.push(failure::name_the_particle.in_set(Phase::Observe));
     if matches!(scene.time_step, TimeStep::Adaptive(_)) {
         configs.push(roll_back::roll_back.in_set(Phase::Observe));
+        if has_gauges {
+            configs.push(gauge::go_back.in_set(Phase::Observe));
+        }
     }
     configs.push((lap(Phase::Observe), finish).chain().in_set(Phase::Observe));
     step.set_build_settings(strict());

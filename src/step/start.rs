@@ -4,7 +4,13 @@ use bevy_ecs::prelude::*;
 
 use super::error::InstallError;
 use crate::{
-    boundary::{self, direct_forcing::DirectForcing, sums::WallSums},
+    boundary::{
+        self,
+        direct_forcing::DirectForcing,
+        owners::{Owners, SampleOf},
+        sums::WallSums,
+    },
+    gauge,
     index::{self, BoundarySamples, z_curve},
     neighbours::BoundaryNeighbours,
     sampling,
@@ -59,6 +65,8 @@ impl FluidStart {
 /// The boundary particles, and what loops read of them.
 pub(super) struct Walls {
     pub(super) sampled: Vec<BoundarySample>,
+    /// Numbers of the samples' boundaries, where a gauge wants them.
+    owners: Option<Vec<u32>>,
     pub(super) samples: BoundarySamples,
 }
 
@@ -68,22 +76,43 @@ impl Walls {
         if scene.boundaries.is_empty() {
             return Ok(None);
         }
-        let sampled = sampling::sample(scene)?;
+        let (mut sampled, mut owners) = (Vec::new(), Vec::new());
+        sampling::for_each_sample_of(scene, &mut |owner, sample| {
+            sampled.push(sample);
+            owners.push(owner);
+        })?;
         let samples = boundary::pack(scene, &sampled, execution).map_err(InstallError::Boundary)?;
-        Ok(Some(Self { sampled, samples }))
+        Ok(Some(Self {
+            sampled,
+            owners: gauge::measures_forces(scene).then_some(owners),
+            samples,
+        }))
     }
 
     pub(super) fn spawn(self, world: &mut World, scene: &Scene) {
-        let Self { sampled, samples } = self;
+        let Self {
+            sampled,
+            owners,
+            samples,
+        } = self;
         let volumes: Vec<f32> = samples.points().iter().map(|sample| sample.w).collect();
-        world.spawn_batch(sampled.into_iter().zip(volumes).map(|(sample, volume)| {
-            (
-                Boundary,
-                Position(sample.position),
-                BoundaryNormal(sample.normal),
-                BoundaryVolume(volume),
-            )
-        }));
+        let spawned =
+            world.spawn_batch(sampled.into_iter().zip(volumes).map(|(sample, volume)| {
+                (
+                    Boundary,
+                    Position(sample.position),
+                    BoundaryNormal(sample.normal),
+                    BoundaryVolume(volume),
+                )
+            }));
+        if let Some(owners) = owners {
+            let particles: Vec<Entity> = spawned.collect();
+            let of = owners.iter().map(|&owner| SampleOf(owner));
+            world.insert_batch(particles.into_iter().zip(of));
+            world.insert_resource(Owners(owners));
+        } else {
+            drop(spawned);
+        }
         world.insert_resource(samples);
         world.insert_resource(WallSums::new(scene.pressure.solver().beside_wall(scene)));
         if let BoundaryHandling::DirectForcing(parameters) = scene.boundary_handling {

@@ -61,15 +61,20 @@ impl Plan {
     pub fn load(path: &Path) -> Result<Self, StudyError> {
         let text = read_file("study", path)?;
         let file = path.display().to_string();
-        let study: Study = read(&text, &file)?;
-        Checker {
+        let mut study: Study = read(&text, &file)?;
+        let (cases, reference) = Checker {
             study: &study,
             text: &text,
             file: &file,
             folder: path.parent().unwrap_or(Path::new("")),
         }
-        .check()
-        .map(|(cases, reference)| Self {
+        .check()?;
+        for column in &mut study.columns {
+            if let (Measure::Gauge(measure), Some(case)) = (&mut column.measure, cases.first()) {
+                measure.name_its_column(&case.variants[0].scene);
+            }
+        }
+        Ok(Self {
             study,
             cases,
             reference,
@@ -102,6 +107,7 @@ impl Checker<'_> {
         let reference = self.reference()?;
         let cases = self.cases()?;
         self.check_references(&cases, &reference)?;
+        self.check_gauges(&cases)?;
         self.check_memory(&cases)?;
         Ok((cases, reference))
     }
@@ -284,6 +290,21 @@ impl Checker<'_> {
             },
             message,
         })
+    }
+
+    /// Gauges that columns ask for are in the scenes of all variants.
+    fn check_gauges(&self, cases: &[PlannedCase]) -> Result<(), StudyError> {
+        for (k, column) in self.study.columns.iter().enumerate() {
+            let Measure::Gauge(measure) = &column.measure else {
+                continue;
+            };
+            for variant in cases.iter().flat_map(|case| &case.variants) {
+                if let Err(message) = measure.check(&variant.scene) {
+                    return self.refuse(&format!("columns.{k}.measure"), message);
+                }
+            }
+        }
+        Ok(())
     }
 
     fn check_references(

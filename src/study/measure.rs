@@ -1,7 +1,10 @@
 //! What a block of steps is measured by.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
+use super::gauge::{GaugeMeasure, Key, Tally};
 use crate::{state::Phase, step::StepReport};
 
 /// A quantity of a block.
@@ -31,6 +34,8 @@ pub enum Measure {
     TestedPairs,
     /// Distances computed for an entry [-].
     TestedRatio,
+    /// What a gauge of the scene shows.
+    Gauge(GaugeMeasure),
 }
 
 impl Measure {
@@ -41,6 +46,7 @@ impl Measure {
             Self::UpdatesPerSecond => "1/s",
             Self::Share(_) | Self::MeanDensityError | Self::LargestDensityError => "%",
             Self::WallTime => "s/s",
+            Self::Gauge(measure) => measure.unit(),
             Self::Iterations | Self::Pairs | Self::TestedPairs | Self::TestedRatio => "",
         }
     }
@@ -80,13 +86,17 @@ impl Measure {
             Self::Pairs => block.pairs? / block.counts,
             Self::TestedPairs => block.tested_pairs / block.counts,
             Self::TestedRatio => block.tested_pairs / block.pairs?,
+            Self::Gauge(measure) => block
+                .gauges
+                .get(&measure.key())?
+                .figure(measure.statistic)?,
         };
         value.is_finite().then_some(value)
     }
 }
 
 /// Sums over steps that follow each other.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Block {
     /// Steps taken.
     pub steps: u64,
@@ -106,6 +116,8 @@ pub struct Block {
     pub pairs: Option<f64>,
     /// Distances computed, at all counts.
     pub tested_pairs: f64,
+    /// What the gauges that are measured showed.
+    pub(super) gauges: BTreeMap<Key, Tally>,
     /// Steps of the block before that were taken back in this one, and are not taken again yet.
     pub(super) owed: u64,
 }
@@ -131,6 +143,7 @@ impl Default for Block {
             counts: 0.0,
             pairs: Some(0.0),
             tested_pairs: 0.0,
+            gauges: BTreeMap::new(),
             owed: 0,
         }
     }
@@ -187,6 +200,9 @@ impl Block {
             sum.counts += block.counts;
             sum.pairs = sum.pairs.zip(block.pairs).map(|(sum, pairs)| sum + pairs);
             sum.tested_pairs += block.tested_pairs;
+            for (key, tally) in &block.gauges {
+                sum.gauges.entry(key.clone()).or_default().join(tally);
+            }
             for (sum, seconds) in sum.phase_seconds.iter_mut().zip(block.phase_seconds) {
                 *sum += seconds;
             }

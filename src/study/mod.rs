@@ -12,6 +12,7 @@
 //! | `start` | the state that the variants of a case set out from |
 //! | `run` | the variants, block by block in turn |
 //! | `measure` | what a block of steps is measured by |
+//! | `gauge` | what gauges of the scene show, as a measure |
 //! | `table` | figures, ratios and ranks of all rows; CSV |
 //! | `text` | the table for a terminal |
 //! | `chart` | the same as SVG |
@@ -21,6 +22,7 @@ pub mod chart;
 mod check;
 mod definition;
 mod error;
+mod gauge;
 mod measure;
 mod reference;
 mod run;
@@ -31,6 +33,7 @@ mod text;
 pub use check::{Plan, PlannedCase, PlannedVariant};
 pub use definition::*;
 pub use error::StudyError;
+pub use gauge::{GaugeMeasure, Statistic};
 pub use measure::{Block, Measure};
 pub use reference::Reference;
 pub use run::{Event, run};

@@ -9,13 +9,14 @@ use std::ops::ControlFlow;
 use bevy_ecs::prelude::*;
 
 use super::{
-    Block, Plan, PlannedCase, PlannedVariant, Span, StudyError, Table, measure::LastStep,
+    Block, Plan, PlannedCase, PlannedVariant, Span, StudyError, Table, gauge, measure::LastStep,
     start::State,
 };
 use crate::{
     Step, StepOutcome,
     index::FluidIndex,
     install,
+    measure::Curve,
     neighbours::{FluidNeighbours, Search, tested_pairs},
     state::{Clock, Execution, Positions, StepError},
     step::StepReport,
@@ -65,6 +66,8 @@ pub fn run(
 /// A variant's world.
 struct Runner {
     world: World,
+    /// What its gauges are compared with.
+    references: Vec<Option<Curve>>,
     failed: bool,
     last: LastStep,
 }
@@ -124,8 +127,12 @@ impl Turns<'_, '_> {
                         fraction: place(part),
                     })
                 }) {
-                    Ok(_) if turn == 0 => {}
                     Ok(mut block) => {
+                        let columns = &self.plan.study.columns;
+                        gauge::tally(&mut runner.world, columns, &runner.references, &mut block);
+                        if turn == 0 {
+                            continue;
+                        }
                         if self.wants_pairs {
                             count_pairs(&runner.world, &mut block);
                         }
@@ -215,6 +222,7 @@ impl Turns<'_, '_> {
         }
         Ok(Runner {
             world,
+            references: gauge::references(&variant.scene),
             failed: false,
             last: LastStep::default(),
         })

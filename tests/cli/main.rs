@@ -5,6 +5,7 @@ mod support;
 
 mod arguments;
 mod folders;
+mod gauges;
 #[cfg(unix)]
 mod limits;
 mod picture;

@@ -306,3 +306,73 @@ fn cases_multiply_the_rows_and_have_scenes_of_their_own() {
     assert_eq!(starts, [0.005, 0.001]);
     assert!(matches!(plan.study.chart, Some(Chart::Ratios { .. })));
 }
+
+#[test]
+fn gauges_are_measures() {
+    let scene = SCENE.replace(
+        "time_step:",
+        "gauges: [(name: \"e\", kind: Energy, reference: (file: \"curve.csv\")), (name: \"h\", kind: Height(at: (0.05, 0, 0.05)), every: Steps(2))], time_step:",
+    );
+    let study = |columns: &str| {
+        format!(
+            "(name: \"gauged\", scene: \"tiny.ron\", variants: [(name: \"a\"), (name: \"b\", set: [\"spacing=0.025\"])],
+              warm_up: Steps(1), block: Steps(4), blocks: 3, columns: [{columns}])"
+        )
+    };
+    let curve = "t,kinetic\n0,0\n1,0\n";
+    let right = study(
+        "(name: \"last\", measure: Gauge(gauge: \"e\", statistic: Last)),
+         (name: \"most\", measure: Gauge(gauge: \"e\", column: \"kinetic_energy_J\", statistic: Greatest)),
+         (name: \"error\", measure: Gauge(gauge: \"e\", statistic: Error)),
+         (name: \"height\", measure: Gauge(gauge: \"h\", column: \"height_m\"))",
+    );
+    let files =
+        |study| folder_with(&[("tiny.ron", &scene), ("curve.csv", curve), ("s.ron", study)]);
+    let folder = files(&right);
+    let output = overfall(&folder, &["study", "s.ron", "--threads", "1"]);
+    assert_exit(&output, 0);
+    let csv = fs::read_to_string(folder.path().join("out/gauged/table.csv")).expect("a table");
+    let figures = figures(&csv);
+    let field =
+        |column: &str, name: &str| figures[&("a".to_owned(), column.to_owned())][name].clone();
+    let number = |column: &str| -> f64 { field(column, "value").parse().expect("a number") };
+    // It falls together: what it has last is the most, and the distance to none is less.
+    assert!(
+        number("last") > 0.0 && number("last") == number("most"),
+        "{csv}"
+    );
+    assert!(
+        number("error") > 0.0 && number("error") < number("most"),
+        "{csv}"
+    );
+    assert!((0.08..0.14).contains(&number("height")), "{csv}");
+    assert_eq!(
+        (field("most", "unit"), field("height", "unit")),
+        ("J".into(), "m".into())
+    );
+
+    for (columns, message) in [
+        (
+            "(name: \"x\", measure: Gauge(gauge: \"g\"))",
+            "unknown gauge `g`",
+        ),
+        (
+            "(name: \"x\", measure: Gauge(gauge: \"h\", column: \"heigth_m\"))",
+            "did you mean `height_m`?",
+        ),
+        (
+            "(name: \"x\", measure: Gauge(gauge: \"h\", statistic: Error))",
+            "has no `reference`",
+        ),
+    ] {
+        let wrong = study(columns);
+        let folder = files(&wrong);
+        let output = overfall(&folder, &["study", "s.ron"]);
+        let error = stderr(&output);
+        assert_exit(&output, 2);
+        assert!(
+            error.contains(message) && error.contains("s.ron:2:"),
+            "{error}"
+        );
+    }
+}

@@ -13,6 +13,7 @@ mod validation_support;
 
 mod dam_break;
 mod forces;
+mod gauges;
 mod mesh_rims;
 mod mesh_shots;
 mod meshes;

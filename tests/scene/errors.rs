@@ -91,6 +91,29 @@ fn every_spoilt_scene_is_refused_with_its_place_and_a_remedy() {
         ("boundaries: [", "boundaries: [Plane(center: (0, 0, 0), normal: (0, 0, 0), half_size: 1), ", "6:51", &["normal is zero"]),
         ("1, 1)))]", "1, 1)), jitter: (amplitude: 0.6))]", "5:79", &["below 0.5"]),
         ("spacing: 0.1", "spacing: 0.001", "3:14", &["million particles", "GB", "a spacing of"]),
+        // Gauges.
+        ("duration: 1", "gauges: [(name: \"a b\", kind: Energy)]", "9:21", &["cannot name the gauge's file", "letters"]),
+        ("duration: 1", "gauges: [(name: \"e\", kind: Energy), (name: \"E\", kind: Energy)]", "9:49", &["\"E\" is given twice"]),
+        ("duration: 1", "gauges: [(name: \"e\", kind: Energie)]", "9:32", &["unknown variant `Energie`", "did you mean `Energy`?"]),
+        ("duration: 1", "gauges: [(name: \"e\", kind: Energy, every: Seconds(0))]", "9:47", &["every 0 s", "above 0"]),
+        ("duration: 1", "gauges: [(name: \"e\", kind: Energy, every: Steps(0))]", "9:47", &["every 0 steps", "least is 1"]),
+        ("duration: 1", "gauges: [(name: \"e\", kind: Energy, window: -1)]", "9:48", &["must not be below 0"]),
+        ("duration: 1", "gauges: [(name: \"e\", kind: Energy, every: Seconds(0.1), window: 0.05)]", "9:69", &["0.05 s is shorter", "0.1 s"]),
+        ("duration: 1", "gauges: [(name: \"e\", kind: Energy, every: Steps(100), window: 0.05)]", "9:66", &["0.05 s is shorter", "(100 steps)"]),
+        ("duration: 1", "gauges: [(name: \"p\", kind: Pressure(at: (1, 1, 1), radius: 0))]", "9:64", &["the radius is 0 m"]),
+        ("duration: 1", "domain: (min: (0, 0, 0), max: (2, 2, 2)), gauges: [(name: \"p\", kind: Velocity(at: (1, 3, 1)))]", "9:82", &["(1, 3, 1) m is outside the domain"]),
+        ("duration: 1", "domain: (min: (0, 0, 0), max: (2, 2, 2)), gauges: [(name: \"h\", kind: Height(at: (1, 9, 3)))]", "9:80", &["outside the domain"]),
+        ("duration: 1", "domain: (min: (0, 0, 0), max: (2, 2, 2)), gauges: [(name: \"q\", kind: Flux(corner: (3, -1, 0), along: (0, 4, 0), across: (0, 0, 1)))]", "9:82", &["the surface is outside the domain"]),
+        ("duration: 1", "gauges: [(name: \"p\", kind: WallPressure(at: (1, 1, 1), normal: (0, 0, 0)))]", "9:68", &["normal is zero"]),
+        ("duration: 1", "gauges: [(name: \"x\", kind: Front(direction: (0, 0, 0)))]", "9:49", &["direction is zero"]),
+        ("duration: 1", "gauges: [(name: \"x\", kind: Front(direction: (1, 0, 0), within: (min: (0, 0, 0), max: (0, 1, 1))))]", "9:92", &["`max` must be above `min`"]),
+        ("duration: 1", "gauges: [(name: \"f\", kind: Force(boundary: \"tank\"))]", "9:48", &["none has a name", "Tank(name: \"tank\""]),
+        ("max: (2, 2, 1))],", "max: (2, 2, 1), name: \"tank\")], gauges: [(name: \"f\", kind: Force(boundary: \"tnak\"))],", "6:110", &["unknown boundary name `tnak`", "did you mean `tank`?"]),
+        ("max: (2, 2, 1)", "max: (2, 2, 1), name: \"\"", "6:66", &["the name is empty"]),
+        ("duration: 1", "gauges: [(name: \"q\", kind: Flux(corner: (0, 0, 0), along: (1, 0, 0)))]", "9:32", &["span a surface"]),
+        ("duration: 1", "gauges: [(name: \"q\", kind: Flux(corner: (0, 0, 0), along: (0, 0, 0), across: (1, 0, 0)))]", "9:63", &["edge is zero"]),
+        ("duration: 1", "gauges: [(name: \"e\", kind: Energy, reference: (file: \"none.csv\"))]", "9:58", &["there is no file `none.csv`"]),
+        ("duration: 1", "gauges: [(name: \"e\", kind: Energy, reference: (file: \"none.csv\", quantity: \"heat\"))]", "9:80", &["unknown column `heat`", "kinetic_energy_J"]),
         // Room.
         ("min: (0, 0, 0), max: (1, 1, 1)", "min: (-0.05, 0, 0), max: (1, 1, 1)", "5:22", &["sticks out of the tank `boundaries.0` by 0.0500 m (0.50 spacings) at its −x side"]),
         ("min: (0, 0, 0), max: (1, 1, 1)", "min: (3, 0, 0), max: (4, 1, 1)", "5:22", &["from (3.0000, 0.0000, 0.0000) m", "outside every tank"]),
@@ -125,6 +148,18 @@ fn a_plane_scene_has_nothing_outside_its_plane() {
     assert!(refusal(&scene("gravity: (0, 0, -9.81)")).contains("plane z = 0"));
     let tank = "boundaries: [Tank(min: (-1, -1, 1), max: (1, 1, 2))]";
     assert!(refusal(&scene(tank)).contains("misses the plane z = 0"));
+    for (kind, message) in [
+        ("Pressure(at: (0, 0, 1))", "plane z = 0"),
+        ("Front(direction: (0, 0, 1))", "plane z = 0"),
+        (
+            "Flux(corner: (0, 0, 0), along: (0, 1, 0), across: (0, 0, 1))",
+            "leave `across` out",
+        ),
+    ] {
+        let gauges = format!("gauges: [(name: \"g\", kind: {kind})]");
+        let error = refusal(&scene(&gauges));
+        assert!(error.contains(message), "{kind}: {error}");
+    }
     let cylinder = scene("support: 2").replace(
         "Sphere(center: (0, 0, 0), radius: 1)",
         "Cylinder(start: (0, 0, 0), end: (1, 0, 0), radius: 1)",

@@ -20,6 +20,7 @@ fn every_shipped_scene_loads_and_has_the_particles_its_comment_says() {
         ("corner_dam_break_130k", 130_000),
         ("dam_break", 30_000),
         ("dam_break_2d", 3_200),
+        ("dam_break_gauges", 800),
         ("drop", 13_712),
         ("glass", 7_872),
         ("still_water", 2_880),

@@ -193,7 +193,7 @@ fn in_a_tank(scene: &Scene, body: &Particles) -> Checked {
     let mut tanks = 0;
     let mut inside = false;
     for (index, boundary) in scene.boundaries.iter().enumerate() {
-        let BoundaryShape::Tank { min, max, open } = *boundary else {
+        let BoundaryShape::Tank { min, max, open, .. } = *boundary else {
             continue;
         };
         tanks += 1;

@@ -33,10 +33,10 @@ pub(super) fn coordinates(scene: &Scene, meshes: &[Option<Mesh>]) -> Checked {
                 let (min, max) = mesh.bounds();
                 [min, max]
             }
-            (BoundaryShape::Tank { min, max, .. } | BoundaryShape::Box { min, max }, _) => {
+            (BoundaryShape::Tank { min, max, .. } | BoundaryShape::Box { min, max, .. }, _) => {
                 [min.as_dvec3(), max.as_dvec3()]
             }
-            (BoundaryShape::Sphere { center, radius }, _) => {
+            (BoundaryShape::Sphere { center, radius, .. }, _) => {
                 let radius = f64::from(*radius);
                 [center.as_dvec3() - radius, center.as_dvec3() + radius]
             }

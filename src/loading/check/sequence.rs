@@ -1,7 +1,7 @@
 //! All checks of a scene in their order.
 
 use super::{
-    bodies, carried, numbers,
+    bodies, carried, gauges, numbers,
     problem::Problem,
     size::{self, Size},
     solids, stability,
@@ -17,6 +17,7 @@ pub(in crate::loading) fn check(scene: &Scene) -> Result<Size, Problem> {
     stability::least_time_step(scene)?;
     bodies::shapes(scene)?;
     solids::shapes(scene)?;
+    gauges::gauges(scene)?;
     let meshes = solids::meshes(scene)?;
     let size = size::count(scene, &meshes)?;
     carried::coordinates(scene, &meshes)?;

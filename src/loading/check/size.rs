@@ -161,8 +161,8 @@ fn box_of_body(shape: &Shape) -> (DVec3, DVec3) {
 fn box_of_boundary(shape: &BoundaryShape, dimension: Dimension, depth: f64) -> (DVec3, DVec3) {
     match *shape {
         BoundaryShape::Tank { min, max, .. } => (min.as_dvec3() - depth, max.as_dvec3() + depth),
-        BoundaryShape::Box { min, max } => (min.as_dvec3(), max.as_dvec3()),
-        BoundaryShape::Sphere { center, radius } => {
+        BoundaryShape::Box { min, max, .. } => (min.as_dvec3(), max.as_dvec3()),
+        BoundaryShape::Sphere { center, radius, .. } => {
             let (center, radius) = (center.as_dvec3(), f64::from(radius));
             (center - radius, center + radius)
         }
@@ -170,6 +170,7 @@ fn box_of_boundary(shape: &BoundaryShape, dimension: Dimension, depth: f64) -> (
             center,
             normal,
             half_size,
+            ..
         } => {
             let (along, across) = wall_axes(normal, dimension);
             let across = match dimension {

@@ -14,10 +14,10 @@ pub(super) fn shapes(scene: &Scene) -> Checked {
     for (index, boundary) in scene.boundaries.iter().enumerate() {
         let path = format!("boundaries.{index}");
         match *boundary {
-            BoundaryShape::Tank { min, max, .. } | BoundaryShape::Box { min, max } => {
+            BoundaryShape::Tank { min, max, .. } | BoundaryShape::Box { min, max, .. } => {
                 box_is_proper(&path, min, max, dimension)?;
             }
-            BoundaryShape::Sphere { center, radius } => {
+            BoundaryShape::Sphere { center, radius, .. } => {
                 radius_is_proper(&path, radius)?;
                 is_flat(format!("{path}.center"), center, dimension)?;
             }
@@ -25,6 +25,7 @@ pub(super) fn shapes(scene: &Scene) -> Checked {
                 center,
                 normal,
                 half_size,
+                ..
             } => {
                 ensure(normal != Vec3::ZERO, format!("{path}.normal"), || {
                     "the normal is zero; it must point from the solid into the fluid".to_owned()
@@ -121,7 +122,7 @@ impl<'a> Obstacle<'a> {
                 let reach = f64::from(scene.spacing) + face;
                 ("mesh", Kind::Mesh { mesh, face, reach })
             }
-            BoundaryShape::Box { min, max } => {
+            BoundaryShape::Box { min, max, .. } => {
                 let (min, max) = (min.as_dvec3(), max.as_dvec3());
                 let thinnest = (max - min).to_array()[..axes(dimension)]
                     .iter()
@@ -131,7 +132,7 @@ impl<'a> Obstacle<'a> {
                 let (min, max) = (min.min(middle - depth), max.max(middle + depth));
                 ("solid box", Kind::Box { min, max })
             }
-            BoundaryShape::Sphere { center, radius } => {
+            BoundaryShape::Sphere { center, radius, .. } => {
                 let radius = f64::from(radius);
                 // Its samples are at half the radius at least.
                 let counted = radius.max(0.5 * radius + depth);
@@ -149,6 +150,7 @@ impl<'a> Obstacle<'a> {
                 center,
                 normal,
                 half_size,
+                ..
             } => {
                 let (first, second) = wall_axes(normal, dimension);
                 (

@@ -133,7 +133,9 @@ impl View {
                 self.include(Bounds { min, max });
                 self.edges.extend(edges(&Bounds { min, max }));
             }
-            BoundaryShape::Box { mut min, mut max } => {
+            BoundaryShape::Box {
+                mut min, mut max, ..
+            } => {
                 self.include(Bounds { min, max });
                 if flat {
                     // Give it the thickness of a particle, or there is no face to see.
@@ -141,7 +143,7 @@ impl View {
                 }
                 self.solids.push(Solid::Box(Bounds { min, max }));
             }
-            BoundaryShape::Sphere { center, radius } => {
+            BoundaryShape::Sphere { center, radius, .. } => {
                 self.include(around(center, Vec3::splat(radius)));
                 self.solids.push(Solid::Sphere { center, radius });
             }
@@ -149,6 +151,7 @@ impl View {
                 center,
                 normal,
                 half_size,
+                ..
             } => {
                 let normal = normal.normalize_or(Vec3::Y);
                 let (u, v) = wall_axes(normal, self.dimension);

@@ -2,8 +2,10 @@
 
 mod bars;
 mod canvas;
+mod known;
 mod points;
 mod svg;
 
 pub use canvas::ChartError;
+pub use known::draw as draw_beside_known;
 pub use svg::draw;

@@ -1,0 +1,127 @@
+//! What the gauges of a run show: a CSV file each, and a chart of those that are compared with something known.
+
+use std::io::Write as _;
+use std::path::PathBuf;
+
+use bevy_ecs::prelude::World;
+use overfall::gauge::{self, Gauges, Reading};
+use overfall::measure::Curve;
+use overfall::output::{GaugeFile, OutputError, write_atomically};
+use overfall::scene::Scene;
+use overfall::study::chart::draw_beside_known;
+
+use super::claims::Claims;
+use super::folder::{self, RunFolder};
+use super::manifest::create_folder;
+use super::{Failure, cannot_write};
+
+/// The files of all gauges, in the order of the scene.
+pub(super) struct GaugeFiles(Vec<Files>);
+
+struct Files {
+    rows: GaugeFile,
+    comparison: Option<Comparison>,
+}
+
+/// A gauge that is drawn beside a known curve.
+struct Comparison {
+    path: PathBuf,
+    title: String,
+    /// Its name, and its place among the gauge's.
+    column: (String, usize),
+    known: Curve,
+    measured: Vec<(f64, f64)>,
+}
+
+impl GaugeFiles {
+    /// Starts the files.
+    pub(super) fn start(
+        folder: &RunFolder,
+        claims: &Claims,
+        scene: &Scene,
+    ) -> Result<Self, Failure> {
+        if !scene.gauges.is_empty() {
+            create_folder(&folder.gauges())?;
+        }
+        let files = scene.gauges.iter().map(|gauge| {
+            let columns = gauge.columns();
+            let file = claims.claim(&folder::gauge(&gauge.name));
+            let rows = file.and_then(|path| GaugeFile::create(&path, &columns));
+            let comparison = gauge.reference.as_ref().map(|reference| {
+                let known = reference
+                    .load()
+                    .map_err(|error| Failure::Refused(error.to_string()))?;
+                let wanted = reference.quantity.as_ref().unwrap_or(&columns[0]);
+                let place = columns.iter().position(|name| name == wanted);
+                let chart = claims.claim(&folder::gauge_chart(&gauge.name));
+                Ok(Comparison {
+                    path: chart.map_err(cannot_write)?,
+                    title: format!("{}: {}", scene.name, gauge.name),
+                    column: (wanted.clone(), place.unwrap_or(0)),
+                    known,
+                    measured: Vec::new(),
+                })
+            });
+            Ok(Files {
+                rows: rows.map_err(cannot_write)?,
+                comparison: comparison.transpose()?,
+            })
+        });
+        files.collect::<Result<_, _>>().map(Self)
+    }
+
+    /// Takes the readings that no later step takes back; at the end of the run all.
+    pub(super) fn take(&mut self, world: &mut World, is_end: bool) -> Result<(), OutputError> {
+        let settled = if is_end {
+            u64::MAX
+        } else {
+            gauge::settled_step(world)
+        };
+        let Some(mut gauges) = world.get_resource_mut::<Gauges>() else {
+            return Ok(());
+        };
+        for (files, readings) in self.0.iter_mut().zip(gauges.take_readings(settled)) {
+            readings
+                .iter()
+                .try_for_each(|reading| files.push(reading))?;
+        }
+        Ok(())
+    }
+
+    /// Writes what is left, and draws the charts. Says what failed.
+    pub(super) fn finish(mut self, world: &mut World) -> Vec<String> {
+        let mut failures = Vec::new();
+        let mut note = |result: Result<(), OutputError>| {
+            failures.extend(result.err().map(|error| cannot_write(error).into_text()));
+        };
+        note(self.take(world, true));
+        for mut files in self.0 {
+            note(files.rows.flush());
+            if let Some(comparison) = files.comparison {
+                note(comparison.draw());
+            }
+        }
+        failures
+    }
+}
+
+impl Files {
+    fn push(&mut self, reading: &Reading) -> Result<(), OutputError> {
+        if let Some(comparison) = &mut self.comparison
+            && let Some(Some(value)) = reading.values.get(comparison.column.1)
+        {
+            comparison.measured.push((reading.time, *value));
+        }
+        self.rows.push(reading)
+    }
+}
+
+impl Comparison {
+    fn draw(&self) -> Result<(), OutputError> {
+        match draw_beside_known(&self.title, &self.column.0, &self.measured, &self.known) {
+            Ok(svg) => write_atomically(&self.path, |out| out.write_all(svg.as_bytes())),
+            // A run that was broken off has nothing to draw; its rows are worth having all the same.
+            Err(_) => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,95 @@
+//! What the steps dissipate.
+//!
+//! Dissipated is booked step by step: kinetic and potential energy in the tables before it, less the same after it, less
+//! what compression took up. So what a host does between steps, pouring, moving or removing, is no dissipation; what
+//! viscosity, the pressure solve, walls at rest and the scheme take away (or add, if it is negative) is.
+//!
+//! Gravity is constant and walls are at rest: no work comes from outside.
+
+use bevy_ecs::prelude::*;
+
+use crate::{
+    integrate::Motion,
+    pressure::sesph::EquationOfState,
+    state::{
+        Densities, Material, in_order,
+        particle::{Fluid, Position, Velocity},
+    },
+};
+
+/// What steps took away so far. In scenes that measure energies.
+#[derive(Resource, Debug, Default, Clone, Copy)]
+pub struct EnergyAccount {
+    /// Kinetic and potential energy at the start of the step [J].
+    at_start: f64,
+    booked: Booked,
+    /// The same before the last step, to go back to.
+    before: Booked,
+}
+
+#[derive(Debug, Default, Clone, Copy)]
+struct Booked {
+    /// Kinetic and potential energy that all steps took away [J].
+    taken: f64,
+    /// That of compression in the first step [J], and now.
+    compression: Option<(f64, f64)>,
+}
+
+impl EnergyAccount {
+    /// Energy of compression [J].
+    pub(super) fn compression(&self) -> f64 {
+        self.booked.compression.map_or(0.0, |(_, now)| now)
+    }
+
+    /// Energy that steps took away [J].
+    pub(super) fn dissipated(&self) -> f64 {
+        let stored = self
+            .booked
+            .compression
+            .map_or(0.0, |(first, now)| now - first);
+        self.booked.taken - stored
+    }
+
+    /// Forgets the last step.
+    pub(super) fn go_back(&mut self) {
+        self.booked = self.before;
+    }
+}
+
+/// Measures what the step starts with (before its first phase).
+pub(crate) fn note_start(
+    mut account: ResMut<EnergyAccount>,
+    fluid: Query<(Entity, &Position, &Velocity), With<Fluid>>,
+    material: Res<Material>,
+) {
+    let (mut squares, mut heights) = (0.0, 0.0);
+    let tables = fluid.contiguous_iter().into_iter().flatten();
+    for (_, x, v) in in_order(tables, |table| table.0) {
+        for (x, v) in x.iter().zip(v.iter()) {
+            squares += f64::from(v.0.length_squared());
+            heights += f64::from(material.gravity.dot(x.0));
+        }
+    }
+    account.at_start = f64::from(material.particle_mass) * (0.5 * squares - heights);
+}
+
+/// Books the step (phase `Observe`, if it was good).
+pub(crate) fn book(
+    mut account: ResMut<EnergyAccount>,
+    motion: Res<Motion>,
+    densities: Res<Densities>,
+    equation: Option<Res<EquationOfState>>,
+    material: Res<Material>,
+) {
+    let account = &mut *account;
+    account.before = account.booked;
+    let at_end = motion.kinetic_energy + motion.potential_energy;
+    account.booked.taken += account.at_start - at_end;
+    if let Some(equation) = equation {
+        let energy = |rho: &f32| equation.energy((*rho).into(), material.rest_density.into());
+        let sum: f64 = densities.0.iter().map(energy).sum();
+        let now = f64::from(material.particle_mass) * sum;
+        let first = account.booked.compression.map_or(now, |(first, _)| first);
+        account.booked.compression = Some((first, now));
+    }
+}

@@ -1,0 +1,295 @@
+//! The gauges of a scene, and the systems that read them.
+
+use std::fmt;
+
+use bevy_ecs::prelude::*;
+use glam::Vec3;
+
+use super::{
+    account::EnergyAccount,
+    energy, flux, force,
+    free::FreeVelocities,
+    level,
+    moment::{Moment, Probe},
+    point,
+    state::State,
+    window::{self, Timing, Window},
+};
+use crate::{
+    kernel::CubicSpline,
+    scene::{self, Dimension, GaugeKind, Quantity, Scene},
+    state::{Clock, TakenBack},
+    time_step::AdaptiveTimeStep,
+};
+
+/// What a gauge showed after a step.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reading {
+    /// Number of the step, from 1.
+    pub step: u64,
+    /// Simulated time at its end [s].
+    pub time: f64,
+    /// A figure for each of the gauge's [`columns`](Gauge::columns); none where there is no fluid to measure.
+    pub values: Vec<Option<f64>>,
+}
+
+/// What a gauge remembers from step to step.
+#[derive(Debug, Clone)]
+struct Memory {
+    timing: Timing,
+    window: Window,
+    latest: Option<Reading>,
+}
+
+/// A gauge that is read.
+pub struct Gauge {
+    name: String,
+    columns: Vec<String>,
+    quantities: &'static [Quantity],
+    probe: Box<dyn Probe>,
+    /// Length of the window [s]; 0 for none.
+    window: f64,
+    memory: Memory,
+    /// The memory before the last step, where steps may be taken back.
+    before: Option<Memory>,
+    readings: Vec<Reading>,
+}
+
+impl fmt::Debug for Gauge {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut gauge = f.debug_struct("Gauge");
+        gauge.field("name", &self.name);
+        gauge.field("latest", &self.memory.latest);
+        gauge.finish_non_exhaustive()
+    }
+}
+
+/// The gauges of the scene, in its order, with what they showed. In scenes that have some.
+#[derive(Resource, Debug)]
+pub struct Gauges(Vec<Gauge>);
+
+impl Gauges {
+    /// All gauges, in the order of the scene.
+    pub fn iter(&self) -> impl Iterator<Item = &Gauge> {
+        self.0.iter()
+    }
+
+    /// The gauge of a name.
+    pub fn get(&self, name: &str) -> Option<&Gauge> {
+        self.0.iter().find(|gauge| gauge.name == name)
+    }
+
+    /// Takes the readings up to a step, gauge by gauge in the order of the scene: readings are kept until they are
+    /// taken.
+    pub fn take_readings(&mut self, up_to: u64) -> impl Iterator<Item = Vec<Reading>> {
+        self.0.iter_mut().map(move |gauge| {
+            let count = gauge
+                .readings
+                .partition_point(|reading| reading.step <= up_to);
+            gauge.readings.drain(..count).collect()
+        })
+    }
+}
+
+impl Gauge {
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Names of its figures, which end in their SI unit where they have one: those of the moment, then their means over
+    /// the window, `mean_…`, if it has one.
+    pub fn columns(&self) -> &[String] {
+        &self.columns
+    }
+
+    /// What it showed last; none before the first reading.
+    pub fn latest(&self) -> Option<&Reading> {
+        self.memory.latest.as_ref()
+    }
+
+    /// The figure of a column that it showed last; none before the first reading, without fluid to measure, or if it has
+    /// no such column.
+    pub fn value(&self, column: &str) -> Option<f64> {
+        let column = self.columns.iter().position(|name| name == column)?;
+        self.latest()?.values[column]
+    }
+
+    /// What it showed since readings were last taken, the oldest first.
+    pub fn readings(&self) -> impl Iterator<Item = &Reading> {
+        self.readings.iter()
+    }
+
+    fn new(gauge: &scene::Gauge, scene: &Scene) -> Self {
+        Self {
+            name: gauge.name.clone(),
+            columns: gauge.columns(),
+            quantities: gauge.kind.quantities(),
+            probe: probe(&gauge.kind, scene),
+            window: window::decimal(gauge.window),
+            memory: Memory {
+                timing: Timing::new(gauge.every),
+                window: Window::default(),
+                latest: None,
+            },
+            before: None,
+            readings: Vec::new(),
+        }
+    }
+
+    fn read(&mut self, moment: &Moment, rows: &mut Vec<u32>) {
+        let clock = &moment.state.clock;
+        self.before = (moment.state.adaptive.is_some()).then(|| self.memory.clone());
+        let is_due = self.memory.timing.is_due(clock);
+        let has_means = self.window > 0.0;
+        if !is_due && !has_means {
+            return;
+        }
+        let mut values = Vec::with_capacity(self.columns.len());
+        self.probe.read(moment, rows, &mut values);
+        if has_means {
+            self.memory.window.add(&values, clock.dt.into());
+        }
+        if !is_due {
+            return;
+        }
+        if has_means {
+            let dt = clock.dt.into();
+            let means = self.memory.window.close(clock.time, self.window, dt);
+            let averaged = self.quantities.iter().zip(means);
+            values.extend(
+                averaged
+                    .filter(|(quantity, _)| quantity.is_averaged)
+                    .map(|(_, mean)| mean),
+            );
+        }
+        let reading = Reading {
+            step: clock.step,
+            time: clock.time,
+            values,
+        };
+        self.memory.latest = Some(reading.clone());
+        self.readings.push(reading);
+    }
+}
+
+/// The instrument of a kind.
+fn probe(kind: &GaugeKind, scene: &Scene) -> Box<dyn Probe> {
+    let h = scene.support_radius();
+    let around = |at: Vec3, radius: Option<f32>, side: Option<Vec3>| point::Around {
+        at,
+        side: side.map(Vec3::normalize_or_zero),
+        kernel: CubicSpline::new(scene.dimension, radius.unwrap_or(h)),
+    };
+    match *kind {
+        GaugeKind::Height { at, radius } => Box::new(level::Height {
+            at,
+            radius: radius.unwrap_or(scene.spacing),
+        }),
+        GaugeKind::Front {
+            from,
+            direction,
+            within,
+        } => Box::new(level::Front {
+            from,
+            direction: direction.normalize_or_zero(),
+            within,
+        }),
+        GaugeKind::Pressure { at, radius } => Box::new(point::Pressure(around(at, radius, None))),
+        GaugeKind::WallPressure { at, normal, radius } => {
+            Box::new(point::Pressure(around(at, radius, Some(normal))))
+        }
+        GaugeKind::Velocity { at, radius } => Box::new(point::Velocity(around(at, radius, None))),
+        GaugeKind::Force {
+            ref boundary,
+            about,
+        } => {
+            let named = (0..).zip(&scene.boundaries);
+            let of_name = named.filter(|(_, shape)| shape.name() == Some(boundary));
+            Box::new(force::Force {
+                boundaries: of_name.map(|(number, _)| number).collect(),
+                about,
+            })
+        }
+        GaugeKind::Flux {
+            corner,
+            along,
+            across,
+        } => {
+            let flat = scene.dimension == Dimension::Two;
+            Box::new(flux::Flux {
+                corner,
+                along,
+                across: if flat { Vec3::Z } else { across },
+                flat,
+            })
+        }
+        GaugeKind::Energy => Box::new(energy::Energy),
+    }
+}
+
+/// The last step whose readings stay, whatever becomes of the next: where steps may be taken back it is the last but one.
+pub fn settled_step(world: &World) -> u64 {
+    let step = world.get_resource::<Clock>().map_or(0, |clock| clock.step);
+    let may_go_back = world.contains_resource::<AdaptiveTimeStep>();
+    step.saturating_sub(may_go_back.into())
+}
+
+/// Whether a scene measures forces on its boundaries.
+pub(crate) fn measures_forces(scene: &Scene) -> bool {
+    let is_force = |gauge: &scene::Gauge| matches!(gauge.kind, GaugeKind::Force { .. });
+    scene.gauges.iter().any(is_force)
+}
+
+/// Whether a scene measures energies.
+pub(crate) fn measures_energy(scene: &Scene) -> bool {
+    let is_energy = |gauge: &scene::Gauge| gauge.kind == GaugeKind::Energy;
+    scene.gauges.iter().any(is_energy)
+}
+
+/// Inserts the gauges of a scene, if it has some.
+pub(crate) fn install(world: &mut World, scene: &Scene) {
+    if scene.gauges.is_empty() {
+        return;
+    }
+    let gauges = scene.gauges.iter().map(|gauge| Gauge::new(gauge, scene));
+    world.insert_resource(Gauges(gauges.collect()));
+    if measures_forces(scene) {
+        world.init_resource::<FreeVelocities>();
+    }
+    if measures_energy(scene) {
+        world.init_resource::<EnergyAccount>();
+    }
+}
+
+/// Reads the gauges that are due (phase `Observe`, if the step was good).
+pub(crate) fn read_gauges(mut gauges: ResMut<Gauges>, state: State, mut rows: Local<Vec<u32>>) {
+    let moment = Moment::new(&state);
+    for gauge in &mut gauges.0 {
+        gauge.read(&moment, &mut rows);
+    }
+}
+
+/// Forgets what was read of steps that were taken back (phase `Observe`, where steps may be).
+pub(crate) fn go_back(
+    mut gauges: ResMut<Gauges>,
+    energy: Option<ResMut<EnergyAccount>>,
+    adaptive: Res<AdaptiveTimeStep>,
+    clock: Res<Clock>,
+) {
+    // The step that went wrong was never read, the one before it was.
+    let good = |taken: &TakenBack| taken.steps > 1;
+    if !adaptive.taken_back.as_ref().is_some_and(good) {
+        return;
+    }
+    for gauge in &mut gauges.0 {
+        if let Some(before) = gauge.before.take() {
+            gauge.memory = before;
+        }
+        let is_taken = |reading: &Reading| reading.step > clock.step;
+        while gauge.readings.pop_if(|reading| is_taken(reading)).is_some() {}
+    }
+    if let Some(mut energy) = energy {
+        energy.go_back();
+    }
+}

@@ -1,0 +1,75 @@
+//! The state after a step, as the gauges read it.
+
+use std::sync::OnceLock;
+
+use glam::{Vec3, Vec4};
+use rayon::prelude::*;
+
+use super::{near::Near, reactions::Reactions, state::State};
+use crate::{scene::Dimension, state::CHUNK};
+
+/// What a kind of gauge does.
+pub(super) trait Probe: Send + Sync {
+    /// Appends a figure for each of its quantities; none where there is no fluid to measure. `rows` is room to work in.
+    fn read(&self, moment: &Moment, rows: &mut Vec<u32>, values: &mut Vec<Option<f64>>);
+}
+
+/// The state after a step, and what several gauges want to know of it.
+pub(super) struct Moment<'a, 'w> {
+    pub(super) state: &'a State<'w>,
+    extent: OnceLock<(Vec3, Vec3)>,
+    reactions: OnceLock<Reactions>,
+}
+
+impl<'a, 'w> Moment<'a, 'w> {
+    pub(super) fn new(state: &'a State<'w>) -> Self {
+        Self {
+            state,
+            extent: OnceLock::new(),
+            reactions: OnceLock::new(),
+        }
+    }
+
+    /// The fluid as it was indexed, at the start of the step.
+    pub(super) fn fluid(&self) -> Near<'_> {
+        Near {
+            index: &*self.state.index.structure,
+            points: self.state.pairs.positions().points(),
+        }
+    }
+
+    /// Places at the end of the step, without the sentinel.
+    pub(super) fn places(&self) -> &[Vec4] {
+        &self.state.places.0[..self.state.places_len()]
+    }
+
+    /// Half of the box around a ball or disc.
+    pub(super) fn reach(&self, radius: f32) -> Vec3 {
+        match self.state.material.dimension {
+            Dimension::Two => Vec3::new(radius, radius, 0.0),
+            Dimension::Three => Vec3::splat(radius),
+        }
+    }
+
+    /// The box around the fluid at the start of the step.
+    pub(super) fn extent(&self) -> (Vec3, Vec3) {
+        let of = || {
+            let points = self.fluid().points;
+            let none = || (Vec3::INFINITY, Vec3::NEG_INFINITY);
+            let join = |a: (Vec3, Vec3), b: (Vec3, Vec3)| (a.0.min(b.0), a.1.max(b.1));
+            self.state.execution.install(|| {
+                let chunks = points.par_chunks(CHUNK).map(|chunk| {
+                    let points = chunk.iter().map(|x| x.truncate());
+                    points.fold(none(), |all, x| join(all, (x, x)))
+                });
+                chunks.reduce(none, join)
+            })
+        };
+        *self.extent.get_or_init(of)
+    }
+
+    /// What walls do to the fluid.
+    pub(super) fn reactions(&self) -> &Reactions {
+        self.reactions.get_or_init(|| Reactions::new(self.state))
+    }
+}

@@ -1,0 +1,140 @@
+//! Who is in a box: the rows of an index whose points lie there.
+
+use glam::{IVec3, Vec3, Vec4};
+
+use crate::index::{Run, SpatialIndex};
+
+/// Points with their index.
+#[derive(Clone, Copy)]
+pub(super) struct Near<'a> {
+    pub(super) index: &'a dyn SpatialIndex,
+    /// By row, as the index was given them.
+    pub(super) points: &'a [Vec4],
+}
+
+/// Blocks of cells that are asked for at most, for each point: a box with more of them is compared with every point.
+const BLOCKS_A_POINT: f64 = 0.02;
+/// As many are asked for whatever the number of points.
+const FEW_BLOCKS: f64 = 64.0;
+/// Coordinates of cells below which no offset overflows.
+const LARGEST: i32 = i32::MAX / 4;
+
+impl Near<'_> {
+    /// The rows of all points in the box, in ascending order: the same from every structure.
+    pub(super) fn rows_in(&self, low: Vec3, high: Vec3, rows: &mut Vec<u32>) {
+        rows.clear();
+        let is_inside = |row: u32| {
+            let point = self.points.get(row as usize).map(|point| point.truncate());
+            point.is_some_and(|x| x.cmpge(low).all() && x.cmple(high).all())
+        };
+        let Some(blocks) = self.blocks(low, high) else {
+            rows.extend((0..self.points.len() as u32).filter(|&row| is_inside(row)));
+            return;
+        };
+        let mut runs: Vec<Run> = Vec::new();
+        blocks.for_each(|center| self.index.runs(center, &mut runs));
+        let entries = self.index.entries();
+        for run in runs {
+            rows.extend(entries.rows(run).iter().filter(|&&row| is_inside(row)));
+        }
+        rows.sort_unstable();
+        // A structure may give more than the cells that it was asked for.
+        rows.dedup();
+    }
+
+    /// Cells whose neighbourhoods cover the box, side by side; none if every point may as well be looked at.
+    fn blocks(&self, low: Vec3, high: Vec3) -> Option<impl Iterator<Item = IVec3> + use<>> {
+        let grid = self.index.grid();
+        let reach = grid.reach;
+        let (first, last) = (
+            grid.cell_of(low.extend(0.0)),
+            grid.cell_of(high.extend(0.0)),
+        );
+        let (least, most) = (first.min_element(), last.max_element());
+        if least < -LARGEST || most > LARGEST || first.cmpgt(last).any() {
+            return None;
+        }
+        let stride = 2 * reach + 1;
+        let counts = (last - first) / stride + 1;
+        let count: f64 = counts.to_array().iter().map(|&n| f64::from(n)).product();
+        if count > FEW_BLOCKS.max(BLOCKS_A_POINT * self.points.len() as f64) {
+            return None;
+        }
+        // Along an axis where one block does, it is centred: no layer of cells is asked for in vain.
+        let start = first + reach.min((last - first).max(IVec3::ZERO));
+        Some((0..counts.z).flat_map(move |z| {
+            (0..counts.y)
+                .flat_map(move |y| (0..counts.x).map(move |x| start + stride * IVec3::new(x, y, z)))
+        }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        index,
+        scene::{IndexStructure, Scene, shapes::split_mix},
+        state::Execution,
+    };
+
+    #[test]
+    fn every_structure_finds_who_is_in_a_box() {
+        let execution = Execution::new(1).expect("a thread");
+        let mut random = 7;
+        let mut number = |low: f32, high: f32| {
+            let part = split_mix(&mut random) as f64 / u64::MAX as f64;
+            low + (high - low) * part as f32
+        };
+        for (dimension, depth) in [(2, 0.0), (3, 1.0)] {
+            let points: Vec<Vec4> = (0..600)
+                .map(|_| {
+                    Vec4::new(
+                        number(-2.0, 2.0),
+                        number(-1.0, 1.0),
+                        depth * number(0.0, 1.0),
+                        0.0,
+                    )
+                })
+                .collect();
+            for (structure, cell_size) in IndexStructure::ALL
+                .iter()
+                .flat_map(|s| [(*s, 1.0), (*s, 0.4)])
+            {
+                let mut scene: Scene = ron::from_str(&format!(
+                    "(name: \"n\", dimension: {dimension}, spacing: 0.1, bodies: [])"
+                ))
+                .expect("a scene");
+                (scene.index.structure, scene.index.cell_size) = (structure, cell_size);
+                let mut index = index::build(&scene);
+                index.rebuild(&points, &execution).expect("room");
+                let near = Near {
+                    index: &*index,
+                    points: &points,
+                };
+                // From less than a cell to more than everything.
+                for reach in [0.01, 0.1, 0.2, 0.3, 0.7, 1.5, 9.0, 1e12] {
+                    let center = Vec3::new(
+                        number(-2.5, 2.5),
+                        number(-1.5, 1.5),
+                        depth * number(0.0, 1.0),
+                    );
+                    let reach = Vec3::new(reach, 0.7 * reach, depth * reach);
+                    let (low, high) = (center - reach, center + reach);
+                    let mut found = Vec::new();
+                    near.rows_in(low, high, &mut found);
+                    let is_inside = |x: &Vec4| {
+                        let x = x.truncate();
+                        x.cmpge(low).all() && x.cmple(high).all()
+                    };
+                    let rows = (0..).zip(&points).filter(|(_, x)| is_inside(x));
+                    let expected: Vec<u32> = rows.map(|(row, _)| row).collect();
+                    assert_eq!(
+                        found, expected,
+                        "{structure:?}, {dimension}-D, {center} ± {reach}"
+                    );
+                }
+            }
+        }
+    }
+}

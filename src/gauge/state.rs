@@ -1,0 +1,43 @@
+//! What gauges read of the world.
+
+use bevy_ecs::{prelude::*, system::SystemParam};
+
+use super::{account::EnergyAccount, free::FreeVelocities};
+use crate::{
+    boundary::{owners::Owners, sums::WallSums},
+    index::{BoundarySamples, FluidIndex},
+    integrate::Motion,
+    pairs::Pairs,
+    pressure::sesph::EquationOfState,
+    state::{Clock, Densities, Execution, Material, PredictedPositions, Pressures, Velocities},
+    time_step::AdaptiveTimeStep,
+};
+
+/// What gauges read of the world.
+#[derive(SystemParam)]
+pub(crate) struct State<'w> {
+    pub(super) clock: Res<'w, Clock>,
+    pub(super) material: Res<'w, Material>,
+    pub(super) motion: Res<'w, Motion>,
+    pub(super) places: Res<'w, PredictedPositions>,
+    pub(super) velocities: Res<'w, Velocities>,
+    pub(super) pressures: Res<'w, Pressures>,
+    pub(super) densities: Res<'w, Densities>,
+    pub(super) index: Res<'w, FluidIndex>,
+    pub(super) pairs: Pairs<'w>,
+    pub(super) execution: Res<'w, Execution>,
+    pub(super) samples: Option<Res<'w, BoundarySamples>>,
+    pub(super) owners: Option<Res<'w, Owners>>,
+    pub(super) walls: Option<Res<'w, WallSums>>,
+    pub(super) equation: Option<Res<'w, EquationOfState>>,
+    pub(super) free: Option<Res<'w, FreeVelocities>>,
+    pub(super) energy: Option<Res<'w, EnergyAccount>>,
+    pub(super) adaptive: Option<Res<'w, AdaptiveTimeStep>>,
+}
+
+impl State<'_> {
+    /// Number of fluid particles.
+    pub(super) fn places_len(&self) -> usize {
+        self.pairs.positions().rows()
+    }
+}

@@ -1,0 +1,100 @@
+//! A gauge beside what is known, as SVG.
+
+use plotters::prelude::*;
+
+use super::canvas::{
+    Area, At, COLOURS, ChartError, Drawn, FONT, GRID, INK, drawing, on_canvas, text, width_of,
+};
+use crate::measure::Curve;
+
+/// Height of title and legend [px].
+const HEAD: u32 = 54;
+/// Height of the chart, notes left out [px].
+const HEIGHT: u32 = 480;
+/// Height of a line of notes [px].
+const LINE: u32 = 16;
+const NOTE: f64 = 11.0;
+/// Characters of a note that fit.
+const LONGEST: usize = 150;
+
+/// Draws figures over time [s] as a line, beside the points of a known curve. Notes of the curve stand below. Fails
+/// without figures.
+pub fn draw(
+    title: &str,
+    column: &str,
+    measured: &[(f64, f64)],
+    known: &Curve,
+) -> Result<String, ChartError> {
+    if measured.is_empty() {
+        return Err(ChartError::Empty);
+    }
+    let notes = known.notes.len() as u32 * LINE;
+    on_canvas(title, HEAD + HEIGHT + notes, |root| {
+        legend(root)?;
+        let (_, body) = root.split_vertically(HEAD);
+        let (plot, below) = body.split_vertically(HEIGHT);
+        curves(&plot.margin(6, 8, 8, 16), column, measured, known)?;
+        for (k, note) in known.notes.iter().enumerate() {
+            let note: String = note.chars().take(LONGEST).collect();
+            let middle = k as u32 * LINE + LINE / 2;
+            text(&below, &note, (16, middle as i32), NOTE, At::Left)?;
+        }
+        Ok(())
+    })
+}
+
+fn curves(plot: &Area, column: &str, measured: &[(f64, f64)], known: &Curve) -> Drawn {
+    // What is known of other times is not to be seen.
+    let end = measured.last().map_or(0.0, |point| point.0);
+    let points: Vec<_> = known.points.iter().filter(|point| point.0 <= end).collect();
+    let values = (measured.iter().chain(points.iter().copied())).map(|point| point.1);
+    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+        (low.min(value), high.max(value))
+    });
+    let room = if high > low {
+        0.05 * (high - low)
+    } else {
+        high.abs().max(1.0) * 0.05
+    };
+    let start = measured.first().map_or(0.0, |point| point.0).min(0.0);
+    let mut chart = ChartBuilder::on(plot)
+        .x_label_area_size(52)
+        .y_label_area_size(84)
+        .build_cartesian_2d(start..end.max(start + 1e-9), low - room..high + room)
+        .map_err(drawing)?;
+    chart
+        .configure_mesh()
+        .bold_line_style(GRID)
+        .light_line_style(TRANSPARENT)
+        .axis_style(INK)
+        .label_style((FONT, 13).into_font().color(&INK))
+        .axis_desc_style((FONT, 15).into_font().color(&INK))
+        .x_desc("t [s]")
+        .y_desc(column)
+        .draw()
+        .map_err(drawing)?;
+    let area = chart.plotting_area();
+    area.draw(&PathElement::new(
+        measured.to_vec(),
+        COLOURS[0].stroke_width(2),
+    ))
+    .map_err(drawing)?;
+    for &&point in &points {
+        area.draw(&Circle::new(point, 4, COLOURS[1].filled()))
+            .map_err(drawing)?;
+    }
+    Ok(())
+}
+
+/// A line under the title.
+fn legend(root: &Area) -> Drawn {
+    const Y: i32 = 42;
+    let line = PathElement::new(vec![(16, Y), (32, Y)], COLOURS[0].stroke_width(2));
+    root.draw(&line).map_err(drawing)?;
+    let measured = "measured";
+    text(root, measured, (38, Y), 14.0, At::Left)?;
+    let x = 38 + width_of(measured, 14.0) + 24;
+    root.draw(&Circle::new((x, Y), 4, COLOURS[1].filled()))
+        .map_err(drawing)?;
+    text(root, "reference", (x + 12, Y), 14.0, At::Left)
+}
