@@ -17,6 +17,7 @@ pub struct Fluid {
 /// Viscosity model.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub enum Viscosity {
     /// None: no system, no pass.
     None,
@@ -41,6 +42,7 @@ pub enum Viscosity {
 /// Surface tension model.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub enum SurfaceTension {
     /// None: no system, no pass.
     #[default]
@@ -55,6 +57,7 @@ pub enum SurfaceTension {
 /// How walls keep the fluid off.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub enum BoundaryHandling {
     /// By pressure alone, with volumes that follow the sampling (Akinci et al. 2012).
     #[default]
@@ -78,6 +81,7 @@ pub struct DirectForcing {
 /// Control of the time step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub enum TimeStep {
     /// Always the same [s].
     Fixed(f32),
@@ -131,6 +135,7 @@ pub struct Index {
 /// particles and need memory for every cell in it, at most [`MAX_CELLS`](crate::index::MAX_CELLS) cells; a step that
 /// would need more fails.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum IndexStructure {
     /// Basic uniform grid (paper 4.1): filled serially.
     UniformGrid,
