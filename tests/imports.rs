@@ -40,6 +40,7 @@ const FLOORS: &[&str] = &[
     "registry",
     "loading",
     "step",
+    "plugin",
     "output",
     "checkpoint",
     "study",

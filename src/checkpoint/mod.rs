@@ -34,6 +34,7 @@ mod save;
 mod simulation;
 
 pub use error::CheckpointError;
-pub use file::{Checkpoint, FORMAT_VERSION};
+pub use error::FORMAT_VERSION;
+pub use file::Checkpoint;
 pub use restore::restore;
 pub use save::{steps_until_possible, write};

@@ -204,6 +204,7 @@ fn time_step(scene: &Scene, plan: &Plan) -> String {
             800.0 * scheme.density_error,
             100.0 * scheme.max_density_error,
         ),
+        _ => "\nThe time step should be at most\n".to_owned(),
     };
     for (name, limit) in &plan.time_step_limits {
         let limit = if limit.is_finite() {

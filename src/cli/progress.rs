@@ -213,14 +213,12 @@ mod tests {
 
     #[test]
     fn the_line_says_how_far_how_fast_and_how_well() {
-        let report = StepReport {
-            step: 250,
-            time: 0.25,
-            dt: 0.001,
-            iterations: 4,
-            max_density_error: 0.0098,
-            ..StepReport::default()
-        };
+        let mut report = StepReport::default();
+        report.step = 250;
+        report.time = 0.25;
+        report.dt = 0.001;
+        report.iterations = 4;
+        report.max_density_error = 0.0098;
         let mut pace = Pace {
             steps: 250,
             stepping: Duration::from_secs(4),

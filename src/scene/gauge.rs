@@ -47,6 +47,7 @@ impl Default for Rate {
 /// "Connected" is fluid without a gap of more than the support radius, seen along the direction of the measure.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub enum GaugeKind {
     /// Level of the fluid in a column against gravity (along +y without gravity): the upper side, half a spacing above
     /// its centre, of the highest particle of the largest connected part \[m].

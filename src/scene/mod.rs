@@ -6,6 +6,7 @@
 //! In a file `Some(…)` around a value, the names of structs, and the second bracket of `Pcisph((…))` may be left out;
 //! a variant whose fields all have defaults may stand alone, `Pcisph`.
 
+mod build;
 mod error;
 mod gauge;
 mod geometry;
@@ -108,6 +109,48 @@ fn default_duration() -> f32 {
 }
 
 impl Scene {
+    /// A scene without fluid, with the defaults of a file, of particles at a `spacing` \[m].
+    ///
+    /// ```
+    /// use overfall::scene::{BoundaryShape, FluidBody, Scene, Shape};
+    ///
+    /// let scene = Scene {
+    ///     bodies: vec![FluidBody::new(Shape::cuboid([0.0; 3], [0.4, 0.8, 0.4]))],
+    ///     boundaries: vec![BoundaryShape::tank([0.0; 3], [1.6, 1.2, 0.4])],
+    ///     duration: 2.0,
+    ///     ..Scene::new("pond", 0.05)
+    /// };
+    /// scene.check().expect("a scene without contradictions");
+    /// let text = scene.to_ron().expect("RON");
+    /// assert_eq!(Scene::parse(&text, "pond.ron", &[]).expect("the same"), scene);
+    /// ```
+    pub fn new(name: impl Into<String>, spacing: f32) -> Self {
+        Self {
+            name: name.into(),
+            dimension: Dimension::default(),
+            spacing,
+            kernel: None,
+            support: None,
+            gravity: default_gravity(),
+            fluid: Fluid::default(),
+            bodies: Vec::new(),
+            boundaries: Vec::new(),
+            boundary_handling: BoundaryHandling::default(),
+            domain: None,
+            pressure: PressureMethod::default(),
+            time_step: TimeStep::default(),
+            index: Index::default(),
+            neighbours: Neighbours::default(),
+            reorder_interval: default_reorder_interval(),
+            order: None,
+            executor: Executor::default(),
+            limits: Limits::default(),
+            duration: default_duration(),
+            gauges: Vec::new(),
+            output: Output::default(),
+        }
+    }
+
     /// Function of the kernel, as written or as advised (`docs/decisions/kernels.md`).
     pub fn kernel(&self) -> KernelFunction {
         self.kernel.unwrap_or(KernelFunction::CubicSpline)

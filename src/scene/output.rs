@@ -22,6 +22,7 @@ pub struct Output {
 
 /// File format of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum FrameFormat {
     /// VTK XML unstructured grid, binary; ParaView opens it.
     Vtu,
@@ -42,7 +43,7 @@ pub struct Camera {
     pub field_of_view: f32,
 }
 
-fn default_field_of_view() -> f32 {
+pub(super) fn default_field_of_view() -> f32 {
     40.0
 }
 

@@ -19,6 +19,7 @@ pub struct Fluid {
 /// Viscosity model.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub enum Viscosity {
     /// None: no system, no pass.
     None,
@@ -43,6 +44,7 @@ pub enum Viscosity {
 /// Surface tension model.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub enum SurfaceTension {
     /// None: no system, no pass.
     #[default]
@@ -57,6 +59,7 @@ pub enum SurfaceTension {
 /// How walls keep the fluid off.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub enum BoundaryHandling {
     /// By pressure alone, with volumes that follow the sampling (Akinci et al. 2012).
     #[default]
@@ -80,6 +83,7 @@ pub struct DirectForcing {
 /// Control of the time step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub enum TimeStep {
     /// Always the same \[s].
     Fixed(f32),
@@ -170,6 +174,7 @@ pub struct Index {
 /// particles and need memory for every cell in it, at most [`MAX_CELLS`](crate::state::MAX_CELLS) cells; a step that
 /// would need more fails.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum IndexStructure {
     /// Basic uniform grid (paper 4.1): filled serially.
     UniformGrid,

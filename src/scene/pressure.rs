@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 /// Pressure method with its own parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub enum PressureMethod {
     /// Equation of state (paper 5.1, SESPH).
     Sesph(Sesph),
@@ -27,6 +28,7 @@ pub struct Sesph {
 /// Equation of state.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub enum StateEquation {
     /// `p = k ((ρ/ρ0)^7 − 1)` (paper eq. 4).
     Tait {
@@ -142,6 +144,7 @@ pub struct Dfsph {
 
 /// What a limit on the density error is compared with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum Criterion {
     /// The largest error of all particles (the paper's).
     #[default]
@@ -152,6 +155,7 @@ pub enum Criterion {
 
 /// What happens when an iterative method does not reach its limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum NotConverged {
     /// The run stops with an error.
     #[default]

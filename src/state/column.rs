@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use bevy_ecs::{component::Mutable, prelude::*};
+use bevy_ecs::{change_detection::Tick, component::Mutable, prelude::*, system::SystemChangeTick};
 use bytemuck::TransparentWrapper;
 use glam::Vec3;
 use serde::{Serialize, de::DeserializeOwned};
@@ -47,6 +47,8 @@ pub struct Lasting {
     pub(crate) check: Option<fn() -> Systems>,
     /// Copies it into rows at the start of a step.
     pub(crate) gather: Option<fn() -> Systems>,
+    /// Refuses a step in which a host wrote it after it was gathered.
+    pub(crate) check_unwritten: fn() -> Systems,
     /// Copies rows into the tables at the end of a step.
     pub(crate) scatter: fn() -> Systems,
     /// Keeps what the tables hold before they take a new state.
@@ -104,6 +106,7 @@ impl Column {
             lasting: Some(Lasting {
                 check: Some(|| check::<C>.into_configs()),
                 gather: None,
+                check_unwritten: || check_unwritten::<C>.into_configs(),
                 scatter: || scatter::<C>.into_configs(),
                 keep: || keep::<C>.into_configs(),
                 install_keeping: |world| world.insert_resource(Kept::<C>(Vec::new())),
@@ -255,6 +258,28 @@ fn gather<C: GatheredColumn>(
             FailureCause::NotFinite { quantity }
         };
         failure.record(cause, Some(row));
+    }
+}
+
+/// Refuses a step in which the tables changed since they were gathered (phase `Integrate`): its result would overwrite
+/// what a host wrote.
+fn check_unwritten<C: StateColumn>(
+    fluid: Query<(Entity, Option<Ref<C>>), With<Fluid>>,
+    places: Query<&Position>,
+    mut failure: ResMut<Failure>,
+    rows: Res<Rows>,
+    now: SystemChangeTick,
+) {
+    let is_late = |tick: &Tick| tick.is_newer_than(rows.gathered, now.this_run());
+    let tables = fluid.contiguous_iter().into_iter().flatten();
+    for (entities, values) in in_order(tables, |table| table.0) {
+        let Some(values) = values else { continue };
+        if let Some(row) = values.changed_ticks_slice().iter().position(is_late) {
+            let at = places.get(entities[row]).map_or(Vec3::NAN, |x| x.0);
+            let component = C::COMPONENT;
+            failure.record_of(FailureCause::Overwritten { component }, (entities[row], at));
+            return;
+        }
     }
 }
 

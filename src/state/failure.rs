@@ -42,6 +42,9 @@ impl Failure {
                 | FailureCause::TimeStep { .. }
                 | FailureCause::LacksComponent { .. }
                 | FailureCause::ParticlesChanged { .. }
+                | FailureCause::Overwritten { .. }
+                | FailureCause::Schedule { .. }
+                | FailureCause::Seconds { .. }
                 | FailureCause::TooLarge { .. },
             ) => false,
             Some(
@@ -94,6 +97,7 @@ pub(crate) fn name_the_particle(
 
 /// Why a step failed. The columns keep the last good state.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 #[error("step {step} at t = {time:.6} s: {cause}{}", place(.particle))]
 pub struct StepError {
     /// Number of the step that failed, from 1.
@@ -143,6 +147,31 @@ pub enum FailureCause {
         before: usize,
         /// Particles at its end.
         now: usize,
+    },
+    /// A system wrote a component of the fluid while the step was computed: the step's result would overwrite it.
+    #[error(
+        "a system wrote `{component}` in the middle of the step, which would overwrite it; order it before \
+         `Phase::RebuildIndex` or after `Phase::Integrate`, or add to `Accelerations` between `Phase::Forces` and \
+         `Phase::Pressure`"
+    )]
+    Overwritten {
+        /// Name of the component.
+        component: &'static str,
+    },
+    /// The schedule of the step cannot be built any more: a host's system conflicts with others.
+    #[error(
+        "the step cannot be scheduled with the systems that a host added; order them against phases \
+         (`.after(Phase::Forces).before(Phase::Pressure)`): {conflict}"
+    )]
+    Schedule {
+        /// Systems and data that are in conflict, as bevy names them.
+        conflict: String,
+    },
+    /// The time that a host wants to advance by is none.
+    #[error("cannot advance by {seconds} s; the time must be finite and not negative")]
+    Seconds {
+        /// The time \[s].
+        seconds: f64,
     },
     /// A value that the step starts from is so large that its square is not finite.
     #[error("{quantity} is beyond 1e17 at the start of the step; a host wrote it")]
@@ -256,6 +285,7 @@ pub struct DomainTooLarge {
 
 /// Lists that would be longer than their spans can say.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ListsTooLong {
     /// One of them.
     #[error(
@@ -283,6 +313,7 @@ pub enum ListsTooLong {
 
 /// Steps taken back.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct TakenBack {
     /// How many, the one that went wrong included: 2, or 1 where no older state is left to go back to.
     pub steps: u32,

@@ -17,6 +17,7 @@ pub(super) const LARGEST_ERROR: f32 = 0.1;
 
 /// How far the density of the fluid is above the rest density at the start.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct StartDensity {
     /// Largest `max(0, (ρ − ρ0)/ρ0)` \[-].
     pub max_error: f32,

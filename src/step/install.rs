@@ -3,6 +3,7 @@
 use bevy_ecs::prelude::*;
 
 use super::{
+    advance::Owed,
     error::InstallError,
     memory,
     order::order_of,
@@ -11,6 +12,7 @@ use super::{
     start::{FluidStart, Walls},
     start_density, start_slabs,
     timer::PhaseTimer,
+    uninstall::{note_installed, resources},
 };
 use crate::{
     gauge,
@@ -27,6 +29,8 @@ use crate::{
 /// in the world is used; otherwise one with a thread for every core is made. Between steps the host may tag, move,
 /// spawn (`(Fluid, Position(…))` is enough) and despawn fluid particles; after a change of boundary particles it calls
 /// [`refresh_boundary`](crate::boundary::refresh_boundary).
+///
+/// [`uninstall`](super::uninstall()) takes the scene out again.
 ///
 /// After an error the world holds nothing of the scene, and another may be installed.
 pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
@@ -52,6 +56,7 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
         let samples = walls.as_ref().map_or(&[][..], |walls| &walls.sampled);
         start_slabs::of_large(scene, &size, Some(samples), &execution)?;
     }
+    let before = resources(world);
     let schedules = build_schedules(world, scene, &order, execution.threads())?;
     world.insert_resource(execution);
     warm_start::require_means(world, scene);
@@ -73,6 +78,7 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
             .collect(),
     });
     schedules.add(world);
+    note_installed(world, &before);
     Ok(())
 }
 
@@ -97,4 +103,5 @@ fn insert_resources(world: &mut World, scene: &Scene, material: &Material, stage
     world.init_resource::<Failure>();
     world.init_resource::<PhaseTimer>();
     world.init_resource::<StepOutcome>();
+    world.init_resource::<Owed>();
 }

@@ -22,6 +22,7 @@ const FEW_CANDIDATES: f64 = 5e5;
 
 /// The plan of a scene.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Plan {
     /// Fluid particles.
     pub particles: usize,

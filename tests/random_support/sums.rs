@@ -160,6 +160,7 @@ impl BruteForce {
                 BoundaryHandling::DirectForcing(_) => {
                     self.mass / self.rest_density * (layer / sum).min(1.0)
                 }
+                other => panic!("what is the volume of a wall with {other:?}?"),
             };
             (volume / wanted - 1.0).abs()
         });
@@ -214,6 +215,7 @@ impl BruteForce {
             PressureMethod::Iisph(_) | PressureMethod::Dfsph(_) => {
                 density[row] + columns.dt * rate[row]
             }
+            other => panic!("which density remains with {other:?}?"),
         };
         let errors = || (0..rows).map(|row| (remaining(row) / self.rest_density - 1.0).max(0.0));
         let differs = |row: usize| (density[row] - f64::from(columns.densities[row])).abs();
@@ -327,6 +329,7 @@ fn stored(equation: StateEquation, density: f64, rest: f64) -> f64 {
             let part = |rho: f64| rho.ln() + rest / rho;
             f64::from(stiffness) * (part(density) - part(rest))
         }
+        other => panic!("what energy is in {other:?}?"),
     }
 }
 

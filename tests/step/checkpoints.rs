@@ -45,11 +45,9 @@ fn scene(pressure: PressureMethod, structure: IndexStructure, time_step: &str) -
 }
 
 /// What of a report does not depend on the machine.
-fn figures(report: StepReport) -> StepReport {
-    StepReport {
-        phase_seconds: Default::default(),
-        ..report
-    }
+fn figures(mut report: StepReport) -> StepReport {
+    report.phase_seconds = Default::default();
+    report
 }
 
 /// Numbers and bits of positions and velocities in the order of the rows, and what the gauges show.
