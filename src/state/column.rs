@@ -15,6 +15,7 @@ use super::{
     execution::Execution,
     failure::{Failure, FailureCause},
     particle::{Fluid, Position, Pressure},
+    remembered::LoadRows,
     remembered::{from_bytes, to_bytes},
     rows::Rows,
     stage::Systems,
@@ -60,7 +61,7 @@ pub struct Lasting {
     /// Its values of particles as bytes.
     pub(crate) save: fn(&World, &[Entity]) -> Result<Vec<u8>, String>,
     /// Gives particles the values that bytes hold.
-    pub(crate) load: fn(&mut World, &[Entity], &[u8]) -> Result<(), String>,
+    pub(crate) load: LoadRows,
     /// What is kept as bytes; none where nothing is.
     pub(crate) save_kept: fn(&World) -> Result<Option<Vec<u8>>, String>,
     /// Keeps what bytes hold.

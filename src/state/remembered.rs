@@ -18,15 +18,21 @@ pub(crate) trait Remembers: Resource<Mutability = Mutable> {
     fn set_state(&mut self, state: Self::State, rows: &[Entity]) -> Result<(), &'static str>;
 }
 
+/// The state of a world's particles, in the order of these rows, as bytes; none in a world that lacks it.
+pub(crate) type SaveRows = fn(&World, &[Entity]) -> Result<Option<Vec<u8>>, String>;
+
+/// Gives a world's particles, in the order of these rows, the state that bytes hold.
+pub(crate) type LoadRows = fn(&mut World, &[Entity], &[u8]) -> Result<(), String>;
+
 /// A resource of that kind, by its row in the registry.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Remembered {
     /// Its name in a checkpoint.
     pub(crate) name: &'static str,
     /// Its state as bytes; none in a world that lacks it.
-    pub(crate) save: fn(&World, &[Entity]) -> Result<Option<Vec<u8>>, String>,
+    pub(crate) save: SaveRows,
     /// Takes over its state from bytes.
-    pub(crate) load: fn(&mut World, &[Entity], &[u8]) -> Result<(), String>,
+    pub(crate) load: LoadRows,
     /// Whether the world has it.
     pub(crate) is_present: fn(&World) -> bool,
 }

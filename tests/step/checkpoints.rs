@@ -115,7 +115,7 @@ fn a_resumed_run_has_the_bits_of_the_uninterrupted_one() {
     for method in methods() {
         for structure in IndexStructure::ALL {
             for control in STEP_CONTROLS {
-                let scene = scene(method.clone(), structure, control);
+                let scene = scene(method, structure, control);
                 // No multiple of the reorder interval, and one: 7.
                 assert_goes_on(&scene, 10, 12);
             }
