@@ -19,7 +19,7 @@
 //! # std::fs::remove_file(file).expect("a file of our own");
 //! ```
 //!
-//! A host that keeps the fluid in a world of its own calls [`write`] and [`restore`].
+//! A host that keeps the fluid in a world of its own calls [`write()`] and [`restore`].
 //!
 //! What is in a checkpoint: the scene; of every particle its number, its row and the columns that last from step to
 //! step; the clock, the control of the time step, and whatever else a step leaves behind for the next. A column or a

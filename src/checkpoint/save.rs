@@ -103,7 +103,7 @@ pub(super) fn walls(world: &mut World) -> (u64, u32) {
 }
 
 impl Checkpoint {
-    /// The state of the scene that a world runs, as [`write`] writes it.
+    /// The state of the scene that a world runs, as [`write()`] writes it.
     pub fn of(world: &mut World) -> Result<Self, CheckpointError> {
         let installed = world.get_resource::<Installed>();
         let installed = installed.ok_or(CheckpointError::NotInstalled)?.clone();
