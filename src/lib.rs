@@ -61,6 +61,7 @@
 //! | [`gauge`] | instruments of a scene: pressure, velocity, height, front, flux, force, energies |
 //! | [`output`] | frames, series, history, summary, pictures |
 //! | [`study`] | variants of a scene measured side by side: the paper's tables, speed against error |
+//! | [`validate`] | cases with known answers, every pressure method against them |
 
 pub mod boundary;
 pub mod density;
@@ -88,6 +89,7 @@ pub mod state;
 pub mod step;
 pub mod study;
 pub mod time_step;
+pub mod validate;
 
 pub use loading::Override;
 pub use state::particle;

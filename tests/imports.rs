@@ -42,6 +42,7 @@ const FLOORS: &[&str] = &[
     "step",
     "output",
     "study",
+    "validate",
 ];
 
 /// A path inside of the crate, segment by segment.
