@@ -86,6 +86,7 @@
 //! | [`output`] | frames, series, history, summary, pictures |
 //! | [`checkpoint`] | the state of a run in a file, from which it goes on bit for bit |
 //! | [`study`] | variants of a scene measured side by side: the paper's tables, speed against error |
+//! | [`validate`] | cases with known answers, every pressure method against them |
 
 // What is hidden from the documentation is internal: benches and tests use it.
 pub mod boundary;
@@ -135,6 +136,7 @@ pub mod step;
 pub mod study;
 #[doc(hidden)]
 pub mod time_step;
+pub mod validate;
 
 pub use loading::Override;
 #[cfg(feature = "bevy_app")]

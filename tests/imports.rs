@@ -44,6 +44,7 @@ const FLOORS: &[&str] = &[
     "output",
     "checkpoint",
     "study",
+    "validate",
 ];
 
 /// A path inside of the crate, segment by segment.

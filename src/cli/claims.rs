@@ -21,7 +21,7 @@ const LOCK: &str = ".overfall_lock";
 
 /// Who wants to write into a folder.
 pub(super) struct Writer<'a> {
-    /// `run` or `study`.
+    /// `run`, `study` or `validation`.
     pub(super) kind: &'static str,
     /// Name of the scene or the study.
     pub(super) name: &'a str,

@@ -74,7 +74,8 @@ impl Curve {
         Self::parse(&text, file, columns, to_si)
     }
 
-    fn parse(
+    /// As [`load`](Self::load), from a text; `file` stands in errors.
+    pub fn parse(
         text: &str,
         file: &Path,
         [time, value]: [Option<&str>; 2],
