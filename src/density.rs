@@ -6,7 +6,7 @@ use glam::Vec4;
 
 use crate::{
     boundary::sums::{WallSums, Walls},
-    kernel::CubicSpline,
+    kernel::Kernel,
     pairs::{Pair, PairSlopes, PairSum, Pairs, putting},
     simd::Simd,
     state::{Densities, Material},
@@ -28,7 +28,7 @@ pub fn compute_density(
 /// The sum of equation 1, with the walls' part known or, if they are `SUMMED`, at any positions.
 #[derive(Clone, Copy)]
 pub struct DensitySum<'a, const SUMMED: bool> {
-    kernel: CubicSpline,
+    kernel: Kernel,
     walls: Walls<'a>,
     particle_mass: f32,
     rest_density: f32,

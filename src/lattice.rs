@@ -11,16 +11,16 @@ use std::f64::consts::PI;
 use glam::{DMat3, DVec3};
 
 use crate::{
-    kernel::CubicSpline,
-    scene::{Dimension, Scene},
+    kernel::Kernel,
+    scene::{Dimension, KernelFunction, Scene},
 };
 
 /// Neighbours of a particle on the lattice, and what the kernel says of them. Lengths in spacings.
 #[derive(Debug, Clone)]
 pub struct Lattice {
     dimension: Dimension,
-    /// h in spacings.
-    support: f64,
+    /// The kernel, lengths in spacings.
+    kernel: Kernel,
     pairs: Vec<LatticePair>,
     /// Kernel sum, the particle itself included.
     density: f64,
@@ -42,12 +42,12 @@ const WAVES: u32 = 12;
 impl Lattice {
     /// The lattice of a scene.
     pub fn of(scene: &Scene) -> Self {
-        Self::new(scene.dimension, scene.support)
+        Self::new(scene.kernel(), scene.dimension, scene.support())
     }
 
-    /// The lattice for a support in spacings.
-    pub fn new(dimension: Dimension, support: f32) -> Self {
-        let kernel = CubicSpline::new(dimension, support);
+    /// The lattice for a kernel with a support in spacings.
+    pub fn new(function: KernelFunction, dimension: Dimension, support: f32) -> Self {
+        let kernel = Kernel::new(function, dimension, support);
         let h = f64::from(support);
         let density = kernel
             .lattice(dimension, 1.0)
@@ -59,19 +59,18 @@ impl Lattice {
             .filter(|x| x.length() > 0.5)
             .map(|x| {
                 let (x, r) = (x.as_dvec3(), f64::from(x.length()));
-                let q = r / h;
-                let (a, b) = ((1.0 - q).max(0.0), (1.0 - 2.0 * q).max(0.0));
+                let [value, first, second] = function.derivatives(r / h);
                 LatticePair {
                     x,
-                    value: sigma * (2.0 * a.powi(3) - b.powi(3)),
-                    slope: 6.0 * sigma / h * (b * b - a * a) / r,
-                    curvature: 12.0 * sigma / (h * h) * (a - 2.0 * b),
+                    value: sigma * value,
+                    slope: sigma / h * first / r,
+                    curvature: sigma / (h * h) * second,
                 }
             })
             .collect();
         Self {
             dimension,
-            support: h,
+            kernel,
             pairs,
             density,
         }
@@ -110,6 +109,22 @@ impl Lattice {
         2.0 / stiffness.sqrt()
     }
 
+    /// Longest stable time step under a kinematic viscosity ν, times ν and over the square of the spacing [-]. The
+    /// operator is that of [`viscosity`](crate::force): its short waves decay faster than `ν k²` says, and the faster
+    /// the narrower the kernel is within its support.
+    pub fn viscous_step(&self) -> f64 {
+        let d = f64::from(u8::from(self.dimension));
+        let least = 0.01 * f64::from(self.kernel.support_radius).powi(2);
+        let fastest = self.over_waves(|k| {
+            let matrix = self.pairs.iter().fold(DMat3::ZERO, |sum, pair| {
+                let strength = -pair.slope / (pair.x.length_squared() + least);
+                sum + (1.0 - k.dot(pair.x).cos()) * strength * outer(pair.x)
+            });
+            2.0 * (d + 2.0) / self.density * largest_symmetric_eigenvalue(matrix)
+        });
+        2.0 / fastest
+    }
+
     /// The largest value over the wave vectors of the lattice.
     fn over_waves(&self, value: impl Fn(DVec3) -> f64) -> f64 {
         let deep = match self.dimension {
@@ -132,8 +147,8 @@ impl Lattice {
     /// What makes a layer of samples act as the lattice behind it would (see [`BesideWall`]). The layer is as dense as
     /// a row of the lattice, its samples are `distance` from the first row, each stands for `volume` (in spacings).
     pub fn beside_wall(&self, distance: f64, volume: f64) -> BesideWall {
-        let kernel = CubicSpline::new(self.dimension, self.support as f32);
-        let rows = 0..(self.support.ceil() as u32 - 1).max(1);
+        let kernel = self.kernel;
+        let rows = 0..(kernel.support_radius.ceil() as u32 - 1).max(1);
         let behind = |row: u32| {
             let border = -f64::from(row) - 0.5;
             self.pairs.iter().filter(move |pair| pair.x.y < border)
@@ -200,19 +215,33 @@ mod tests {
     /// Against an analysis of the same lattices in numpy.
     #[test]
     fn waves_have_the_eigenvalues_and_frequencies_of_an_independent_analysis() {
-        for (dimension, support, eigenvalue, step) in [
-            (Dimension::Two, 1.5, 1.998, 0.559),
-            (Dimension::Two, 2.0, 2.147, 0.708),
-            (Dimension::Two, 2.6, 2.876, 1.202),
-            (Dimension::Three, 2.0, 2.818, 0.685),
-            (Dimension::Three, 3.0, 7.467, 1.408),
+        use Dimension::{Three, Two};
+        use KernelFunction::{CubicSpline, QuinticSpline, WendlandC2, WendlandC4};
+        for (function, dimension, support, eigenvalue, step, viscous) in [
+            (CubicSpline, Two, 1.5, 1.998, 0.559, 0.0812),
+            (CubicSpline, Two, 2.0, 2.147, 0.708, 0.0382),
+            (CubicSpline, Two, 2.4, 2.519, 1.114, 0.0333),
+            (CubicSpline, Two, 2.6, 2.876, 1.202, 0.0331),
+            (CubicSpline, Three, 2.0, 2.818, 0.685, 0.0351),
+            (CubicSpline, Three, 3.0, 7.467, 1.408, 0.0346),
+            (WendlandC2, Two, 2.6, 2.593, 1.116, 0.0308),
+            (WendlandC2, Three, 3.0, 6.237, 1.287, 0.0301),
+            (WendlandC4, Two, 3.0, 2.585, 1.113, 0.0231),
+            (WendlandC4, Three, 3.0, 4.215, 1.090, 0.0223),
+            (QuinticSpline, Two, 3.0, 2.590, 1.129, 0.0229),
+            (QuinticSpline, Three, 3.0, 4.237, 1.095, 0.0222),
         ] {
-            let lattice = Lattice::new(dimension, support);
-            let found = [lattice.largest_eigenvalue(), lattice.pressure_step()];
-            for (found, known) in found.into_iter().zip([eigenvalue, step]) {
+            let lattice = Lattice::new(function, dimension, support);
+            let viscous_step = lattice.viscous_step() / f64::from(support * support);
+            let found = [
+                lattice.largest_eigenvalue(),
+                lattice.pressure_step(),
+                viscous_step,
+            ];
+            for (found, known) in found.into_iter().zip([eigenvalue, step, viscous]) {
                 assert!(
                     (found / known - 1.0).abs() < 0.02,
-                    "{dimension:?} {support}: {found} for {known}"
+                    "{function:?} {dimension:?} {support}: {found} for {known}"
                 );
             }
         }

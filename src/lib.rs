@@ -52,18 +52,21 @@
 //! | --- | --- |
 //! | [`scene`] | the RON scene: types, checks, shapes into particles |
 //! | [`particle`] | the components of a particle |
-//! | `state`, `kernel`, `lattice` | constants of a run; the smoothing kernel; waves on a lattice, and walls beside it |
+//! | `loading` | from a text to a checked scene: overrides, errors with their places |
+//! | `state` | columns, clock, constants, failure, threads: plain data that all systems share |
+//! | `kernel`, `lattice` | the smoothing kernel; waves on a lattice, and walls beside it |
+//! | `registry` | the lists of all stages and columns, each declared beside its code |
 //! | [`step`] | phases, stages, the order as data, the schedule; [`Simulation`] and [`install`] |
 //!
 //! A step, phase by phase ([`Phase`]):
 //!
 //! | phase | module | paper |
 //! | --- | --- | --- |
-//! | `RebuildIndex` | `state`: tables into columns; `index`: who is in which cell | 4.1–4.5 |
+//! | `RebuildIndex` | `registry`: tables into columns; `index`: which particles are in which cell | 4.1–4.5 |
 //! | `FindNeighbours` | `neighbours`: lists, or neighbours found on the spot | 5.3.1 |
 //! | `Density` | `density` | eq. 1 |
 //! | `Forces` | `force`: gravity, viscosity, surface tension; before them DFSPH's divergence solve (`pressure::dfsph`) | 5 |
-//! | `Pressure` | `pressure`: `state_equation` (eqs. 4, 5), `pcisph` (Algorithm 2), `iisph`, `dfsph` | 5.1, 5.2 |
+//! | `Pressure` | `pressure`: `sesph` (eqs. 4, 5), `pcisph` (Algorithm 2), `iisph`, `dfsph` | 5.1, 5.2 |
 //! | `Integrate` | `integrate`: motion and the failure guard; [`boundary::contact`]; `time_step` | 5 |
 //! | `Reorder` | `reorder`: rows along the Z-curve | 4.5.4 |
 //! | `Observe` | [`step::StepReport`]: what the step did | 6 |
@@ -73,11 +76,11 @@
 //! | module | what is in it |
 //! | --- | --- |
 //! | `pairs` | sums over neighbours: the one loop that all physics goes through; slopes of the kernel, kept for the step |
-//! | [`boundary`] | walls as particles: sampling, volumes, their sums around the fluid, contact, direct forcing |
+//! | `sampling` | surfaces of walls into particles |
+//! | [`boundary`] | walls in a step: volumes, their sums around the fluid, contact, direct forcing |
 //! | `mesh` | triangle meshes: files, distances, rays |
 //! | `simd` | eight lanes, chosen at run time; the only `unsafe` |
 //! | `input` | files that a user names, read with a limit |
-//! | `state::execution` | threads, chunks, results that do not depend on either |
 //! | [`measure`] | what experiments and analytic solutions give, too: front, height, semi-axes, line of pressures |
 //! | [`gauge`] | instruments of a scene: pressure, velocity, height, front, flux, force, energies |
 //! | [`output`] | frames, series, history, summary, pictures |

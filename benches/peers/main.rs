@@ -116,7 +116,7 @@ fn run_salva(steps: usize, warm_up: usize, threads: usize, tolerance: f32) -> Re
         ..DfsphParameters::default()
     });
     let radius = scene.spacing / 2.0;
-    let mut liquid_world = LiquidWorld::new(solver, radius, scene.support, 1.0);
+    let mut liquid_world = LiquidWorld::new(solver, radius, scene.support(), 1.0);
     let mut liquid = Liquid::new(
         fluid,
         radius,

@@ -12,7 +12,7 @@ use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};
 
 use crate::{
-    kernel::CubicSpline,
+    kernel::Kernel,
     lattice::BesideWall,
     pairs::{Pair, PairSum, Pairs, accumulate},
     simd::Simd,
@@ -115,7 +115,7 @@ pub fn sum_walls(mut walls: ResMut<WallSums>, pairs: Pairs, material: Res<Materi
 
 #[derive(Clone, Copy)]
 struct WallSum {
-    kernel: CubicSpline,
+    kernel: Kernel,
     push: f32,
 }
 
@@ -150,7 +150,7 @@ impl PairSum for WallSum {
     fn finish<S: Simd>(&self, simd: S, _: usize, sums: Sums<S>) -> Vec4 {
         let [x, y, z] = sums.gradient;
         let gradient = Vec3::new(simd.sum(x), simd.sum(y), simd.sum(z));
-        let CubicSpline {
+        let Kernel {
             slope_factor,
             normalisation,
             ..

@@ -6,7 +6,7 @@ use glam::Vec4;
 
 use crate::{
     index::SpatialIndex,
-    kernel::CubicSpline,
+    kernel::Kernel,
     neighbours::Search,
     pairs::{self, Pair, PairSum, Places, Source},
     scene::{BoundaryHandling, Scene},
@@ -22,7 +22,7 @@ pub fn volumes(
     execution: &Execution,
 ) -> Vec<f32> {
     let pass = BoundaryVolumeSum {
-        kernel: CubicSpline::new(scene.dimension, scene.support_radius()),
+        kernel: Kernel::of(scene),
     };
     let points = &packed[..packed.len() - 1];
     let search = Search {
@@ -35,7 +35,7 @@ pub fn volumes(
     let mut volumes = vec![0.0; points.len()];
     pairs::sum(
         &pass,
-        Source::OnTheSpot(search, None),
+        Source::Recomputed(search, None),
         Places {
             fluid: packed,
             boundary: &[SENTINEL],
@@ -62,7 +62,7 @@ pub fn volumes(
 
 #[derive(Clone, Copy)]
 struct BoundaryVolumeSum {
-    kernel: CubicSpline,
+    kernel: Kernel,
 }
 
 impl PairSum for BoundaryVolumeSum {

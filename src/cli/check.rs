@@ -5,6 +5,7 @@ use std::fmt::Write;
 use glam::Vec3;
 use overfall::Plan;
 use overfall::scene::{Cfl, Rate, Scene, TimeStep};
+use overfall::step::Product;
 
 use super::exit::{Exit, Failure};
 use super::report::size;
@@ -66,6 +67,9 @@ fn text(scene: &Scene, plan: &Plan, threads: usize) -> String {
         let _ = writeln!(text, "  {name:<15} {value}");
     }
     text.push_str(&phases(plan));
+    if scene.order.is_some() {
+        text.push_str(&flow(plan));
+    }
     text.push_str(&gauges(scene));
     text.push_str(&time_step(scene, plan));
     text.push_str(&memory(plan));
@@ -155,6 +159,37 @@ fn phases(plan: &Plan) -> String {
     text
 }
 
+/// What every stage of an order reads and writes, and how old that may be.
+fn flow(plan: &Plan) -> String {
+    let mut text = "\nThe flow of data\n".to_owned();
+    for stage in &plan.flow {
+        let read = |(product, age): &(Product, u64)| match age {
+            0 => product.to_string(),
+            1 => format!("{product} (1 step old at most)"),
+            age => format!("{product} ({age} steps old at most)"),
+        };
+        let list = |items: Vec<String>| {
+            if items.is_empty() {
+                "-".to_owned()
+            } else {
+                items.join(", ")
+            }
+        };
+        let reads = list(stage.reads.iter().map(read).collect());
+        let writes = list(stage.writes.iter().map(Product::to_string).collect());
+        let every = match stage.every {
+            1 => String::new(),
+            every => format!(", every {every} steps"),
+        };
+        let _ = writeln!(
+            text,
+            "  {:<15} reads {reads}; writes {writes}{every}",
+            stage.stage
+        );
+    }
+    text
+}
+
 fn time_step(scene: &Scene, plan: &Plan) -> String {
     let mut text = match scene.time_step {
         TimeStep::Fixed(dt) => format!("\nThe time step is {dt:e} s; it should be at most\n"),
@@ -195,7 +230,7 @@ fn memory(plan: &Plan) -> String {
         if count == 0 {
             continue;
         }
-        let _ = writeln!(text, "\nMemory a {what} particle [bytes]");
+        let _ = writeln!(text, "\nMemory per {what} particle [bytes]");
         let mut total = 0.0;
         for (name, bytes) in rows {
             total += bytes;

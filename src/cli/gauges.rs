@@ -11,9 +11,9 @@ use overfall::scene::Scene;
 use overfall::study::chart::draw_beside_known;
 
 use super::claims::Claims;
+use super::exit::{Failure, cannot_write};
 use super::folder::{self, RunFolder};
 use super::manifest::create_folder;
-use super::{Failure, cannot_write};
 
 /// The files of all gauges, in the order of the scene.
 pub(super) struct GaugeFiles(Vec<Files>);

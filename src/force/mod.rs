@@ -1,4 +1,4 @@
-//! All forces but pressure, each a file and a system that is in the schedule only if the scene asks.
+//! All forces but pressure, each a file and a stage that is in the schedule only if the scene asks.
 //!
 //! They add to [`Accelerations`](crate::state::Accelerations), which [`clear_forces`] starts at zero.
 
@@ -7,19 +7,14 @@ mod gravity;
 mod surface_tension;
 mod viscosity;
 
-use crate::state::Stage;
+pub(crate) use clear::STAGE as CLEAR_FORCES;
 pub use clear::clear_forces;
+pub(crate) use gravity::STAGE as GRAVITY;
 pub use gravity::apply_gravity;
+pub(crate) use surface_tension::STAGE as SURFACE_TENSION;
 pub use surface_tension::{Cohesion, apply_surface_tension};
+pub(crate) use viscosity::STAGE as VISCOSITY;
 pub use viscosity::{
     ArtificialViscosity, LaminarViscosity, NumericalViscosity, apply_artificial_viscosity,
     apply_laminar_viscosity, put_pressure_terms,
 };
-
-/// Rows of the forces, in the order in which they act by default.
-pub(crate) const STAGES: [Stage; 4] = [
-    clear::STAGE,
-    gravity::STAGE,
-    viscosity::STAGE,
-    surface_tension::STAGE,
-];

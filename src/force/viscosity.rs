@@ -17,6 +17,7 @@ use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};
 
 use crate::{
+    lattice::Lattice,
     pairs::{Pair, PairSum, accumulate, broadcast, difference, dot},
     pressure::{
         first_force::{self, FirstForce, WithFirstForce},
@@ -32,6 +33,10 @@ use crate::{
 
 /// Part of h²/ν that a step may take [-]: 1/8 of the square of the smoothing length h/2 (Morris et al. 1997, eq. 23).
 const LIMIT_FACTOR: f32 = 1.0 / 32.0;
+
+/// Part of the longest step in which a lattice is stable under its viscosity [-]: disorder raises what it needs. Kernels
+/// that are narrow within their support, as Wendland's C4, would not be stable at the limit above.
+const LATTICE_LIMIT_FACTOR: f32 = 0.8;
 
 /// Viscosity.
 pub(crate) const STAGE: Stage = Stage {
@@ -96,7 +101,11 @@ fn limits(scene: &Scene) -> Vec<Limit> {
         // The kinematic viscosity that it amounts to in 3-D (Monaghan 2005, eq. 8.8), with its smoothing length h.
         Viscosity::Artificial { alpha, sound_speed } => alpha * h * sound_speed / 10.0,
     };
-    let limit = (viscosity > 0.0).then(|| ("viscosity", LIMIT_FACTOR * h * h / viscosity));
+    let limit = (viscosity > 0.0).then(|| {
+        let of_lattice = LATTICE_LIMIT_FACTOR * Lattice::of(scene).viscous_step() as f32;
+        let longest = (LIMIT_FACTOR * h * h).min(of_lattice * scene.spacing * scene.spacing);
+        ("viscosity", longest / viscosity)
+    });
     limit.into_iter().collect()
 }
 

@@ -16,7 +16,7 @@ use super::{
     window::{self, Timing, Window},
 };
 use crate::{
-    kernel::CubicSpline,
+    kernel::Kernel,
     scene::{self, Dimension, GaugeKind, Quantity, Scene},
     state::{Clock, TakenBack},
     time_step::AdaptiveTimeStep,
@@ -179,7 +179,7 @@ fn probe(kind: &GaugeKind, scene: &Scene) -> Box<dyn Probe> {
     let around = |at: Vec3, radius: Option<f32>, side: Option<Vec3>| point::Around {
         at,
         side: side.map(Vec3::normalize_or_zero),
-        kernel: CubicSpline::new(scene.dimension, radius.unwrap_or(h)),
+        kernel: Kernel::new(scene.kernel(), scene.dimension, radius.unwrap_or(h)),
     };
     match *kind {
         GaugeKind::Height { at, radius } => Box::new(level::Height {

@@ -10,14 +10,14 @@ use super::{
     moment::{Moment, Probe},
     near::Crowd,
 };
-use crate::kernel::CubicSpline;
+use crate::kernel::Kernel;
 
 /// The particles around a point.
 pub(super) struct Around {
     pub(super) at: Vec3,
     /// Unit vector to the side that counts; all sides do if absent.
     pub(super) side: Option<Vec3>,
-    pub(super) kernel: CubicSpline,
+    pub(super) kernel: Kernel,
 }
 
 /// How far behind the face of a wall particles count, in spacings: fluid gets a quarter behind it.

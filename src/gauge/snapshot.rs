@@ -149,7 +149,7 @@ impl Snapshot {
         let h = material.kernel.support_radius;
         let index = index::build(&Scene {
             dimension: material.dimension,
-            support: h / material.spacing,
+            support: Some(h / material.spacing),
             ..Scene::new("", material.spacing)
         });
         let mut snapshot = Self {

@@ -1,57 +1,58 @@
-//! The structure of a scene.
+//! Builds the structure that a scene selects. No other place distinguishes structures.
 
 use glam::DVec3;
 
 use super::{
-    brute_force::BruteForce,
-    compact_hashing::CompactHashing,
-    domain,
+    brute_force, compact_hashing, domain,
     grid::Grid,
-    index_sort::IndexSort,
-    spatial_hashing::SpatialHashing,
-    structure::SpatialIndex,
-    uniform_grid::UniformGrid,
-    z_index_sort::{self, ZIndexSort},
+    index_sort, spatial_hashing,
+    structure::{SpatialIndex, Structure},
+    uniform_grid, z_index_sort,
 };
 use crate::{
-    scene::{self, IndexStructure, Scene},
+    scene::{IndexStructure, Scene},
     state::DomainTooLarge,
 };
 
-/// The structure of a scene.
-pub fn build(scene: &Scene) -> Box<dyn SpatialIndex> {
-    let scene::Index {
-        structure,
-        cell_size,
-    } = scene.index;
-    let grid = Grid::new(scene.dimension, scene.support_radius(), cell_size);
-    let particles_a_cell = (cell_size * scene.support).powi(u8::from(scene.dimension).into());
+fn row(structure: IndexStructure) -> &'static Structure {
     match structure {
-        IndexStructure::UniformGrid => Box::new(UniformGrid::new(grid)),
-        IndexStructure::IndexSort => Box::new(IndexSort::new(grid)),
-        IndexStructure::ZIndexSort => Box::new(ZIndexSort::new(grid)),
-        IndexStructure::SpatialHashing => Box::new(SpatialHashing::new(grid, particles_a_cell)),
-        IndexStructure::CompactHashing => Box::new(CompactHashing::new(grid, particles_a_cell)),
-        IndexStructure::BruteForce => Box::new(BruteForce::new(grid)),
+        IndexStructure::UniformGrid => &uniform_grid::ROW,
+        IndexStructure::IndexSort => &index_sort::ROW,
+        IndexStructure::ZIndexSort => &z_index_sort::ROW,
+        IndexStructure::SpatialHashing => &spatial_hashing::ROW,
+        IndexStructure::CompactHashing => &compact_hashing::ROW,
+        IndexStructure::BruteForce => &brute_force::ROW,
     }
 }
 
-/// What the tables of a scene's structure take for the cells of a box, used or not [bytes]. Fails if they are too many;
-/// the corners of the box are in metres.
-pub(crate) fn table_bytes(scene: &Scene, low: DVec3, high: DVec3) -> Result<u64, DomainTooLarge> {
-    let table_size: domain::TableSize = match scene.index.structure {
-        IndexStructure::UniformGrid | IndexStructure::IndexSort => domain::unpadded,
-        IndexStructure::ZIndexSort => z_index_sort::padded,
-        IndexStructure::SpatialHashing
-        | IndexStructure::CompactHashing
-        | IndexStructure::BruteForce => return Ok(0),
-    };
-    let grid = Grid::new(
+fn grid(scene: &Scene) -> Grid {
+    Grid::new(
         scene.dimension,
         scene.support_radius(),
         scene.index.cell_size,
-    );
+    )
+}
+
+/// The structure of a scene.
+pub fn build(scene: &Scene) -> Box<dyn SpatialIndex> {
+    let cell = scene.index.cell_size * scene.support();
+    let per_cell = cell.powi(u8::from(scene.dimension).into());
+    (row(scene.index.structure).build)(grid(scene), per_cell)
+}
+
+/// Memory of the structure's tables for all cells of a box, used or empty [bytes]. The corners of the box are in
+/// metres. Fails if there are too many cells.
+pub(crate) fn table_bytes(scene: &Scene, low: DVec3, high: DVec3) -> Result<u64, DomainTooLarge> {
+    let Some(table) = row(scene.index.structure).table else {
+        return Ok(0);
+    };
+    let grid = grid(scene);
     let cell = |corner: DVec3| grid.cell_of(corner.as_vec3().extend(0.0));
-    let cells = domain::needed(&grid, cell(low), cell(high), table_size)?;
-    Ok(4 * table_size(cells))
+    let cells = domain::needed(&grid, cell(low), cell(high), table)?;
+    Ok(4 * table(cells))
+}
+
+/// Memory of the structure besides these tables [bytes per particle].
+pub(crate) fn bytes_per_particle(scene: &Scene) -> f64 {
+    row(scene.index.structure).bytes_per_particle
 }

@@ -1,7 +1,7 @@
-//! Spatial indices: who may be near whom (paper section 4).
+//! Spatial indices: candidates for neighbours (paper section 4).
 //!
-//! One trait, a file for each structure. An index sorts rows into cells; [`crate::neighbours`] asks it for the rows
-//! of a cell and for the candidates around it, tests distances and writes lists.
+//! One trait, and one file or folder per structure. An index sorts rows into cells. [`crate::neighbours`] requests the
+//! rows of a cell and the candidates around it, tests distances and writes the lists.
 
 mod boundary;
 mod brute_force;
@@ -25,7 +25,7 @@ mod z_index_sort;
 pub use boundary::BoundarySamples;
 pub use brute_force::BruteForce;
 pub use build::build;
-pub(crate) use build::table_bytes;
+pub(crate) use build::{bytes_per_particle, table_bytes};
 pub use compact_hashing::CompactHashing;
 pub use entries::{Entries, Run};
 pub use grid::Grid;
@@ -33,8 +33,8 @@ pub use index_sort::IndexSort;
 pub use spatial_hashing::SpatialHashing;
 pub use structure::SpatialIndex;
 pub use uniform_grid::UniformGrid;
+pub(crate) use update::STAGE;
 pub use update::{FluidIndex, update_index};
-pub(crate) use update::{STAGE, bytes_per_particle};
 pub use z_index_sort::ZIndexSort;
 
 #[cfg(test)]

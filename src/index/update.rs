@@ -1,12 +1,12 @@
-//! The index of the fluid, brought up to date in every step.
+//! The index of the fluid, updated in every step.
 
 use bevy_ecs::prelude::*;
 
-use super::{build::build, structure::SpatialIndex};
-use crate::{
-    scene::{IndexStructure, Scene},
-    state::{Execution, Failure, FailureCause, Phase, Positions, Product, Stage},
+use super::{
+    build::{build, bytes_per_particle},
+    structure::SpatialIndex,
 };
+use crate::state::{Execution, Failure, FailureCause, Phase, Positions, Product, Stage};
 
 /// The spatial index.
 pub(crate) const STAGE: Stage = Stage {
@@ -24,30 +24,16 @@ pub(crate) const STAGE: Stage = Stage {
     })
 };
 
-/// What the scene's spatial index takes, measured with eight particles per cell [bytes per particle]; the dense
-/// structures take 4 bytes more for every empty cell of the box, spatial hashing two hash cells of 1.5 times a full
-/// cell.
-pub(crate) fn bytes_per_particle(scene: &Scene) -> f64 {
-    match scene.index.structure {
-        IndexStructure::UniformGrid => 25.0,
-        IndexStructure::IndexSort => 37.0,
-        IndexStructure::ZIndexSort => 33.0,
-        IndexStructure::SpatialHashing => 216.0,
-        IndexStructure::CompactHashing => 77.0,
-        IndexStructure::BruteForce => 16.0,
-    }
-}
-
 /// Index of the fluid particles.
 #[derive(Resource)]
 pub struct FluidIndex {
-    /// The structure that the scene asks for.
+    /// The structure that the scene selects.
     pub structure: Box<dyn SpatialIndex>,
     /// Whether the rows were reordered since the last update.
     pub reordered: bool,
 }
 
-/// Brings the index up to date with the rows (phase `RebuildIndex`).
+/// Updates the index for the present rows (phase `RebuildIndex`).
 pub fn update_index(
     mut index: ResMut<FluidIndex>,
     mut failure: ResMut<Failure>,

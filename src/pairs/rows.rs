@@ -10,8 +10,8 @@ use super::{
     slopes::{Computed, Generations, Kept, Known, Slopes, make_room},
 };
 use crate::{
-    kernel::CubicSpline,
-    neighbours::{NeighbourLists, OnTheSpot, Search},
+    kernel::Kernel,
+    neighbours::{NeighbourLists, Recomputed, Search},
     simd::{LANES, Simd, Vectorised},
     state::{CHUNK, Execution},
 };
@@ -25,7 +25,7 @@ pub struct Places<'a> {
     /// Positions [m] and volumes [m³; m² in 2-D] of the boundary particles.
     pub boundary: &'a [Vec4],
     /// The kernel whose slopes the pairs have.
-    pub kernel: &'a CubicSpline,
+    pub kernel: &'a Kernel,
 }
 
 impl Places<'_> {
@@ -52,7 +52,7 @@ pub enum Source<'a> {
     /// Lists.
     Stored(&'a NeighbourLists, Option<&'a NeighbourLists>),
     /// Searches.
-    OnTheSpot(Search<'a>, Option<Search<'a>>),
+    Recomputed(Search<'a>, Option<Search<'a>>),
 }
 
 /// Runs `pass` over all rows into `out`.
@@ -95,7 +95,7 @@ pub(super) fn over_rows<P: PairSum, T: FnMut(usize, P::Output)>(
                     None => set.arithmetic().dispatch(chunk),
                 }
             }
-            Source::OnTheSpot(fluid, boundary) => {
+            Source::Recomputed(fluid, boundary) => {
                 set.dispatch(SpotChunk {
                     pass,
                     places,
@@ -149,7 +149,7 @@ fn pair<S: Simd>(
     own: [S::F; 3],
     points: &[Vec4],
     rows: S::Rows,
-    (kernel, slopes): (&CubicSpline, &mut impl Slopes),
+    (kernel, slopes): (&Kernel, &mut impl Slopes),
 ) -> Pair<S> {
     let (x, fourth) = difference(simd, own, points, rows);
     let distance = dot(simd, x, x);
@@ -273,8 +273,8 @@ impl<P: PairSum, T: FnMut(usize, P::Output)> Vectorised for SpotChunk<'_, P, T> 
             order.push((grid.cell_of(point), k));
         }
         order.sort_unstable_by_key(|&(cell, k)| (cell.to_array(), k));
-        let mut fluid = OnTheSpot::new(self.fluid);
-        let mut boundary = self.boundary.map(OnTheSpot::new);
+        let mut fluid = Recomputed::new(self.fluid);
+        let mut boundary = self.boundary.map(Recomputed::new);
         for &(_, k) in &order {
             let i = self.rows.start + k;
             let near_boundary = match &mut boundary {

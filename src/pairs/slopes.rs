@@ -2,7 +2,7 @@
 //!
 //! A square root and a division in every lane are a third of a force pass. Positions stay as they are from the density
 //! pass to the end of the step, so that pass, which has the roots anyway, writes the slopes down, and the others read 4
-//! bytes a pair. In a stand-alone loop over 130 000 particles (31 neighbours, ns a particle on one thread; computed,
+//! bytes per pair. In a stand-alone loop over 130 000 particles (31 neighbours, ns per particle on one thread; computed,
 //! slopes kept, gradients kept): force 68, 45, 54; Dρ/Dt 82, 60, 59. A pass that calculates them anyway writes slopes
 //! for nothing that could be measured and gradients for 20; the density pass, which has the roots but divides for this
 //! alone, takes 15 more. Gradients would spare the positions, too, but are three times as much to read.
@@ -12,7 +12,7 @@ use std::ops::Range;
 use bevy_ecs::prelude::*;
 
 use crate::{
-    kernel::CubicSpline,
+    kernel::Kernel,
     neighbours::NeighbourLists,
     simd::{LANES, Lanes, Simd},
     state::CHUNK,
@@ -27,8 +27,8 @@ pub(super) struct Generations {
     pub(super) lists: u64,
 }
 
-/// Slopes `(b² − a²)/r` [m⁻¹] of all pairs at the positions of the step, row after row in the order of the
-/// lists of the fluid, filled up to whole vectors. Absent where neighbours are recomputed.
+/// Slopes of the kernel ([`Kernel::slope`], m⁻¹) of all pairs at the positions of the step, row after row in the order
+/// of the lists of the fluid, filled up to whole vectors. Absent where neighbours are recomputed.
 #[derive(Resource, Debug, Default)]
 pub struct PairSlopes {
     /// By chunk of rows.
@@ -77,7 +77,7 @@ pub(super) trait Slopes {
     const KNOWN: bool = false;
 
     /// Of the next eight pairs.
-    fn next<S: Simd>(&mut self, simd: S, kernel: &CubicSpline, distance_squared: S::F) -> S::F;
+    fn next<S: Simd>(&mut self, simd: S, kernel: &Kernel, distance_squared: S::F) -> S::F;
 }
 
 /// From the distances.
@@ -85,7 +85,7 @@ pub(super) struct Computed;
 
 impl Slopes for Computed {
     #[inline(always)]
-    fn next<S: Simd>(&mut self, simd: S, kernel: &CubicSpline, distance_squared: S::F) -> S::F {
+    fn next<S: Simd>(&mut self, simd: S, kernel: &Kernel, distance_squared: S::F) -> S::F {
         kernel.slope(simd, distance_squared)
     }
 }
@@ -97,7 +97,7 @@ impl Slopes for Known<'_> {
     const KNOWN: bool = true;
 
     #[inline(always)]
-    fn next<S: Simd>(&mut self, simd: S, _: &CubicSpline, _: S::F) -> S::F {
+    fn next<S: Simd>(&mut self, simd: S, _: &Kernel, _: S::F) -> S::F {
         let next = self.0.next();
         debug_assert!(next.is_some(), "there are slopes for every pair");
         next.map_or(simd.splat(0.0), |slopes| simd.load(slopes))
@@ -109,7 +109,7 @@ pub(super) struct Kept<'a>(pub std::slice::IterMut<'a, Lanes>);
 
 impl Slopes for Kept<'_> {
     #[inline(always)]
-    fn next<S: Simd>(&mut self, simd: S, kernel: &CubicSpline, distance_squared: S::F) -> S::F {
+    fn next<S: Simd>(&mut self, simd: S, kernel: &Kernel, distance_squared: S::F) -> S::F {
         let slope = kernel.slope(simd, distance_squared);
         if let Some(slopes) = self.0.next() {
             simd.store(slope, slopes);

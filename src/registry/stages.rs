@@ -15,23 +15,20 @@ use crate::{
 };
 
 /// The engine's stages, in the order in which they run by default.
-const STAGES: [Stage; 12] = {
-    let [clear_forces, gravity, viscosity, surface_tension] = force::STAGES;
-    [
-        gather::STAGE,
-        index::STAGE,
-        neighbours::STAGE,
-        pressure::DENSITY,
-        pressure::DIVERGENCE,
-        clear_forces,
-        gravity,
-        viscosity,
-        surface_tension,
-        pressure::PRESSURE,
-        advance::STAGE,
-        reorder::STAGE,
-    ]
-};
+const STAGES: &[Stage] = &[
+    gather::STAGE,
+    index::STAGE,
+    neighbours::STAGE,
+    pressure::DENSITY,
+    pressure::DIVERGENCE,
+    force::CLEAR_FORCES,
+    force::GRAVITY,
+    force::VISCOSITY,
+    force::SURFACE_TENSION,
+    pressure::PRESSURE,
+    advance::STAGE,
+    reorder::STAGE,
+];
 
 /// The stages that an order may name: the engine's, and those that a host registers before it installs a scene.
 #[derive(Resource, Debug, Clone)]

@@ -11,7 +11,7 @@
 use glam::Vec3;
 
 use crate::{
-    kernel::CubicSpline,
+    kernel::Kernel,
     lattice::{BesideWall, Lattice},
     scene::{BoundaryHandling, Scene},
     state::Material,
@@ -56,7 +56,7 @@ pub fn layer_depth(scene: &Scene) -> f32 {
 
 /// What makes the layer of samples act on a lattice beside it as a lattice that goes on would.
 pub fn beside_wall(scene: &Scene) -> BesideWall {
-    let kernel = CubicSpline::new(scene.dimension, scene.support);
+    let kernel = Kernel::new(scene.kernel(), scene.dimension, scene.support());
     let layer = || kernel.lattice(scene.dimension, 1.0).filter(|x| x.y == 0.0);
     let in_layer: f32 = layer().map(|x| kernel.value(x.length())).sum();
     let volume = match scene.boundary_handling {

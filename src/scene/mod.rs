@@ -37,9 +37,13 @@ pub struct Scene {
     pub dimension: Dimension,
     /// Distance of the particles at rest [m].
     pub spacing: f32,
-    /// Support radius of the kernel in spacings [-]; `h = support × spacing`.
-    #[serde(default = "default_support")]
-    pub support: f32,
+    /// Function of the smoothing kernel; the cubic spline if absent.
+    #[serde(default)]
+    pub kernel: Option<KernelFunction>,
+    /// Support radius of the kernel in spacings [-]; `h = support × spacing`. If absent what is advised for the kernel
+    /// and the dimension ([`KernelFunction::support`]).
+    #[serde(default)]
+    pub support: Option<f32>,
     /// Acceleration of every particle [m/s²].
     #[serde(default = "default_gravity")]
     pub gravity: Vec3,
@@ -69,8 +73,8 @@ pub struct Scene {
     /// Whether neighbour lists are kept for the step.
     #[serde(default)]
     pub neighbours: Neighbours,
-    /// Steps between two reorderings along the Z-curve; 0 never reorders. The paper's are 100 (4.5.4). In the corner
-    /// dam break of 130 000 particles, 0.45 s of PCISPH, steps at 25, 50 and 100 differ by less than the noise.
+    /// Steps between two reorderings along the Z-curve; 0 never reorders. The paper's 100 (4.5.4): in the corner dam
+    /// break of 130 000 particles, 0.45 s of PCISPH, intervals of 25, 50 and 100 differ by less than the noise.
     #[serde(default = "default_reorder_interval")]
     pub reorder_interval: u32,
     /// A RON file with the order of the stages, relative to the scene file's folder (after
@@ -94,14 +98,11 @@ pub struct Scene {
     pub output: Output,
 }
 
-fn default_support() -> f32 {
-    2.0
-}
 fn default_gravity() -> Vec3 {
     Vec3::new(0.0, -9.81, 0.0)
 }
 fn default_reorder_interval() -> u32 {
-    25
+    100
 }
 fn default_duration() -> f32 {
     1.0
@@ -128,7 +129,8 @@ impl Scene {
             name: name.into(),
             dimension: Dimension::default(),
             spacing,
-            support: default_support(),
+            kernel: None,
+            support: None,
             gravity: default_gravity(),
             fluid: Fluid::default(),
             bodies: Vec::new(),
@@ -149,9 +151,20 @@ impl Scene {
         }
     }
 
+    /// Function of the kernel, as written or as advised (`docs/decisions/kernels.md`).
+    pub fn kernel(&self) -> KernelFunction {
+        self.kernel.unwrap_or(KernelFunction::CubicSpline)
+    }
+
+    /// Support radius in spacings [-], as written or as advised.
+    pub fn support(&self) -> f32 {
+        self.support
+            .unwrap_or_else(|| self.kernel().support(self.dimension))
+    }
+
     /// Support radius h [m].
     pub fn support_radius(&self) -> f32 {
-        self.support * self.spacing
+        self.support() * self.spacing
     }
 
     /// Whether there are boundaries, and direct forcing keeps the fluid off them.

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::Dimension;
+
 /// Material of the fluid; the defaults are water.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -119,6 +121,43 @@ pub struct Adaptive {
     pub density_error: f32,
     /// A largest density error above it is a shock [-].
     pub max_density_error: f32,
+}
+
+/// Function of the smoothing kernel (see [`kernel`](crate::kernel)).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum KernelFunction {
+    /// Cubic spline (Monaghan 1992).
+    CubicSpline,
+    /// Wendland's function with two continuous derivatives (Wendland 1995).
+    WendlandC2,
+    /// Wendland's function with four.
+    WendlandC4,
+    /// Quintic spline (Morris et al. 1997).
+    QuinticSpline,
+}
+
+impl KernelFunction {
+    /// Every function.
+    pub const ALL: [Self; 4] = [
+        Self::CubicSpline,
+        Self::WendlandC2,
+        Self::WendlandC4,
+        Self::QuinticSpline,
+    ];
+
+    /// Support radius that a scene has if it names none, in spacings [-]. Measured: `docs/decisions/kernels.md`.
+    pub fn support(self, dimension: Dimension) -> f32 {
+        let [plane, space] = match self {
+            Self::CubicSpline => [2.0, 2.0],
+            Self::WendlandC2 => [3.0, 3.0],
+            Self::WendlandC4 => [3.5, 3.5],
+            Self::QuinticSpline => [2.6, 2.6],
+        };
+        match dimension {
+            Dimension::Two => plane,
+            Dimension::Three => space,
+        }
+    }
 }
 
 /// Structure that finds neighbours.
@@ -269,12 +308,13 @@ impl Default for Limits {
 /// How the systems of a step are run. The loops inside them are parallel either way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Executor {
-    /// In parallel from 30 000 particles on.
+    /// The faster one: one system at a time, at every size.
     #[default]
     Auto,
-    /// Systems that touch different data run side by side: a host's own beside the engine's, which are one chain.
+    /// Systems that touch different data run side by side: a host's own beside the engine's, which are one chain. Every
+    /// loop has to wake the pool then: a step of PCISPH takes 2.3 times as long with 1 000 particles, 1.25 times with
+    /// 8 000 and 1.025 times with 130 000.
     Parallel,
-    /// One system at a time, in the pool of the loops (see [`take_step`](crate::take_step)): the faster with few
-    /// particles.
+    /// One system at a time, in the pool of the loops (see [`take_step`](crate::take_step)).
     SingleThreaded,
 }

@@ -4,7 +4,7 @@ use bevy_ecs::prelude::*;
 use glam::Vec3;
 
 use crate::{
-    kernel::CubicSpline,
+    kernel::Kernel,
     scene::{Dimension, Scene},
 };
 
@@ -16,7 +16,7 @@ pub struct Material {
     /// Distance of the particles at rest [m].
     pub spacing: f32,
     /// The kernel, of support radius h.
-    pub kernel: CubicSpline,
+    pub kernel: Kernel,
     /// Density at rest ρ0 [kg/m³; kg/m² in 2-D].
     pub rest_density: f32,
     /// Mass m of a particle [kg], such that the lattice at rest has density ρ0 exactly: `m = ρ0 / Σ_lattice W`. It
@@ -29,7 +29,7 @@ pub struct Material {
 impl Material {
     /// The constants of a scene.
     pub fn new(scene: &Scene) -> Self {
-        let kernel = CubicSpline::new(scene.dimension, scene.support_radius());
+        let kernel = Kernel::of(scene);
         let lattice: f64 = kernel
             .lattice(scene.dimension, scene.spacing)
             .map(|x| f64::from(kernel.value(x.length())))

@@ -57,7 +57,7 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
         start_slabs::of_large(scene, &size, Some(samples), &execution)?;
     }
     let before = resources(world);
-    let schedules = build_schedules(world, scene, &order, fluid.seeds.len(), execution.threads())?;
+    let schedules = build_schedules(world, scene, &order, execution.threads())?;
     world.insert_resource(execution);
     warm_start::require_means(world, scene);
     number_particles(world);

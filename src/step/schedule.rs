@@ -35,14 +35,6 @@ pub struct Step;
 #[derive(Resource, Debug)]
 pub(super) struct SingleThreadedStep;
 
-/// Fluid particles below which the step's own executor is single-threaded, unless the scene says which.
-///
-/// The parallel executor overlaps a host's own systems beside ours; ours are one chain, and the loops inside them are
-/// parallel either way. It runs systems on threads of its own, so that every loop has to wake the pool: a step of
-/// PCISPH takes 2.3 times as long so as in the pool with 1 000 particles, 1.25 times with 8 000, 1.025 times with 130
-/// 000.
-const PARALLEL_FROM: usize = 30_000;
-
 /// The schedules of a scene, built and not yet in the world.
 pub(super) struct Built {
     schedules: Vec<Schedule>,
@@ -75,15 +67,10 @@ pub(super) fn build_schedules(
     world: &mut World,
     scene: &Scene,
     order: &PlannedOrder,
-    particles: usize,
     threads: usize,
 ) -> Result<Built, InstallError> {
     let mut step = Schedule::new(Step);
-    let parallel = match scene.executor {
-        Executor::Auto => particles >= PARALLEL_FROM,
-        Executor::Parallel => true,
-        Executor::SingleThreaded => false,
-    };
+    let parallel = scene.executor == Executor::Parallel;
     if parallel {
         start_task_threads(threads).map_err(InstallError::TaskThreads)?;
     }

@@ -276,7 +276,7 @@ mod tests {
             (
                 2,
                 "(shape: Box(min: (0, 0, 0), max: (0.6, 2, 0))), (shape: Sphere(center: (1.1, 0.4, 0), radius: 0.4))",
-                "Box(min: (0.6, 0, 0), max: (0.64, 2, 0))",
+                "Box(min: (0.6, 0, 0), max: (0.66, 2, 0))",
             ),
         ] {
             let text = format!(

@@ -327,7 +327,7 @@ fn gauges_are_measures() {
          (name: \"height\", measure: Gauge(gauge: \"h\", column: \"height_m\"))",
     );
     let files =
-        |study| folder_with(&[("tiny.ron", &scene), ("curve.csv", curve), ("s.ron", study)]);
+        |study: &str| folder_with(&[("tiny.ron", &scene), ("curve.csv", curve), ("s.ron", study)]);
     let folder = files(&right);
     let output = overfall(&folder, &["study", "s.ron", "--threads", "1"]);
     assert_exit(&output, 0);

@@ -4,7 +4,7 @@ use std::f32::consts::TAU;
 
 use glam::{Vec2, Vec3};
 use overfall::{
-    kernel::CubicSpline,
+    kernel::Kernel,
     scene::{Dimension, Scene},
 };
 
@@ -45,7 +45,7 @@ fn accelerations(text: &str, field: impl Fn(Vec3) -> Vec3, dt: f32) -> Vec<(Part
 /// The answer is a = ν ∇²u = −ν k² u, fitted over the lattice two supports off its surface: Σ a u / Σ u².
 ///
 /// At a support of four spacings, where the sum is near its integral, within 10 %: 0.01 h² in the denominator takes 3
-/// to 5 % off, the smoothing of a wave of 48 spacings 1 %, the lattice 3 %. At the default support of two spacings a
+/// to 5 % off, the smoothing of a wave of 48 spacings 1 %, the lattice 3 %. At a support of two spacings a
 /// square lattice is stiff along its diagonals and soft along its axes: only diagonal neighbours resist a shear along
 /// an axis. There the answer is the lattice's own sum, 0.6475 (2-D) and 0.6971 (3-D) of ν k², to 1 %. dt ν k² is 1e-3,
 /// large enough that rounding of the velocity does not count.
@@ -151,8 +151,8 @@ fn pull(fluid: &str, x: Vec3, v: Vec3) -> (Vec3, Vec3, Scene) {
     (of(first), of(second), scene(&text))
 }
 
-fn kernel_of(scene: &Scene) -> CubicSpline {
-    CubicSpline::new(scene.dimension, scene.support_radius())
+fn kernel_of(scene: &Scene) -> Kernel {
+    Kernel::of(scene)
 }
 
 /// Mass of a particle [kg]: Σ m W over the lattice is the rest density.

@@ -214,7 +214,7 @@ fn what_the_fluid_loses_of_its_momentum_its_walls_take() {
         "Pcisph",
         "Sesph(equation: Tait(stiffness: 20000))",
     ];
-    let handlings = ["Akinci", "DirectForcing(())"];
+    let handlings = ["Akinci", "DirectForcing()"];
     for (method, handling) in methods
         .iter()
         .flat_map(|method| handlings.map(|handling| (method, handling)))
@@ -320,7 +320,7 @@ fn figures_do_not_depend_on_the_number_of_threads() {
 #[test]
 fn steps_that_are_taken_back_leave_no_reading() {
     let scene = scene(
-        "(name: \"splash\", spacing: 0.02, pressure: Sesph(equation: Tait(stiffness: 20000)),
+        "(name: \"splash\", spacing: 0.02, pressure: Dfsph(max_density_error: 0.001), reorder_interval: 5,
           bodies: [(shape: Box(min: (0, 0, 0), max: (0.2, 0.08, 0.2))),
                    (shape: Sphere(center: (0.1, 0.16, 0.1), radius: 0.05), velocity: (0, -6, 0))],
           boundaries: [Tank(min: (0, 0, 0), max: (0.2, 0.4, 0.2))],
@@ -399,7 +399,7 @@ fn a_host_reads_gauges_without_files_and_takes_what_it_has_read() {
     let left = gauges.get("v").expect("a gauge").readings().map(|r| r.step);
     assert_eq!(left.collect::<Vec<_>>(), [4, 5]);
     let latest = gauges.get("v").and_then(Gauge::latest).expect("a reading");
-    assert_eq!((latest.step, latest.time), (5, 0.005));
+    assert!(latest.step == 5 && (latest.time - 0.005).abs() < 1e-6);
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! Water at rest, columns and drops: what CI can afford of `benches/robustness.rs`. Bounds are twice what was measured.
 
+use overfall::scene::KernelFunction;
+
 use crate::robustness_support::{Case, Outcome, column, drop, tank};
 use crate::support::{METHODS, Method, measured};
 
@@ -56,6 +58,27 @@ fn the_default_method_holds_at_every_support() {
             "{text}"
         );
         assert!(outcome.figure("fastest") < 0.4, "{text}");
+    }
+}
+
+/// Every kernel holds, in the plane and in space, at the support that it comes with.
+#[test]
+fn every_kernel_holds() {
+    let [.., method] = METHODS;
+    for kernel in KernelFunction::ALL {
+        for counts in [[18, 40, 0], [8, 10, 8]] {
+            let case = tank(method, counts, 0.3);
+            let outcome = case.run(&[format!("kernel={kernel:?}")]);
+            let text = format!("{kernel:?}, {}: {}", case.name, outcome.text());
+            measured(&text);
+            assert!(
+                outcome.failure.is_none() && outcome.figure("gained") < 0.01,
+                "{text}"
+            );
+            assert!(outcome.figure("fastest") < 0.3, "{text}");
+            // The lowest row carries what is above it.
+            assert!((outcome.figure("floor") - 1.0).abs() < 0.3, "{text}");
+        }
     }
 }
 

@@ -69,7 +69,7 @@ struct Kernel {
 
 impl Kernel {
     fn new(scene: &Scene) -> Self {
-        let h = f64::from(scene.support) * f64::from(scene.spacing);
+        let h = f64::from(scene.support()) * f64::from(scene.spacing);
         let sigma = match scene.dimension {
             Dimension::Two => 40.0 / (7.0 * std::f64::consts::PI * h * h),
             Dimension::Three => 8.0 / (std::f64::consts::PI * h * h * h),
@@ -147,12 +147,11 @@ impl BruteForce {
 
     fn wrong_volume(&self, scene: &Scene) -> f64 {
         let spacing = scene.spacing;
-        let layer: f64 =
-            overfall::kernel::CubicSpline::new(scene.dimension, scene.support_radius())
-                .lattice(scene.dimension, spacing)
-                .filter(|x: &Vec3| x.y.abs() < 0.5 * spacing)
-                .map(|x| self.kernel.value(x.length().into()))
-                .sum();
+        let layer: f64 = overfall::kernel::Kernel::of(scene)
+            .lattice(scene.dimension, spacing)
+            .filter(|x: &Vec3| x.y.abs() < 0.5 * spacing)
+            .map(|x| self.kernel.value(x.length().into()))
+            .sum();
         let wrong = self.walls.iter().map(|(x, volume)| {
             let others = self.walls.iter();
             let sum: f64 = others.map(|(y, _)| self.kernel.value(x.distance(*y))).sum();

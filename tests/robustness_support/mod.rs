@@ -5,6 +5,8 @@
     reason = "every crate that has this module uses a part of it"
 )]
 
+mod centre_pressure;
+mod residual;
 mod runs;
 
 use overfall::{Simulation, loading::Override, scene::Scene};
@@ -20,6 +22,8 @@ pub(crate) enum Kind {
     Tank { depth: f64, time: f64 },
     /// A column that collapses, for a time [s].
     Column { height: f64, time: f64 },
+    /// What sloshes after a column collapsed, from a time to another [s].
+    Slosh { from: f64, to: f64 },
     /// The elliptic drop of Monaghan 1994.
     Drop,
     /// A free standing wave of depth 1 m and wavelength 2 m.
@@ -141,6 +145,33 @@ pub(crate) fn column(method: Method, rows: u32, step: &str, time: f64) -> Case {
     }
 }
 
+/// A column of so many rows and twice their width that collapses into a tank, of twice that width and a third of the
+/// column's height deep in 3-D: 2-D 80 columns of 10 rows in the end at 40.
+pub(crate) fn slosh(method: Method, rows: u32, volume: bool) -> Case {
+    let height = 0.292;
+    let spacing = height / f64::from(rows);
+    let width = (0.5 * height / spacing).round() * spacing;
+    let (times, deep) = if volume {
+        (2.0, (rows / 3) as f64 * spacing)
+    } else {
+        (4.0, 0.0)
+    };
+    let dimension = if volume { 3 } else { 2 };
+    Case {
+        name: format!("slosh {rows}{}", if volume { " 3-D" } else { "" }),
+        scene: format!(
+            "(name: \"slosh\", dimension: {dimension}, spacing: {spacing},
+              bodies: [(shape: Box(min: (0, 0, 0), max: ({width}, {height}, {deep})))],
+              boundaries: [Tank(min: (0, 0, 0), max: ({}, {}, {deep}))],",
+            times * width,
+            3.0 * height
+        ),
+        method,
+        kind: Kind::Slosh { from: 1.7, to: 2.5 },
+        sound_speed: 10.0 * (2.0 * GRAVITY * height).sqrt(),
+    }
+}
+
 /// The elliptic drop with so many particles along a radius.
 pub(crate) fn drop(method: Method, radius: u32) -> Case {
     let spacing = 1.0 / f64::from(radius);
@@ -207,7 +238,9 @@ pub(crate) fn cases(quick: bool) -> Vec<Case> {
         }
         for rows in [20, 40] {
             cases.push(wave(method, rows));
+            cases.push(slosh(method, rows, false));
         }
+        cases.push(slosh(method, 24, true));
     }
     cases
 }
@@ -240,8 +273,9 @@ impl Case {
         let mut simulation =
             Simulation::with_threads(&scene, 2).unwrap_or_else(|error| panic!("{error}"));
         match self.kind {
-            Kind::Tank { depth, time } => runs::at_rest(&mut simulation, depth, time),
+            Kind::Tank { depth, time } => runs::at_rest(&mut simulation, &scene, [depth, time]),
             Kind::Column { height, time } => runs::collapse(&mut simulation, height, time),
+            Kind::Slosh { from, to } => runs::sloshing(&mut simulation, &scene, [from, to]),
             Kind::Drop => runs::elliptic_drop(&mut simulation),
             Kind::Wave => runs::standing_wave(&mut simulation),
         }

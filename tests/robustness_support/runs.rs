@@ -5,13 +5,14 @@ use glam::Vec3;
 use overfall::{
     Simulation, StepReport,
     measure::semi_axes,
+    scene::{Dimension, Scene},
     state::{
         Material,
         particle::{Fluid, Position, Velocity},
     },
 };
 
-use super::{GRAVITY, Outcome};
+use super::{GRAVITY, Outcome, centre_pressure::CentrePressure, residual::Residual};
 use crate::support::{particles_of, reference};
 
 /// Steps to a time; ends with what went wrong.
@@ -38,12 +39,31 @@ fn run(
     outcome
 }
 
-/// Largest speed at any time and at the end, root mean square at the end, in sqrt(g H); energy gained in m g H.
-pub(super) fn at_rest(simulation: &mut Simulation, depth: f64, time: f64) -> Outcome {
+/// Largest speed at any time and at the end, root mean square at the end, in sqrt(g H); energy gained in m g H. Pressure
+/// of the lowest row over what the water above it weighs, its mean and its deviation in time and along the floor, over
+/// the second half.
+pub(super) fn at_rest(
+    simulation: &mut Simulation,
+    scene: &Scene,
+    [depth, time]: [f64; 2],
+) -> Outcome {
     let scale = (GRAVITY * depth).sqrt();
     let (mut fastest, mut last, mut rms, mut early) = (0.0f64, 0.0, 0.0, f64::NAN);
     let (mut energy, mut gained, mut error) = (None, 0.0f64, 0.0f64);
-    let mut outcome = run(simulation, time, |_, report| {
+    let (mut floor, mut weights) = ([0.0; 2], 0.0);
+    let dx = f64::from(scene.spacing);
+    let mut outcome = run(simulation, time, |simulation, report| {
+        if report.time > 0.5 * time {
+            for particle in particles_of(simulation) {
+                let y = f64::from(particle.position.y);
+                if y < 0.8 * dx {
+                    let p = f64::from(particle.pressure) / (1000.0 * GRAVITY * (depth - y));
+                    let dt = f64::from(report.dt);
+                    floor = [floor[0] + dt * p, floor[1] + dt * p * p];
+                    weights += dt;
+                }
+            }
+        }
         last = f64::from(report.max_speed) / scale;
         fastest = fastest.max(last);
         error = error.max(f64::from(report.max_density_error));
@@ -66,6 +86,11 @@ pub(super) fn at_rest(simulation: &mut Simulation, depth: f64, time: f64) -> Out
         ("rms", rms / mass),
         ("gained", gained),
         ("compressed", error),
+        ("floor", floor[0] / weights),
+        (
+            "floor noise",
+            (floor[1] / weights - (floor[0] / weights).powi(2)).sqrt(),
+        ),
     ];
     outcome
 }
@@ -106,7 +131,28 @@ pub(super) fn collapse(simulation: &mut Simulation, height: f64, time: f64) -> O
     outcome
 }
 
-/// Semi-major axis at 7.6 ms over the known, and the energy's change.
+/// What pressure in deep fluid is less a plane through its neighbours, over the mean pressure, and how it is correlated
+/// at a distance of one spacing.
+pub(super) fn sloshing(
+    simulation: &mut Simulation,
+    scene: &Scene,
+    [from, to]: [f64; 2],
+) -> Outcome {
+    let volume = scene.dimension == Dimension::Three;
+    let (mut residual, mut next) = (Residual::default(), from);
+    let mut outcome = run(simulation, to, |simulation, report| {
+        if report.time >= next {
+            residual.add(&particles_of(simulation), scene.spacing, volume);
+            next += 0.1;
+        }
+    });
+    let [share, correlation] = residual.figures();
+    outcome.figures = vec![("residual", share), ("correlation", correlation)];
+    outcome
+}
+
+/// Semi-major axis at 7.6 ms over the known, the energy's change, and pressure around the centre over the exact one, in
+/// the second half.
 pub(super) fn elliptic_drop(simulation: &mut Simulation) -> Outcome {
     let world = simulation.world_mut();
     let mut particles = world.query_filtered::<(&Position, &mut Velocity), With<Fluid>>();
@@ -123,7 +169,21 @@ pub(super) fn elliptic_drop(simulation: &mut Simulation) -> Outcome {
         });
     let (mut start, mut low, mut high) = (None, 0.0f64, 0.0f64);
     let mut ends = [[f64::NAN; 2]; 2];
+    let (mut exact, mut pressures) = (CentrePressure::new(100.0), [0.0; 2]);
     let mut outcome = run(simulation, 0.0076, |simulation, report| {
+        // Pressures are those of the step's start.
+        if report.time > 0.0038 {
+            for particle in particles_of(simulation) {
+                let known = exact.at([particle.position.x, particle.position.y].map(f64::from));
+                if let Some(known) = known {
+                    pressures = [
+                        pressures[0] + f64::from(particle.pressure),
+                        pressures[1] + 1000.0 * known,
+                    ];
+                }
+            }
+        }
+        exact.advance(f64::from(report.dt));
         let energy = report.kinetic_energy;
         let change = energy / *start.get_or_insert(energy) - 1.0;
         (low, high) = (low.min(change), high.max(change));
@@ -138,6 +198,7 @@ pub(super) fn elliptic_drop(simulation: &mut Simulation) -> Outcome {
         ("axis error %", 100.0 * (axis / known - 1.0)),
         ("energy least %", 100.0 * low),
         ("energy most %", 100.0 * high),
+        ("centre pressure", pressures[0] / pressures[1]),
     ];
     outcome
 }

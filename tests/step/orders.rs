@@ -13,6 +13,7 @@ use overfall::{
         Clock, Positions, Pressures,
         particle::{Fluid, Position},
     },
+    step::Product,
 };
 
 use crate::common::{self, bits, bits_after, dam, run, sesph, simulation};
@@ -305,7 +306,7 @@ fn a_repetition_is_printed_in_its_order() {
     let twice = STAGES.replace(forces, &format!("Repeat(2, [{forces}])"));
     let printed = lines(&twice);
     assert!(
-        printed.contains("2 times { gravity, viscosity }, surface_tension"),
+        printed.contains("2 times { clear_forces, gravity, viscosity }, surface_tension"),
         "{printed}"
     );
     let over_phases = STAGES.replace(
@@ -313,7 +314,7 @@ fn a_repetition_is_printed_in_its_order() {
         r#"Repeat(3, [Run("find_neighbours"), Repeat(2, [Run("density")])])"#,
     );
     let printed = lines(&over_phases);
-    let expected = "3 times { find_neighbours, 2 times: density }, gravity";
+    let expected = "3 times { find_neighbours, 2 times: density }, clear_forces, gravity";
     assert!(printed.contains(expected), "{printed}");
 }
 
@@ -334,4 +335,75 @@ fn a_divergence_solve_that_is_skipped_leaves_nothing_behind() {
     });
     simulation.world_mut().spawn_batch(spawned);
     run(&mut simulation, 4);
+}
+
+/// A drop in free fall for 0.1 s under an order with these stages; how far it fell [m].
+fn fall(stages: &str) -> f32 {
+    let (ordered, _folder) = ordered(&format!(
+        "(stages: [{stages}], allow_stale: true, leave_out: [\"reorder\"])"
+    ));
+    let scene = Scene::parse(
+        "(name: \"fall\", spacing: 0.05, bodies: [(shape: Box(min: (0, 0, 0), max: (0.3, 0.3, 0.3)))],
+          time_step: Fixed(0.001), reorder_interval: 50, pressure: Sesph(equation: Gas(stiffness: 1)))",
+        "fall.ron",
+        &[],
+    );
+    let scene = Scene {
+        order: ordered.order.clone(),
+        ..scene.expect("a scene")
+    };
+    let mut simulation = simulation(&scene);
+    let height = |simulation: &mut Simulation| {
+        let mut places = simulation.world_mut().query::<&Position>();
+        let heights: Vec<f32> = places.iter(simulation.world()).map(|x| x.0.y).collect();
+        heights.iter().sum::<f32>() / heights.len() as f32
+    };
+    let before = height(&mut simulation);
+    run(&mut simulation, 100);
+    before - height(&mut simulation)
+}
+
+#[test]
+fn an_index_that_is_stale_slows_nothing_down() {
+    let stages = STAGES.replace(r#", Run("reorder")"#, "");
+    for stale in [
+        stages.clone(),
+        stages.replace(
+            r#"Run("rebuild_index")"#,
+            r#"Every(2, [Run("rebuild_index")])"#,
+        ),
+        stages.replace(
+            r#"Run("rebuild_index"), Run("find_neighbours")"#,
+            r#"Every(5, [Run("rebuild_index"), Run("find_neighbours")])"#,
+        ),
+    ] {
+        let fallen = fall(&stale);
+        // Semi-implicit Euler: g dt² n (n + 1)/2.
+        assert!(
+            (fallen - 9.81e-6 * 5050.0).abs() < 1e-5,
+            "{stale}: {fallen} m"
+        );
+    }
+}
+
+#[test]
+fn the_flow_of_data_says_what_is_stale() {
+    let stages = STAGES.replace(
+        r#"Run("find_neighbours")"#,
+        r#"Every(5, [Run("find_neighbours")])"#,
+    );
+    let stages = stages.replace(r#", Run("reorder")"#, "");
+    let (scene, _folder) = ordered(&format!(
+        "(stages: [{stages}], allow_stale: true, leave_out: [\"reorder\"])"
+    ));
+    let flow = plan(&scene).expect("a plan").flow;
+    let of = |name: &str| {
+        let found = flow.iter().find(|flow| flow.stage == name);
+        found.unwrap_or_else(|| panic!("no {name} in {flow:?}"))
+    };
+    assert_eq!(of("find_neighbours").every, 5);
+    assert_eq!(of("find_neighbours").writes, [Product::Neighbours]);
+    assert!(of("density").reads.contains(&(Product::Neighbours, 4)));
+    assert!(of("density").reads.contains(&(Product::Columns, 0)));
+    assert_eq!(of("density").writes, [Product::Density]);
 }

@@ -149,10 +149,7 @@ fn a_wrong_order_is_refused_with_its_path_and_the_reason() {
             STAGES.replace(r#"Run("density")"#, r#"Every(2, [Run("density")])"#),
             "left over from an earlier step",
         ),
-        (
-            format!("{STAGES}, Run(\"density\")"),
-            "needs the spatial index",
-        ),
+        (format!("{STAGES}, Run(\"density\")"), "needs the columns"),
         (format!("Repeat(0, [{STAGES}])"), "count of 0"),
         (STAGES.replace(r#"Run("density")"#, "Run(density)"), "1:"),
     ];
@@ -192,4 +189,64 @@ fn a_refused_order_leaves_the_world_as_it_was() {
     install(&mut world, &wrong).expect_err("an order without stages");
     assert_eq!(entities(&mut world), before);
     install(&mut world, &unordered()).expect("the world is free");
+}
+
+#[test]
+fn columns_are_never_stale() {
+    for stages in [
+        STAGES.replace(r#"Run("gather")"#, r#"Every(2, [Run("gather")])"#),
+        STAGES.replace(
+            r#"Run("gather"), Run("rebuild_index")"#,
+            r#"Every(2, [Run("gather"), Run("rebuild_index")])"#,
+        ),
+        STAGES.replace(r#"Run("gather"), "#, ""),
+    ] {
+        let stages = stages.replace(r#", Run("reorder")"#, "");
+        let rest = ", allow_stale: true, leave_out: [\"reorder\"]";
+        let error = check(&stages, rest, |_| {}).expect_err(&stages);
+        assert!(
+            error.contains("needs the columns") && error.contains("`gather` makes it"),
+            "{error}"
+        );
+        assert!(!error.contains("allow_stale"), "{error}");
+    }
+}
+
+#[test]
+fn rows_are_reordered_at_one_interval() {
+    let stages = STAGES.replace(r#"Run("reorder")"#, r#"Every(7, [Run("reorder")])"#);
+    let error = check(&stages, "", |_| {}).expect_err("two intervals");
+    assert!(error.contains("`reorder_interval`"), "{error}");
+}
+
+#[test]
+fn an_error_names_the_line_and_column_of_its_item() {
+    for (stages, line, column) in [
+        ("\n  Run(\"gather\"),\n  Run(\"density\")", 3, 3),
+        (
+            "\n  Run(\"gather\"),\n  Every(2, [Run(\"gather\"),\n    Run(\"nothing\")])",
+            4,
+            5,
+        ),
+        (
+            "Run(\"gather\"),\n Repeat(3, [\n\n      Every(0, [])])",
+            4,
+            7,
+        ),
+    ] {
+        let (scene, _folder) = ordered(&format!("(stages: [{stages}])"));
+        let path = scene.order.clone().expect("a path");
+        let error = plan(&scene).expect_err(stages).to_string();
+        assert!(
+            error.starts_with(&format!("{path}:{line}:{column}: ")),
+            "{error}"
+        );
+    }
+    let (scene, _folder) = ordered(&format!("(stages: [{STAGES}],\n leave_out: [\"nothing\"])"));
+    let path = scene.order.clone().expect("a path");
+    let error = plan(&scene).expect_err("no such stage").to_string();
+    assert!(
+        error.contains(&format!("{path}:3:")) || error.contains(&format!("{path}:2:")),
+        "{error}"
+    );
 }

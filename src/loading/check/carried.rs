@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::problem::{Checked, Problem, ensure};
 use super::proper::{AXIS_NAMES, axes};
-use crate::kernel::CubicSpline;
+use crate::kernel::Kernel;
 use crate::mesh::Mesh;
 use crate::scene::shapes::RESOLUTION;
 use crate::scene::{BoundaryShape, Dimension, Scene, Shape};
@@ -73,7 +73,7 @@ fn of_one(scene: &Scene, path: String, corners: [DVec3; 2]) -> Result<(), Proble
 
 /// The mass of a particle and the slope of its kernel are normal numbers, and so are their squares.
 pub(super) fn mass(scene: &Scene) -> Checked {
-    let kernel = CubicSpline::new(scene.dimension, scene.support_radius());
+    let kernel = Kernel::of(scene);
     let dimension = match scene.dimension {
         Dimension::Two => 2,
         Dimension::Three => 3,

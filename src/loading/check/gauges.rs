@@ -137,7 +137,13 @@ fn kind(scene: &Scene, kind: &GaugeKind, path: &str) -> Checked {
                 .domain
                 .map_or(at, |domain| 0.5 * (domain.min + domain.max));
             let level = at + up * (middle - at).dot(up);
-            point(scene, format!("{path}.at"), level)
+            point(scene, format!("{path}.at"), level).map_err(|problem| {
+                let message = format!(
+                    "the column about ({}, {}, {}) m is outside the domain, where no fluid gets",
+                    at.x, at.y, at.z
+                );
+                Problem::new(problem.path, message)
+            })
         }
         GaugeKind::Pressure { at, radius: of } | GaugeKind::Velocity { at, radius: of } => {
             radius(path, of)?;

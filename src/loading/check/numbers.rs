@@ -51,11 +51,12 @@ pub(super) fn numbers(scene: &Scene) -> Checked {
         )
     })?;
     positive("spacing", scene.spacing, "m")?;
-    ensure((1.2..=4.0).contains(&scene.support), "support", || {
+    let support = scene.support();
+    ensure((1.2..=4.0).contains(&support), "support", || {
         format!(
-            "the support is {} spacings; it must be from 1.2 (below, a particle has too few neighbours to know its \
-             density) to 4 (above, it has over 250), and 2 is usual",
-            scene.support
+            "the support is {support} spacings; it must be from 1.2 (below, a particle has too few neighbours to know its \
+             density) to 4 (above, it has over 250), and {} is usual for this kernel",
+            scene.kernel().support(scene.dimension)
         )
     })?;
     is_flat("gravity", scene.gravity, scene.dimension)?;
@@ -64,13 +65,12 @@ pub(super) fn numbers(scene: &Scene) -> Checked {
     if let BoundaryHandling::DirectForcing(direct) = scene.boundary_handling {
         let (distance, slip) = (direct.rest_distance, direct.slip);
         ensure(
-            distance > 0.0 && distance <= scene.support,
+            distance > 0.0 && distance <= support,
             "boundary_handling.rest_distance",
             || {
                 format!(
-                    "the rest distance is {distance} spacings; it must be above 0 and at most the support of {} (1 is \
-                     usual)",
-                    scene.support
+                    "the rest distance is {distance} spacings; it must be above 0 and at most the support of \
+                     {support} (1 is usual)"
                 )
             },
         )?;

@@ -35,8 +35,8 @@ pub enum OrderError {
     },
     /// A stage lacks what another would make.
     #[error(
-        "stage `{stage}` needs {product}, which {}; stage `{maker}` makes it and must come before{}",
-        if *.stale { "is left over from an earlier step there" } else { "nothing has made" },
+        "stage `{stage}` needs {product}, {}; stage `{maker}` makes it and must come before{}",
+        if *.stale { "left over from an earlier step there" } else { "which nothing has made" },
         if *.stale && *.product != Product::Columns { " (or say `allow_stale: true`)" } else { "" }
     )]
     Lacks {

@@ -69,7 +69,7 @@ mod tests {
                 r#"(stages: [Every(0, [Run("density")])])"#.to_owned(),
                 "count of 0",
             ),
-            ("(stages: [Run(density)])".to_owned(), "1:"),
+            ("(stages: [Run(density)])".to_owned(), "double quotes"),
         ] {
             let error = check(&stages).expect_err(&stages);
             assert!(error.contains(expected), "{stages}: {error}");
