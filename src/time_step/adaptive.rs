@@ -196,11 +196,9 @@ mod tests {
     use crate::scene::TimeStep;
 
     fn scheme(momentum: Option<bool>) -> AdaptiveTimeStep {
-        let text = format!(
-            "(name: \"t\", spacing: 0.1, time_step: Adaptive((density_error: 0.01)),
-              bodies: [(shape: Box(min: (0, 0, 0), max: (1, 1, 1)), velocity: (0, -8, 0))])"
-        );
-        let scene = ron::from_str::<Scene>(&text).expect("a scene");
+        let text = "(name: \"t\", spacing: 0.1, time_step: Adaptive((density_error: 0.01)),
+              bodies: [(shape: Box(min: (0, 0, 0), max: (1, 1, 1)), velocity: (0, -8, 0))])";
+        let scene = ron::from_str::<Scene>(text).expect("a scene");
         let limits = StepLimits {
             constant: f32::INFINITY,
             pressure_step: f32::INFINITY,

@@ -39,7 +39,11 @@ impl Choices<'_> {
     /// From -1 to below 1, and 0 for 0.
     fn signed(&mut self) -> f64 {
         let part = self.part();
-        if self.next() % 2 == 0 { part } else { -part }
+        if self.next().is_multiple_of(2) {
+            part
+        } else {
+            -part
+        }
     }
 
     fn vector(&mut self, flat: bool) -> DVec3 {
