@@ -411,7 +411,9 @@ fn a_scene_without_gauges_has_nothing_of_them() {
     // And what gauges watch goes its way as without them.
     let state = |scene: &Scene| {
         let mut simulation = Simulation::with_threads(scene, 1).expect("threads");
-        (0..10).for_each(|_| drop(simulation.step().expect("a step")));
+        for _ in 0..10 {
+            simulation.step().expect("a step");
+        }
         let world = simulation.world_mut();
         let mut fluid = world.query_filtered::<(&Position, &Velocity), With<Fluid>>();
         let rows = fluid.iter(world).map(|(x, v)| {
