@@ -38,7 +38,8 @@ pub(super) fn unordered() -> Scene {
     }
 }
 
-pub(super) const STAGES: &str = r#"Run("gather"), Run("rebuild_index"), Run("find_neighbours"), Run("density"), Run("divergence"), Run("clear_forces"), Run("gravity"),
+pub(super) const STAGES: &str = r#"Run("gather"), Run("rebuild_index"), Run("find_neighbours"), Run("density"),
+    Run("divergence"), Run("clear_forces"), Run("gravity"),
     Run("viscosity"), Run("surface_tension"), Run("pressure"), Run("integrate"), Run("reorder")"#;
 
 #[test]
