@@ -302,7 +302,8 @@ fn passes(particles: usize) -> Result<(), Failure> {
         );
     }
     println!(
-        "\n{rows} particles, {neighbours:.1} neighbours; a copy {stream:.1} GB/s, fused multiply-add {peak:.0} Gflop/s on two threads"
+        "\n{rows} particles, {neighbours:.1} neighbours; a copy {stream:.1} GB/s, fused multiply-add {peak:.0} \
+         Gflop/s on two threads"
     );
     println!(
         "{:18} {:>8} {:>8} {:>6} {:>8} {:>8} {:>9} {:>8}",

@@ -65,9 +65,10 @@
 //! | `RebuildIndex` | [`registry`]: tables into columns; [`index`]: which particles are in which cell | 4.1–4.5 |
 //! | `FindNeighbours` | [`neighbours`]: lists, or neighbours found on the spot | 5.3.1 |
 //! | `Density` | [`density`] | eq. 1 |
-//! | `Forces` | [`force`]: gravity, viscosity, surface tension; before them DFSPH's [divergence solve](pressure::dfsph) | 5 |
-//! | `Pressure` | [`pressure`]: [`sesph`](pressure::sesph) (eqs. 4, 5), [`pcisph`](pressure::pcisph) (Algorithm 2), [`iisph`](pressure::iisph), [`dfsph`](pressure::dfsph) | 5.1, 5.2 |
-//! | `Integrate` | [`integrate`](mod@integrate): motion and the failure guard; [`boundary::contact`]; [`time_step`] | 5 |
+//! | `Forces` | [`force`]: gravity, viscosity, tension; before them DFSPH's [divergence](pressure::dfsph) | 5 |
+//! | `Pressure` | [`pressure`]: [SESPH](pressure::sesph), eqs. 4, 5 | 5.1 |
+//! | | [PCISPH](pressure::pcisph), Algorithm 2; [IISPH](pressure::iisph), [DFSPH](pressure::dfsph) | 5.2 |
+//! | `Integrate` | [`integrate`](mod@integrate): motion, guard; [`boundary::contact`]; [`time_step`] | 5 |
 //! | `Reorder` | [`reorder`](mod@reorder): rows along the Z-curve | 4.5.4 |
 //! | `Observe` | [`step::StepReport`]: what the step did | 6 |
 //!
@@ -75,7 +76,7 @@
 //!
 //! | module | what is in it |
 //! | --- | --- |
-//! | [`pairs`] | sums over neighbours: the one loop that all physics goes through; slopes of the kernel, kept for the step |
+//! | [`pairs`] | sums over neighbours: the one loop of all physics; slopes of the kernel, kept for the step |
 //! | [`sampling`] | surfaces of walls into particles |
 //! | [`boundary`] | walls in a step: volumes, their sums around the fluid, contact, direct forcing |
 //! | [`mesh`] | triangle meshes: files, distances, rays |

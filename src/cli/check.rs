@@ -197,8 +197,8 @@ fn time_step(scene: &Scene, plan: &Plan) -> String {
             format!("\nThe time step is from {min:e} to {max:e} s, and at most\n")
         }
         TimeStep::Adaptive(scheme) => format!(
-            "\nThe time step is from {:e} to {:e} s; steps are taken back where the largest density error jumps by {:.1} % or \
-             is above {:.1} %\nIt shrinks above\n",
+            "\nThe time step is from {:e} to {:e} s; steps are taken back where the largest density error jumps by \
+             {:.1} % or is above {:.1} %\nIt shrinks above\n",
             scheme.min,
             scheme.max,
             800.0 * scheme.density_error,

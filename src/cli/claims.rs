@@ -205,7 +205,8 @@ fn refuse_inputs(root: &Path, older: &Listing, writer: &Writer) -> Result<(), Fa
             .any(|name| same(&root.join(name), input));
         if ours {
             return Err(Failure::Refused(format!(
-                "{}: it is read, and belongs to an older {} in the folder {}, which would be moved; choose another --out",
+                "{}: it is read, and belongs to an older {} in the folder {}, which would be moved; choose another \
+                 --out",
                 input.display(),
                 older.writer,
                 root.display()

@@ -34,8 +34,8 @@ use crate::{
 /// Part of h²/ν that a step may take \[-]: 1/8 of the square of the smoothing length h/2 (Morris et al. 1997, eq. 23).
 const LIMIT_FACTOR: f32 = 1.0 / 32.0;
 
-/// Part of the longest step in which a lattice is stable under its viscosity \[-]: disorder raises what it needs. Kernels
-/// that are narrow within their support, as Wendland's C4, would not be stable at the limit above.
+/// Part of the longest step in which a lattice is stable under its viscosity \[-]: disorder raises what it needs.
+/// Kernels that are narrow within their support, as Wendland's C4, would not be stable at the limit above.
 const LATTICE_LIMIT_FACTOR: f32 = 0.8;
 
 /// Viscosity.

@@ -1,8 +1,8 @@
 //! What the steps dissipate.
 //!
-//! Dissipated is booked step by step: kinetic and potential energy in the tables before it, less the same after it, less
-//! what compression took up. So what a host does between steps, pouring, moving or removing, is no dissipation; what
-//! viscosity, the pressure solve, walls at rest and the scheme take away (or add, if it is negative) is.
+//! Dissipated is booked step by step: kinetic and potential energy in the tables before it, less the same after it,
+//! less what compression took up. So what a host does between steps, pouring, moving or removing, is no dissipation;
+//! what viscosity, the pressure solve, walls at rest and the scheme take away (or add, if it is negative) is.
 //!
 //! Gravity is constant and walls are at rest: no work comes from outside.
 

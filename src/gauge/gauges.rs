@@ -135,8 +135,8 @@ impl Gauge {
         self.memory.latest.as_ref()
     }
 
-    /// The figure of a column that it showed last; none before the first reading, without fluid to measure, or if it has
-    /// no such column.
+    /// The figure of a column that it showed last; none before the first reading, without fluid to measure, or if it
+    /// has no such column.
     pub fn value(&self, column: &str) -> Option<f64> {
         let column = self.columns.iter().position(|name| name == column)?;
         self.latest()?.values[column]
@@ -255,7 +255,8 @@ fn probe(kind: &GaugeKind, scene: &Scene) -> Box<dyn Probe> {
     }
 }
 
-/// The last step whose readings stay, whatever becomes of the next: where steps may be taken back it is the last but one.
+/// The last step whose readings stay, whatever becomes of the next: where steps may be taken back it is the last but
+/// one.
 pub fn settled_step(world: &World) -> u64 {
     let step = world.get_resource::<Clock>().map_or(0, |clock| clock.step);
     let may_go_back = world.contains_resource::<AdaptiveTimeStep>();

@@ -1,8 +1,8 @@
 //! Pressure and velocity at a point: means over the particles around it, weighted by a cubic spline.
 //!
-//! `f(x) = Σ_j f_j W(x − x_j) / Σ_j W(x − x_j)` (Shepard 1968): exact for a constant field wherever there is a particle,
-//! beside surfaces and walls too. Within the fluid it is of second order in the radius; beside a wall, where all
-//! particles are on one side, of first: a linear pressure is that about 0.4 radii before the face.
+//! `f(x) = Σ_j f_j W(x − x_j) / Σ_j W(x − x_j)` (Shepard 1968): exact for a constant field wherever there is a
+//! particle, beside surfaces and walls too. Within the fluid it is of second order in the radius; beside a wall, where
+//! all particles are on one side, of first: a linear pressure is that about 0.4 radii before the face.
 
 use glam::{DVec3, Vec3};
 

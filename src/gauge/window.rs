@@ -19,8 +19,8 @@ impl Timing {
         Self { rate, next: 1.0 }
     }
 
-    /// Whether the step that ended is one of those after which the gauge is read. Several multiples within one step make
-    /// one reading.
+    /// Whether the step that ended is one of those after which the gauge is read. Several multiples within one step
+    /// make one reading.
     pub(super) fn is_due(&mut self, clock: &Clock) -> bool {
         match self.rate {
             Rate::Steps(count) => clock.step.is_multiple_of(count.max(1).into()),
@@ -70,8 +70,8 @@ impl Window {
         }
     }
 
-    /// Ends the interval at `time` \[s] and gives the means over the intervals that began no earlier than `length` before
-    /// \[s], the last at least. A step may be off the rate by half of its length `dt` \[s].
+    /// Ends the interval at `time` \[s] and gives the means over the intervals that began no earlier than `length`
+    /// before \[s], the last at least. A step may be off the rate by half of its length `dt` \[s].
     pub(super) fn close(&mut self, time: f64, length: f64, dt: f64) -> Vec<Option<f64>> {
         let next = Interval {
             begin: time,

@@ -49,8 +49,8 @@ impl Kernel {
         }
     }
 
-    /// What [`slope_factor`](Self::slope_factor) times the distance vector makes the gradient of \[m⁻¹], at eight squared
-    /// distances \[m²]: `(b² − a²)/r` for the cubic spline.
+    /// What [`slope_factor`](Self::slope_factor) times the distance vector makes the gradient of \[m⁻¹], at eight
+    /// squared distances \[m²]: `(b² − a²)/r` for the cubic spline.
     #[inline(always)]
     pub fn slope<S: Simd>(&self, simd: S, distance_squared: S::F) -> S::F {
         let r = radius(simd, distance_squared);

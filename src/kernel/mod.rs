@@ -1,5 +1,5 @@
-//! The smoothing kernel, with support radius h, in 2-D and 3-D: one of four functions ([`function`]), for one particle or
-//! for eight pairs at a time ([`lanes`]).
+//! The smoothing kernel, with support radius h, in 2-D and 3-D: one of four functions ([`function`]), for one particle
+//! or for eight pairs at a time ([`lanes`]).
 
 mod function;
 mod lanes;
@@ -20,7 +20,8 @@ pub struct Kernel {
     inverse_radius: f32,
     /// `σ` \[m⁻³; m⁻² in 2-D]: [`shape`](Self::shape) times this is W.
     pub normalisation: f32,
-    /// [`slope`](Self::slope) times this \[m⁻⁴; m⁻³ in 2-D] and the distance vector is ∇W: `6 σ/h` for the cubic spline.
+    /// [`slope`](Self::slope) times this \[m⁻⁴; m⁻³ in 2-D] and the distance vector is ∇W: `6 σ/h` for the cubic
+    /// spline.
     pub slope_factor: f32,
 }
 

@@ -21,8 +21,8 @@ pub fn front(positions: impl IntoIterator<Item = Vec3>, spacing: f32) -> Option<
     last.map(|x| x + 0.5 * spacing)
 }
 
-/// Height \[m] of the fluid over `from`–`to` \[m] along x: the upper side, half a spacing from the centre, of its highest
-/// particle. `None` without particles there.
+/// Height \[m] of the fluid over `from`–`to` \[m] along x: the upper side, half a spacing from the centre, of its
+/// highest particle. `None` without particles there.
 pub fn height(
     positions: impl IntoIterator<Item = Vec3>,
     [from, to]: [f32; 2],

@@ -29,14 +29,15 @@ const DIRECTIONS: [DVec3; 3] = [
 pub(super) fn orient(soup: &mut Soup, inwards: bool, tolerance: f64) -> Result<(), String> {
     cancel(&mut soup.triangles);
     if soup.triangles.is_empty() {
-        return Err("none of its triangles has an area that bounds a solid, all lie back to back; write `side: Both` for a thin sheet"
+        return Err("none of its triangles has an area that bounds a solid, all lie back to back; write `side: Both` \
+         for a thin sheet"
                 .to_owned());
     }
     let bvh = Bvh::new(&soup.vertices, &soup.triangles);
     if let Some(at) = crossing(soup, &bvh, tolerance) {
         return Err(format!(
-            "parts of its surface cross at {}, so inside and outside are not clear; unite them (boolean union), or write \
-             a mesh for each",
+            "parts of its surface cross at {}, so inside and outside are not clear; unite them (boolean union), or \
+             write a mesh for each",
             place(at)
         ));
     }
@@ -55,8 +56,8 @@ pub(super) fn orient(soup: &mut Soup, inwards: bool, tolerance: f64) -> Result<(
         let here = if turned[shell] { -sign } else { sign };
         if !matches!((before, here), (0, 1) | (1, -1)) {
             return Err(format!(
-                "a shell at {} lies in another that is wound the same way, so inside and outside are not clear; turn it \
-                 over (flip its normals) if it bounds a cavity, delete it if it does not",
+                "a shell at {} lies in another that is wound the same way, so inside and outside are not clear; turn \
+                 it over (flip its normals) if it bounds a cavity, delete it if it does not",
                 place(shells.middle(soup, shell))
             ));
         }

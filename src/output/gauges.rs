@@ -7,9 +7,9 @@ use super::OutputError;
 use super::rows::RowFile;
 use crate::gauge::Reading;
 
-/// Writes a gauge's readings as CSV: `step`, `t_s`, and a column for each of its figures, empty where there was no fluid
-/// to measure. Only whole rows ever go to the file; rows that wait are written by [`flush`](Self::flush) or when it is
-/// dropped.
+/// Writes a gauge's readings as CSV: `step`, `t_s`, and a column for each of its figures, empty where there was no
+/// fluid to measure. Only whole rows ever go to the file; rows that wait are written by [`flush`](Self::flush) or when
+/// it is dropped.
 #[derive(Debug)]
 pub struct GaugeFile(RowFile);
 

@@ -13,8 +13,8 @@ const BUFFER_BYTES: usize = 1 << 16;
 /// … or so long after the last time, so that who watches the file sees a slow run go on.
 const BUFFER_TIME: Duration = Duration::from_secs(1);
 
-/// A file that rows are appended to. Only whole rows ever go to it: what an interruption leaves is valid. Rows that wait
-/// are written by [`flush`](Self::flush) or when it is dropped.
+/// A file that rows are appended to. Only whole rows ever go to it: what an interruption leaves is valid. Rows that
+/// wait are written by [`flush`](Self::flush) or when it is dropped.
 #[derive(Debug)]
 pub(super) struct RowFile {
     path: PathBuf,
@@ -79,8 +79,8 @@ impl RowFile {
         Ok(())
     }
 
-    /// Writes the rows that wait. Fails when the system refuses, or the file was removed meanwhile: whole rows stay, and
-    /// those that wait are lost.
+    /// Writes the rows that wait. Fails when the system refuses, or the file was removed meanwhile: whole rows stay,
+    /// and those that wait are lost.
     pub(super) fn flush(&mut self) -> Result<(), OutputError> {
         let result = self.append();
         self.waiting.clear();

@@ -90,7 +90,8 @@ impl Series {
 
     fn text(&self) -> String {
         let mut text = String::from(
-            "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n<Collection>\n",
+            "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" \
+             byte_order=\"LittleEndian\">\n<Collection>\n",
         );
         for SeriesEntry { time, file } in &self.entries {
             // Writing to a String cannot fail.

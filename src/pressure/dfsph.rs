@@ -27,8 +27,7 @@ use super::{
         store_pressures,
     },
     iterate::{PressureIteration, iterate, solve_pressure},
-    solver::{Iterations, PressureSolver, Requirement},
-    warm_start::WarmStart,
+    solver::{Iterations, PressureSolver, Requirement, iterations},
 };
 use crate::{
     boundary::sums::{WallSums, Walls},
@@ -43,22 +42,7 @@ use crate::{
 
 impl PressureSolver for Dfsph {
     fn iterations(&self) -> Option<Iterations> {
-        Some(Iterations {
-            convergence: Convergence {
-                max_density_error: self.max_density_error,
-                criterion: self.criterion,
-                mean_density_error: None,
-                min_iterations: self.min_iterations,
-                max_iterations: self.max_iterations,
-                not_converged: self.not_converged,
-            },
-            warm_start: WarmStart {
-                share: self.warm_start,
-                steps: self.warm_start_steps,
-            },
-            recovery: self.recovery,
-            momentum: self.momentum,
-        })
+        Some(iterations!(self, None))
     }
 
     fn requirements(&self) -> Vec<Requirement> {

@@ -16,12 +16,10 @@ use bevy_ecs::{
 };
 
 use super::{
-    convergence::Convergence,
     diagonal,
     implicit::{self, store_pressures},
     iterate::{PressureIteration, solve_pressure},
-    solver::{Iterations, PressureSolver, Requirement},
-    warm_start::WarmStart,
+    solver::{Iterations, PressureSolver, Requirement, iterations},
 };
 use crate::{
     scene::{Iisph, Scene},
@@ -33,22 +31,7 @@ const HEAD_START: i32 = 10;
 
 impl PressureSolver for Iisph {
     fn iterations(&self) -> Option<Iterations> {
-        Some(Iterations {
-            convergence: Convergence {
-                max_density_error: self.max_density_error,
-                criterion: self.criterion,
-                mean_density_error: None,
-                min_iterations: self.min_iterations,
-                max_iterations: self.max_iterations,
-                not_converged: self.not_converged,
-            },
-            warm_start: WarmStart {
-                share: self.warm_start,
-                steps: self.warm_start_steps,
-            },
-            recovery: self.recovery,
-            momentum: self.momentum,
-        })
+        Some(iterations!(self, None))
     }
 
     fn requirements(&self) -> Vec<Requirement> {

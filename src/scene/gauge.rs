@@ -29,8 +29,8 @@ pub struct Gauge {
 /// How often a gauge is read.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Rate {
-    /// At the ends of the steps nearest to the multiples of a time \[s]. Steps are not shortened for it, so gauges leave
-    /// the result as it is.
+    /// At the ends of the steps nearest to the multiples of a time \[s]. Steps are not shortened for it, so gauges
+    /// leave the result as it is.
     Seconds(f32),
     /// After every n-th step.
     Steps(u32),
@@ -104,8 +104,8 @@ pub enum GaugeKind {
         #[serde(default)]
         about: Vec3,
     },
-    /// Volume that passes a parallelogram, in 2-D a segment, a second \[m³/s; m²/s in 2-D]. Each particle counts for its
-    /// volume in all, spread over the support radius before and behind the surface.
+    /// Volume that passes a parallelogram, in 2-D a segment, a second \[m³/s; m²/s in 2-D]. Each particle counts for
+    /// its volume in all, spread over the support radius before and behind the surface.
     Flux {
         /// A corner; in 2-D an end \[m].
         corner: Vec3,

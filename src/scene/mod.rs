@@ -1,7 +1,8 @@
 //! The scene: what a RON file says, typed. SI units everywhere.
 //!
 //! [`Scene`] and the types it holds are exactly the file's fields; [`load`](Scene::load) reads one, applies the
-//! [`Override`](crate::Override)s and checks the result. [`shapes`] turns bodies into particles; nothing here knows of the world they are spawned into.
+//! [`Override`](crate::Override)s and checks the result. [`shapes`] turns bodies into particles; nothing here knows of
+//! the world they are spawned into.
 //!
 //! In a file `Some(…)` around a value, the names of structs, and the second bracket of `Pcisph((…))` may be left out;
 //! a variant whose fields all have defaults may stand alone, `Pcisph`.

@@ -128,7 +128,8 @@ pub enum FailureCause {
     },
     /// Particles lack a component that every fluid particle has.
     #[error(
-        "a fluid particle lacks the component `{component}`{}; insert it again, or remove `Fluid` from what is no particle",
+        "a fluid particle lacks the component `{component}`{}; insert it again, or remove `Fluid` from what is no \
+         particle",
         others(*.particles)
     )]
     LacksComponent {
@@ -139,8 +140,9 @@ pub enum FailureCause {
     },
     /// Particles came, went or moved to another table while the step was computed.
     #[error(
-        "a system spawned, despawned or tagged fluid particles in the middle of the step, which had {before} and would write to {now}; \
-         order it before `Phase::RebuildIndex` or after `Phase::Integrate`, or do it between steps"
+        "a system spawned, despawned or tagged fluid particles in the middle of the step, which had {before} and \
+         would write to {now}; order it before `Phase::RebuildIndex` or after `Phase::Integrate`, or do it between \
+         steps"
     )]
     ParticlesChanged {
         /// Particles at the start of the step.
@@ -187,7 +189,8 @@ pub enum FailureCause {
     },
     /// A particle would move more than half the support radius.
     #[error(
-        "a particle would move {displacement:.3e} m in one step, more than h/2 = {limit:.3e} m; a smaller time step is needed"
+        "a particle would move {displacement:.3e} m in one step, more than h/2 = {limit:.3e} m; a smaller time step \
+         is needed"
     )]
     TooFast {
         /// Length of the movement \[m].
@@ -207,8 +210,8 @@ pub enum FailureCause {
     },
     /// Pressure did more work than the energies that it can draw on.
     #[error(
-        "pressure did {work:.3e} J of work in one step, `limits.energy` allows {limit:.3e} J; a smaller time step, more \
-         iterations (`pressure.max_density_error`) or a smaller `pressure.recovery` is needed"
+        "pressure did {work:.3e} J of work in one step, `limits.energy` allows {limit:.3e} J; a smaller time step, \
+         more iterations (`pressure.max_density_error`) or a smaller `pressure.recovery` is needed"
     )]
     EnergyGained {
         /// Work \[J; J/m in 2-D].
@@ -227,9 +230,9 @@ pub enum FailureCause {
     ListsTooLong(ListsTooLong),
     /// The pressure iterations did not reach the limit on the density error.
     #[error(
-        "pressure did not converge: density error {error:.3e} after {iterations} iterations, the limit is {limit:.3e}; take \
-         shorter steps (`time_step`), allow more iterations (`pressure.max_iterations`) or a larger error \
-         (`pressure.max_density_error`), or go on with the error that remains (`pressure.not_converged=Accept`)"
+        "pressure did not converge: density error {error:.3e} after {iterations} iterations, the limit is \
+         {limit:.3e}; take shorter steps (`time_step`), allow more iterations (`pressure.max_iterations`) or a larger \
+         error (`pressure.max_density_error`), or go on with the error that remains (`pressure.not_converged=Accept`)"
     )]
     NotConverged {
         /// Iterations done.
@@ -241,7 +244,8 @@ pub enum FailureCause {
     },
     /// The step met a shock, and the time step could not be made smaller (`time_step: Adaptive` only).
     #[error(
-        "shock: {0}, and no shorter step helped; `time_step.min` may be too large, or `time_step.density_error` too small"
+        "shock: {0}, and no shorter step helped; `time_step.min` may be too large, or `time_step.density_error` too \
+         small"
     )]
     Shock(Shock),
 }
@@ -270,9 +274,9 @@ pub const MAX_CELLS: u64 = 1 << 27;
 /// A dense structure would need more cells than [`MAX_CELLS`].
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error(
-    "the box around all particles has {} × {} × {} cells of {cell_size:.4} m, and the spatial index needs memory for each \
-     of them, at most {MAX_CELLS}; the structures CompactHashing and SpatialHashing need none for empty cells, and a \
-     `domain` in the scene stops particles that fly away", .cells[0], .cells[1], .cells[2]
+    "the box around all particles has {} × {} × {} cells of {cell_size:.4} m, and the spatial index needs memory for \
+     each of them, at most {MAX_CELLS}; the structures CompactHashing and SpatialHashing need none for empty cells, \
+     and a `domain` in the scene stops particles that fly away", .cells[0], .cells[1], .cells[2]
 )]
 pub struct DomainTooLarge {
     /// Cells along x, y and z.
@@ -300,8 +304,8 @@ pub enum ListsTooLong {
     },
     /// All together.
     #[error(
-        "there are {pairs} pairs of neighbours, and lists hold {most} in the memory of this machine; particles lie on top of \
-         each other, or there are too many: with `neighbours: Recomputed` there is no limit"
+        "there are {pairs} pairs of neighbours, and lists hold {most} in the memory of this machine; particles lie on \
+         top of each other, or there are too many: with `neighbours: Recomputed` there is no limit"
     )]
     Together {
         /// Pairs of a row and a neighbour.

@@ -25,10 +25,10 @@ use crate::{
 
 /// Sets `scene` up in a world: spawns its particles, inserts what its step needs, adds the schedule `Step`.
 ///
-/// The host calls [`take_step`](super::take_step), or runs the schedule itself and finds the result in [`StepOutcome`]. An [`Execution`]
-/// in the world is used; otherwise one with a thread for every core is made. Between steps the host may tag, move,
-/// spawn (`(Fluid, Position(…))` is enough) and despawn fluid particles; after a change of boundary particles it calls
-/// [`refresh_boundary`](crate::boundary::refresh_boundary).
+/// The host calls [`take_step`](super::take_step), or runs the schedule itself and finds the result in [`StepOutcome`].
+/// An [`Execution`] in the world is used; otherwise one with a thread for every core is made. Between steps the host
+/// may tag, move, spawn (`(Fluid, Position(…))` is enough) and despawn fluid particles; after a change of boundary
+/// particles it calls [`refresh_boundary`](crate::boundary::refresh_boundary).
 ///
 /// [`uninstall`](super::uninstall()) takes the scene out again.
 ///

@@ -57,9 +57,9 @@ fn at(rows: &[[f64; 2]], x: f64) -> f64 {
 /// - Methods with PCISPH: 5 %. Tait with c = 10 × the largest speed 2 sqrt(g H) compresses about 1 %; a front of one
 ///   layer of particles is known to half a spacing, 1 to 2.5 % of its way.
 /// - Walls with each other: 5 %, likewise.
-/// - With the experiment: 15 % while the simulated front is before 2.6 L. In the plane, without friction at the floor and without the gate that was pulled away, a
-///   simulated front is ahead of the measured one, and gains: at 3 L the experiment's thin tongue has lost a fifth to
-///   friction.
+/// - With the experiment: 15 % while the simulated front is before 2.6 L. In the plane, without friction at the floor
+///   and without the gate that was pulled away, a simulated front is ahead of the measured one, and gains: at 3 L the
+///   experiment's thin tongue has lost a fifth to friction.
 /// - Ritter's 2 sqrt(g H) t from the gate is the fastest that shallow water gets: one spacing beyond is allowed, as the
 ///   front starts from a lattice.
 #[test]
@@ -283,7 +283,8 @@ fn first_time_step_is_that_of_the_tightest_limit() {
     }
 }
 
-/// Kinetic energy \[J] of a column of 4000 particles after 0.3 s, with its tank's corner at `corner` \[m] on every axis.
+/// Kinetic energy \[J] of a column of 4000 particles after 0.3 s, with its tank's corner at `corner` \[m] on every
+/// axis.
 fn kinetic_energy(corner: f64, pressure: &str) -> f64 {
     let [width, height, length] = [0.2, 0.4, 0.8].map(|extent| corner + extent);
     let scene = format!(

@@ -53,8 +53,8 @@ fn water_in_a_mesh_tank_stands_where_it_stands_in_the_built_in_tank() {
             let bottom = bottom.iter().sum::<f32>() / bottom.len() as f32 / DX;
             let figures = format!(
                 "{handling} {}: densest at the start {densest:.1} kg/m³, centre at {mean:.3}, surface at {top:.3}, \
-                 lowest layer at {bottom:.3}, nearest to a wall {least:.3} spacings; density error to {error:.4}, up to \
-                 {speed:.3} m/s after 0.4 s",
+                 lowest layer at {bottom:.3}, nearest to a wall {least:.3} spacings; density error to {error:.4}, up \
+                 to {speed:.3} m/s after 0.4 s",
                 &boundary[..4]
             );
             measured(&figures);

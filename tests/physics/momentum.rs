@@ -75,8 +75,9 @@ fn momenta_are_kept(dimension: u32, pressure: &str, viscosity: &str) {
     let particles = particles_of(&mut blob);
     let inner_end = speeds(&particles, rigid_motion(&particles).velocity);
     let figures = format!(
-        "{dimension}-D {pressure} {viscosity}: velocity off by {velocity_error:.1e} m/s, centre by {center_error:.1e} m, \
-         angular momentum by {turn_error:.1e}; {} particles, speeds within the blob {inner_start:.2} to {inner_end:.2} m/s",
+        "{dimension}-D {pressure} {viscosity}: velocity off by {velocity_error:.1e} m/s, centre by {center_error:.1e} \
+         m, angular momentum by {turn_error:.1e}; {} particles, speeds within the blob {inner_start:.2} to \
+         {inner_end:.2} m/s",
         particles.len()
     );
     measured(&figures);

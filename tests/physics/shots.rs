@@ -54,7 +54,8 @@ fn fire(
           bodies: [(shape: Box(min: (0.1, 0.9, 0.1), max: (0.15, 0.95, 0.15)))], boundaries: [{boundaries}])",
         if flat { 2 } else { 3 }
     )
-    .replace("0.1), max: (0.15, 0.95, 0.15", if flat { "0), max: (0.15, 0.95, 0" } else { "0.1), max: (0.15, 0.95, 0.15" });
+    .replace("0.1), max: (0.15, 0.95, 0.15", if flat { "0), max: (0.15, 0.95, 0" } else { "0.1), max: (0.15, 0.95, \
+     0.15" });
     let mut jet = simulation_of(&text, &[]);
     let samples = jet
         .world_mut()

@@ -140,8 +140,8 @@ pub(crate) fn draw(choices: &[u16], files: &Files) -> Draft {
         ..
     } = maker;
     let text = format!(
-        "(\n    name: \"random\", dimension: {}, spacing: {spacing}, gravity: {},\n    {numerics},\n    bodies: [\n        \
-         {}\n    ],\n    boundaries: [\n        {}\n    ],\n)",
+        "(\n    name: \"random\", dimension: {}, spacing: {spacing}, gravity: {},\n    {numerics},\n    bodies: \
+         [\n        {}\n    ],\n    boundaries: [\n        {}\n    ],\n)",
         if flat { 2 } else { 3 },
         vector(gravity),
         bodies.join(",\n        "),
@@ -155,7 +155,8 @@ pub(crate) fn draw(choices: &[u16], files: &Files) -> Draft {
     }
 }
 
-/// How the fluid is computed, for speeds of up to so much \[m/s]; and the part of the longest time step, if it is fixed.
+/// How the fluid is computed, for speeds of up to so much \[m/s]; and the part of the longest time step, if it is
+/// fixed.
 fn numerics(mut of: Choices, flat: bool, spacing: f64, speed: f64) -> (String, Option<f64>) {
     let support = of.of(&[2.0, 2.0, 1.7, 2.3, 2.6, 3.0]);
     let sound = 10.0 * speed;

@@ -188,8 +188,8 @@ impl Solid {
         passed.then(|| format!("{depth:.4} m behind {}, {before:.4} before", self.name()))
     }
 
-    /// How much deeper a point may be for the edge of a box beside it \[m]. There samples lie on the diagonal: what is a
-    /// quarter of the spacing in along it is deeper along the faces' normals by so much.
+    /// How much deeper a point may be for the edge of a box beside it \[m]. There samples lie on the diagonal: what is
+    /// a quarter of the spacing in along it is deeper along the faces' normals by so much.
     fn rounding(&self, x: DVec3, reach: f64) -> f64 {
         let Self::Block { min, max } = self else {
             return 0.0;

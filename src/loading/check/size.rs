@@ -113,9 +113,9 @@ fn enough_for_all(scene: &Scene, size: &Size) -> Checked {
         };
         let better = f64::from(scene.spacing) * (total / PLENTY).powf(1.0 / f64::from(exponent));
         format!(
-            "a spacing of {} m makes about {:.0} million particles ({:.0} million of them boundary), which need about {:.0} GB; \
-             at most {:.0} million are possible; a spacing of {better:.2e} m makes about {:.0} million, or the scene is meant \
-             smaller than from {} to {} m",
+            "a spacing of {} m makes about {:.0} million particles ({:.0} million of them boundary), which need about \
+             {:.0} GB; at most {:.0} million are possible; a spacing of {better:.2e} m makes about {:.0} million, or \
+             the scene is meant smaller than from {} to {} m",
             scene.spacing,
             total / 1e6,
             solid / 1e6,
@@ -128,8 +128,8 @@ fn enough_for_all(scene: &Scene, size: &Size) -> Checked {
     })?;
     ensure(size.candidates <= 36.0 * MAX_PARTICLES, "spacing", || {
         format!(
-            "a mesh is sampled with {:.0} million candidates at a spacing of {} m; enlarge the spacing, or cut triangles that \
-             are long and thin",
+            "a mesh is sampled with {:.0} million candidates at a spacing of {} m; enlarge the spacing, or cut \
+             triangles that are long and thin",
             size.candidates / 1e6,
             scene.spacing
         )
