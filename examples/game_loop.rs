@@ -1,5 +1,5 @@
-//! A game's loop: frames of 1/60 s, each as many steps of the fluid as fit; wind between forces and pressure; drops that
-//! come and go; and the level that starts again.
+//! A game's loop: frames of 1/60 s, each as many steps of the fluid as fit; wind between forces and pressure; drops
+//! that come and go; and the level that starts again.
 //!
 //! `cargo run --release --example game_loop`
 #![allow(clippy::print_stdout, reason = "an example talks to its reader")]

@@ -23,7 +23,8 @@
 //!
 //! [`Simulation`] has a world of its own. A host with a [`World`](bevy_ecs::world::World) calls [`install`], then
 //! [`take_step`] or, in a game's frame, [`advance`]; [`uninstall`] takes the scene out again. In an `App` of bevy
-//! `FluidPlugin` does so (feature `bevy_app`). [`Snapshot`](gauge::Snapshot) answers what the fluid is like at any point.
+//! `FluidPlugin` does so (feature `bevy_app`). [`Snapshot`](gauge::Snapshot) answers what the fluid is like at any
+//! point.
 //!
 //! A host's systems join the schedule [`Step`], ordered against [`Phase`]s, or are stages of their own
 //! ([`Stages`](step::Stages)), which an order file may name. What may be written when:
@@ -38,8 +39,8 @@
 //!
 //! What is written elsewhere is refused, not lost: the step fails with
 //! [`FailureCause::Overwritten`](step::FailureCause::Overwritten) or
-//! [`ParticlesChanged`](step::FailureCause::ParticlesChanged), which name component and particle, and the world keeps the
-//! state before it. A system that no order sets apart from the engine's is
+//! [`ParticlesChanged`](step::FailureCause::ParticlesChanged), which name component and particle, and the world keeps
+//! the state before it. A system that no order sets apart from the engine's is
 //! [`FailureCause::Schedule`](step::FailureCause::Schedule), with the names of both.
 //!
 //! Modules that are not in this documentation (`pub` for benches and tests) are internal and change without notice.

@@ -76,8 +76,8 @@ impl CheckpointClock {
         }
     }
 
-    /// Whether one is due after so many steps at a time \[s]: where a multiple was passed since the last. The state after
-    /// a step that has one has none again.
+    /// Whether one is due after so many steps at a time \[s]: where a multiple was passed since the last. The state
+    /// after a step that has one has none again.
     pub(super) fn is_due(&self, step: u64, time: f64) -> bool {
         let (last_step, last_time, at) = self.last;
         match self.every {

@@ -78,8 +78,8 @@ pub(super) struct Run {
     /// Draw no pictures.
     #[arg(long, overrides_with = "pictures")]
     no_pictures: bool,
-    /// Keep a checkpoint, a new one every so many steps (30), so much simulated time (0.5s) or so much wall time (10min,
-    /// 2h). Ctrl-C leaves one always.
+    /// Keep a checkpoint, a new one every so many steps (30), so much simulated time (0.5s) or so much wall time
+    /// (10min, 2h). Ctrl-C leaves one always.
     #[arg(long, value_name = "EVERY")]
     pub(super) checkpoint: Option<Every>,
     /// Go on from a checkpoint, or from that in the folder of a run, and in that folder unless --out names another.
@@ -137,7 +137,8 @@ pub(super) struct Validate {
     #[arg(long = "method", value_name = "METHOD", value_parser = method)]
     pub(super) methods: Vec<&'static Method>,
     /// Particles over the length that a case counts them across, instead of the case's own number (see --list).
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=10_000), conflicts_with = "convergence")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=10_000),
+        conflicts_with = "convergence")]
     pub(super) resolution: Option<u32>,
     /// Run every case at three resolutions and fit the order of its errors.
     #[arg(long)]

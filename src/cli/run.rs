@@ -211,7 +211,8 @@ impl Run {
         Ok(())
     }
 
-    /// Whether the run may end for a signal here: it leaves a checkpoint, for which it may have to take some steps more.
+    /// Whether the run may end for a signal here: it leaves a checkpoint, for which it may have to take some steps
+    /// more.
     fn may_leave(&mut self) -> Result<bool, Stop> {
         match steps_until_possible(self.simulation.world_mut()) {
             0 => self.checkpoint()?,
@@ -223,7 +224,10 @@ impl Run {
 
     /// Steps until the goal or a signal.
     fn step_to_the_end(&mut self) -> Result<Status, Stop> {
-        self.record()?;
+        // A run that goes on has its first frame, and none where a checkpoint happens to lie.
+        if self.frames.is_empty() {
+            self.record()?;
+        }
         loop {
             let (steps, time) = (self.totals.steps(), self.simulation.time());
             if self.goal.is_reached(steps, time) {

@@ -51,7 +51,8 @@ fn decimal(number: f32) -> f64 {
 /// Part of a step by which summed time may be off.
 const ROUNDING: f64 = 1e-2;
 
-/// Frames per second; the next multiple that has none; time of the last frame \[s], and the multiple that was next before.
+/// Frames per second; the next multiple that has none; time of the last frame \[s], and the multiple that was next
+/// before.
 pub(super) type ClockState = (f64, f64, Option<(f64, f64)>);
 
 /// Says at which step ends a frame is due.

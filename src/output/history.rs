@@ -68,7 +68,8 @@ impl History {
         Ok(Self(RowFile::start(path, &kept)?))
     }
 
-    /// Goes on with a history after its first `rows` rows. A missing file, or one with other columns, is started afresh.
+    /// Goes on with a history after its first `rows` rows. A missing file, or one with other columns, is started
+    /// afresh.
     ///
     /// # Errors
     /// When the system refuses.

@@ -42,8 +42,8 @@ impl RowFile {
         })
     }
 
-    /// Goes on with a file after its first `rows` rows, and gives those. Of one with another header, or none, nothing is
-    /// kept.
+    /// Goes on with a file after its first `rows` rows, and gives those. Of one with another header, or none, nothing
+    /// is kept.
     pub(super) fn resume(
         path: &Path,
         header: &str,

@@ -27,12 +27,12 @@ pub struct Advance {
 /// Part of a step that rounding of many times may lack, which does not put the step off to the next call.
 const ROUNDING: f64 = 1e-6;
 
-/// Takes as many whole steps as fit into `seconds` and what earlier calls kept, and keeps the rest. Steps have their own
-/// length. After an error the world holds the last good state, the time that was left is forgotten, and the next call
-/// tries again.
+/// Takes as many whole steps as fit into `seconds` and what earlier calls kept, and keeps the rest. Steps have their
+/// own length. After an error the world holds the last good state, the time that was left is forgotten, and the next
+/// call tries again.
 ///
-/// A frame that took a second asks for a second of fluid, which may take longer still: a game that wants to stay in time
-/// gives no more than it can wait for, `advance(world, delta.min(0.05))`.
+/// A frame that took a second asks for a second of fluid, which may take longer still: a game that wants to stay in
+/// time gives no more than it can wait for, `advance(world, delta.min(0.05))`.
 pub fn advance(world: &mut World, seconds: f64) -> Result<Advance, StepError> {
     if !(seconds.is_finite() && seconds >= 0.0) {
         return Err(refused(world, FailureCause::Seconds { seconds }));

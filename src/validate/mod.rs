@@ -1,8 +1,8 @@
 //! Known answers: cases whose exact solution or experiment is published, run with every pressure method and compared.
 //!
-//! A [`Case`] is a folder of `assets/cases` (a scene, a page of explanation; compiled in) and a function that watches its
-//! run. [`run_all`] runs [`Job`]s, a case with a method at a resolution each, side by side with one thread each, so that
-//! figures do not depend on the number of threads.
+//! A [`Case`] is a folder of `assets/cases` (a scene, a page of explanation; compiled in) and a function that watches
+//! its run. [`run_all`] runs [`Job`]s, a case with a method at a resolution each, side by side with one thread each, so
+//! that figures do not depend on the number of threads.
 //!
 //! | file | what is in it |
 //! | --- | --- |

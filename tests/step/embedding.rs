@@ -1,5 +1,5 @@
-//! What a host does with a scene: takes it out and installs it again, advances by frames, asks at points, lends threads,
-//! adds stages and systems.
+//! What a host does with a scene: takes it out and installs it again, advances by frames, asks at points, lends
+//! threads, adds stages and systems.
 
 use std::sync::Arc;
 
@@ -296,7 +296,8 @@ fn a_constant_is_interpolated_exactly_and_a_linear_field_within_the_fluid() {
         let found = simulation.interpolate::<Density>(&[Vec3::new(x, 0.2, 0.2)]);
         let found = found.expect("a scene")[0];
         assert_eq!(found.value.is_some(), found.neighbours > 0);
-        assert_eq!(found.neighbours > 0, x > -0.03, "{x}: {}", found.neighbours);
+        let is_near = (-0.03 + f32::EPSILON..0.4).contains(&x);
+        assert_eq!(found.neighbours > 0, is_near, "{x}: {}", found.neighbours);
         assert!(found.value.is_none_or(|rho| (rho.0 - 998.0).abs() < 1e-3));
     }
 }
@@ -337,8 +338,9 @@ fn rows_and_particles_name_each_other() {
 struct Blown(u32);
 
 fn blow(velocities: Res<Velocities>, mut a: ResMut<Accelerations>, mut blown: ResMut<Blown>) {
-    // Gravity was there before, and pressure comes after.
-    assert!(a.0.iter().all(|a| a.y < -1.0));
+    // Gravity was there before, and pressure comes after: viscosity alone takes nothing from the sum.
+    let mean = a.0.iter().map(|a| a.y).sum::<f32>() / a.0.len() as f32;
+    assert!((mean + 9.81).abs() < 0.1, "{mean}");
     a.0.iter_mut()
         .zip(&velocities.0)
         .for_each(|(a, v)| a.x += 50.0 - v.x);
@@ -385,17 +387,20 @@ fn a_stage_of_the_hosts_runs_where_the_order_names_it() {
         r#"Every(2, [Run("my_wind")]), Run("pressure")"#,
     );
     let left_out = format!(r#"(stages: [{STAGES}], leave_out: ["my_wind"])"#);
+    // A force of every second step: the others have none of it.
+    let mut gusts = with_wind(&format!("(stages: [{every_other}])")).expect("an order");
+    run(&mut gusts, 10);
+    assert_eq!(gusts.world().resource::<Blown>().0, 5);
     let mut without = with_wind(&left_out).expect("an order");
     run(&mut without, 10);
     assert!(bits(without.world_mut()) == bits(calm.world_mut()));
     for (order, says) in [
-        // Not named, too early, in vain, made for every second step alone.
+        // Not named, too early, misspelt.
         (format!("(stages: [{STAGES}])"), "my_wind"),
         (
             format!(r#"(stages: [Run("my_wind"), {STAGES}])"#),
             "my_wind",
         ),
-        (format!("(stages: [{every_other}])"), "stale"),
         (between.replace("my_wind", "my_wnd"), "my_wnd"),
     ] {
         let order = if order.starts_with('(') {

@@ -28,8 +28,8 @@ pub fn draw(
     draw_runs(title, ["t [s]", column], &[("measured", measured)], known)
 }
 
-/// Draws the figures of several runs, each with its name, as lines over axes of these names, beside the points of a known
-/// curve. Notes of the curve stand below. Fails without figures.
+/// Draws the figures of several runs, each with its name, as lines over axes of these names, beside the points of a
+/// known curve. Notes of the curve stand below. Fails without figures.
 pub fn draw_runs(
     title: &str,
     axes: [&str; 2],
