@@ -23,15 +23,16 @@ use super::{
     diagonal::{DensitiesAndDiagonals, InverseDiagonals},
     force::pressure_force,
     implicit::{
-        self, DensityRate, DensityRates, Iterate, Jacobi, PredictedVelocities, predict_rates,
-        store_pressures,
+        self, DensityRate, DensityRates, Iterate, Jacobi, PredictedVelocities, store_pressures,
+        sum_rates,
     },
     iterate::{PressureIteration, iterate, solve_pressure},
     solver::{Iterations, PressureSolver, Requirement, iterations},
+    stabilisation::Stabilisation,
 };
 use crate::{
     boundary::sums::{WallSums, Walls},
-    pairs::{PairSlopes, PairSum, Pairs, both, putting},
+    pairs::{PairSlopes, PairSum, Pairs, PairsWithSlopes, both, putting},
     scene::{Dfsph, Dimension, Scene},
     simd::Simd,
     state::{
@@ -48,6 +49,7 @@ impl PressureSolver for Dfsph {
     fn requirements(&self) -> Vec<Requirement> {
         vec![
             Requirement::Relaxation("pressure.relaxation", self.relaxation, self.momentum),
+            Requirement::Stabilisation(self.stabilisation),
             Requirement::Error(
                 "pressure.max_divergence_error",
                 self.max_divergence_error,
@@ -81,7 +83,14 @@ impl PressureSolver for Dfsph {
     }
 
     fn install(&self, world: &mut World) {
-        implicit::install(world, self.relaxation, self.momentum, HEAD_START);
+        let stabilisation = Stabilisation(self.stabilisation);
+        implicit::install(
+            world,
+            self.relaxation,
+            self.momentum,
+            HEAD_START,
+            stabilisation,
+        );
         world.init_resource::<NeighbourCounts>();
         world.init_resource::<DivergenceTerms>();
         world.insert_resource(DivergenceConvergence(Convergence {
@@ -153,7 +162,11 @@ fn least_neighbours(dimension: Dimension) -> u32 {
 /// The systems of [`DivergenceIteration`], in their order.
 fn divergence_iteration() -> Systems {
     (
-        (pressure_force, predict_corrected_velocities, predict_rates)
+        (
+            pressure_force,
+            predict_corrected_velocities,
+            predict_corrected_rates,
+        )
             .chain()
             .run_if(wants_force),
         update_impulses,
@@ -171,13 +184,14 @@ pub fn compute_density(
     walls: Option<Res<WallSums>>,
     pairs: Pairs,
     material: Res<Material>,
+    stabilisation: Res<Stabilisation>,
 ) {
     let rows = pairs.positions().rows();
     rates.0.resize(rows, 0.0);
     counts.0.resize(rows, 0);
     let walls = Walls::of(walls.as_deref());
     let sums = (
-        DensitiesAndDiagonals::sums(&material, walls),
+        DensitiesAndDiagonals::sums(&material, walls, *stabilisation),
         (
             DensityRate::<true>::new(&material, &pairs.positions().0, &velocities.0, walls),
             NeighbourCount,
@@ -209,6 +223,18 @@ pub fn solve_divergence(world: &mut World) {
             &mut velocities,
             &mut world.resource_mut::<PredictedVelocities>().0,
         );
+        let Stabilisation(share) = *world.resource::<Stabilisation>();
+        if share > 0.0 {
+            // Those of the sums lack this share of the change.
+            let changes = &world.resource::<PressureAccelerations>().0;
+            let rows = changes.len();
+            let execution = world.resource::<Execution>();
+            execution.for_each_chunk(&mut velocities[..rows], |first, velocities| {
+                for (v, dv) in velocities.iter_mut().zip(&changes[first..]) {
+                    *v += (share * *dv).extend(0.0);
+                }
+            });
+        }
         world.resource_mut::<Velocities>().0 = velocities;
     }
 }
@@ -217,10 +243,27 @@ fn predict_corrected_velocities(
     mut predicted: ResMut<PredictedVelocities>,
     velocities: Res<Velocities>,
     pressure_accelerations: Res<PressureAccelerations>,
+    stabilisation: Res<Stabilisation>,
     execution: Res<Execution>,
 ) {
     // The force of an impulse is a change of velocity.
-    predicted.write(&velocities, &pressure_accelerations, &execution, |_, dv| dv);
+    let share = 1.0 - stabilisation.0;
+    predicted.write(&velocities, &pressure_accelerations, &execution, |_, dv| {
+        share * dv
+    });
+}
+
+fn predict_corrected_rates(
+    rates: ResMut<DensityRates>,
+    predicted: Res<PredictedVelocities>,
+    changes: Res<PressureAccelerations>,
+    walls: Option<Res<WallSums>>,
+    pairs: PairsWithSlopes,
+    material: Res<Material>,
+    stabilisation: Res<Stabilisation>,
+) {
+    let stabilised = stabilisation.of(&changes, 1.0);
+    sum_rates(rates, &predicted, walls, &pairs, &material, stabilised);
 }
 
 fn update_impulses(

@@ -12,7 +12,11 @@
 use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};
 
-use super::{diagonal::InverseDiagonals, force::pressure_force};
+use super::{
+    diagonal::InverseDiagonals,
+    force::pressure_force,
+    stabilisation::{Stabilisation, Stabilised},
+};
 use crate::{
     boundary::sums::{WallSums, Walls},
     lattice::Lattice,
@@ -167,12 +171,18 @@ pub struct PredictedVelocities(pub Vec<Vec4>);
 pub struct DensityRates(pub Vec<f32>);
 
 /// Inserts the resources of the iteration. A negative head start delays the momentum.
-pub fn install(world: &mut World, relaxation: f32, momentum: bool, head_start: i32) {
+pub fn install(
+    world: &mut World,
+    relaxation: f32,
+    momentum: bool,
+    head_start: i32,
+    stabilisation: Stabilisation,
+) {
     let material = world.resource::<Material>();
     let kernel = &material.kernel;
     let support = kernel.support_radius / material.spacing;
     let lattice = Lattice::new(kernel.function, material.dimension, support);
-    let eigenvalue = lattice.largest_eigenvalue() as f32;
+    let eigenvalue = lattice.largest_eigenvalue(stabilisation.0.into()) as f32;
     let stable = if momentum {
         WITH_MOMENTUM
     } else {
@@ -186,28 +196,30 @@ pub fn install(world: &mut World, relaxation: f32, momentum: bool, head_start: i
         since: 0,
         carried: 0.0,
     });
+    world.insert_resource(stabilisation);
     world.init_resource::<Iterates>();
     world.init_resource::<InverseDiagonals>();
     world.init_resource::<PredictedVelocities>();
     world.init_resource::<DensityRates>();
 }
 
-/// `v + dt a` with all accelerations.
+/// `v + dt a` with all accelerations; of those of pressure, the share that stabilisation leaves.
 pub fn predict_velocities(
     mut predicted: ResMut<PredictedVelocities>,
     velocities: Res<Velocities>,
     accelerations: Res<Accelerations>,
     pressure_accelerations: Res<PressureAccelerations>,
+    stabilisation: Res<Stabilisation>,
     clock: Res<Clock>,
     execution: Res<Execution>,
 ) {
-    let dt = clock.dt;
+    let (dt, share) = (clock.dt, 1.0 - stabilisation.0);
     let accelerations = &accelerations.0;
     predicted.write(
         &velocities,
         &pressure_accelerations,
         &execution,
-        |row, a_p| dt * (accelerations[row] + a_p),
+        |row, a_p| dt * (accelerations[row] + share * a_p),
     );
 }
 
@@ -236,16 +248,32 @@ impl PredictedVelocities {
 
 /// Dρ/Dt of the predicted velocities.
 pub fn predict_rates(
-    mut rates: ResMut<DensityRates>,
+    rates: ResMut<DensityRates>,
     predicted: Res<PredictedVelocities>,
+    accelerations: Res<PressureAccelerations>,
     walls: Option<Res<WallSums>>,
     pairs: PairsWithSlopes,
     material: Res<Material>,
+    stabilisation: Res<Stabilisation>,
+    clock: Res<Clock>,
+) {
+    let stabilised = stabilisation.of(&accelerations, clock.dt);
+    sum_rates(rates, &predicted, walls, &pairs, &material, stabilised);
+}
+
+/// Sums Dρ/Dt of the predicted velocities.
+pub(super) fn sum_rates(
+    mut rates: ResMut<DensityRates>,
+    predicted: &PredictedVelocities,
+    walls: Option<Res<WallSums>>,
+    pairs: &PairsWithSlopes,
+    material: &Material,
+    stabilised: Option<Stabilised>,
 ) {
     rates.0.resize(pairs.positions().rows(), 0.0);
     let walls = Walls::of(walls.as_deref());
-    let pass = DensityRate::<false>::new(&material, &pairs.positions().0, &predicted.0, walls);
-    pairs.sum(&pass, &mut rates.0);
+    let pass = DensityRate::<false>::new(material, &pairs.positions().0, &predicted.0, walls);
+    pairs.sum(&pass.stabilised(stabilised), &mut rates.0);
 }
 
 /// Corrects the pressure terms by the predicted densities.
@@ -316,6 +344,7 @@ pub struct DensityRate<'a, const SHARED: bool> {
     positions: &'a [Vec4],
     velocities: &'a [Vec4],
     walls: Walls<'a>,
+    stabilised: Option<Stabilised<'a>>,
     rest_density: f32,
     /// m and the kernel's factor.
     factor: f32,
@@ -334,9 +363,17 @@ impl<'a, const SHARED: bool> DensityRate<'a, SHARED> {
             positions,
             velocities,
             walls,
+            stabilised: None,
             rest_density: material.rest_density,
             factor: material.particle_mass * material.kernel.slope_factor,
         }
+    }
+}
+
+impl<'a> DensityRate<'a, false> {
+    /// The sum with [`stabilisation`](super::stabilisation).
+    fn stabilised(self, stabilised: Option<Stabilised<'a>>) -> Self {
+        Self { stabilised, ..self }
     }
 }
 
@@ -359,10 +396,14 @@ impl<const SHARED: bool> PairSum for DensityRate<'_, SHARED> {
 
     #[inline(always)]
     fn start<S: Simd>(&self, simd: S, i: usize, own: Vec4) -> DensityRateSums<S> {
-        let velocity = self.velocities[i];
+        let mut velocity = self.velocities[i];
+        let mut of_pairs = velocity;
+        if let Some(stabilised) = &self.stabilised {
+            (velocity, of_pairs) = stabilised.own(i, velocity, self.rest_density);
+        }
         DensityRateSums {
             velocity: broadcast(simd, velocity),
-            own: [own, velocity].map(|vector| simd.splat_vector(vector)),
+            own: [own, of_pairs].map(|vector| simd.splat_vector(vector)),
             sum: simd.splat(0.0),
             walls: self.rest_density * self.walls.gradient(i).dot(velocity.truncate()),
         }
@@ -381,7 +422,7 @@ impl<const SHARED: bool> PairSum for DensityRate<'_, SHARED> {
 
     #[inline(always)]
     fn finish<S: Simd>(&self, simd: S, _: usize, sums: DensityRateSums<S>) -> f32 {
-        let sum = if SHARED {
+        let sum = if SHARED || self.stabilised.is_some() {
             simd.sum(sums.sum)
         } else {
             simd.sum_vectors(sums.sum)

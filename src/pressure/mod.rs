@@ -26,6 +26,7 @@ pub mod iterate;
 pub mod pcisph;
 pub mod sesph;
 pub mod solver;
+pub mod stabilisation;
 pub mod stages;
 pub mod wall_renormalisation;
 pub mod warm_start;

@@ -75,6 +75,9 @@ pub struct Pcisph {
     /// Whether pressures are corrected once more after the prediction that met η, and the step is taken with their
     /// force: the paper's Algorithm 2 to the letter. Without it the step goes to the prediction itself.
     pub last_correction: bool,
+    /// Share κ of the compact Laplacian in the system \[-], which keeps pressure from alternating between particles (see
+    /// [`stabilisation`](crate::pressure::stabilisation)); the paper's is 0.
+    pub stabilisation: f32,
 }
 
 /// Parameters of IISPH. Those that it shares with [`Pcisph`] mean the same.
@@ -103,6 +106,9 @@ pub struct Iisph {
     /// Whether corrections have momentum: fewer iterations, most of all in deep water (see
     /// [`implicit`](crate::pressure::implicit)). The paper's have none.
     pub momentum: bool,
+    /// Share κ of the compact Laplacian in the system \[-], which keeps pressure from alternating between particles (see
+    /// [`stabilisation`](crate::pressure::stabilisation)); the paper's is 0.
+    pub stabilisation: f32,
 }
 
 /// Parameters of DFSPH. Those that it shares with [`Pcisph`] and [`Iisph`] mean the same, for the solve that keeps the
@@ -140,6 +146,9 @@ pub struct Dfsph {
     pub min_divergence_iterations: u32,
     /// After so many the divergence that is left is left: the density solve has the last word.
     pub max_divergence_iterations: u32,
+    /// Share κ of the compact Laplacian in the system \[-], which keeps pressure from alternating between particles (see
+    /// [`stabilisation`](crate::pressure::stabilisation)); the paper's is 0.
+    pub stabilisation: f32,
 }
 
 /// What a limit on the density error is compared with.
@@ -170,6 +179,9 @@ impl Default for PressureMethod {
     }
 }
 
+/// Share of the compact Laplacian \[-]: `docs/decisions/stabilisation.md`.
+const STABILISATION: f32 = 0.2;
+
 /// Share of the last pressures that every method starts from \[-], and share of the compression found that a step
 /// removes. Measured on tanks of 10 to 240 rows and columns of 40 and 80: `docs/decisions/still_water.md`.
 const WARM_START: f32 = 0.8;
@@ -188,6 +200,7 @@ impl Default for Pcisph {
             warm_start_steps: 1,
             momentum: true,
             recovery: RECOVERY,
+            stabilisation: STABILISATION,
             last_correction: false,
         }
     }
@@ -206,6 +219,7 @@ impl Default for Iisph {
             relaxation: 0.4,
             momentum: true,
             recovery: RECOVERY,
+            stabilisation: STABILISATION,
         }
     }
 }
@@ -223,6 +237,7 @@ impl Default for Dfsph {
             relaxation: 0.4,
             momentum: true,
             recovery: RECOVERY,
+            stabilisation: STABILISATION,
             max_divergence_error: 1e-3,
             min_divergence_iterations: 0,
             max_divergence_iterations: 100,
