@@ -239,6 +239,9 @@ mod tests {
             (QuinticSpline, Three, 3.0, 4.237, 1.095, 0.0222),
         ] {
             let lattice = Lattice::new(function, dimension, support);
+            // A compact Laplacian has the shortest waves: less than twice its diagonal, more than that.
+            let compact = lattice.largest_eigenvalue(1.0);
+            assert!(compact > 1.0 && compact < 2.0, "{function:?} {compact}");
             let viscous_step = lattice.viscous_step() / f64::from(support * support);
             let found = [
                 lattice.largest_eigenvalue(0.0),

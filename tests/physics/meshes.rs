@@ -58,8 +58,8 @@ fn water_in_a_mesh_tank_stands_where_it_stands_in_the_built_in_tank() {
                 &boundary[..4]
             );
             measured(&figures);
-            // Compression that a corner starts with is worked off over many steps.
-            assert!(densest < 1035.0 && error < 0.05 && least > -0.26, "{figures}");
+            // Compression that a corner starts with is worked off over many steps, a tenth of it in each.
+            assert!(densest < 1035.0 && error < 0.065 && least > -0.26, "{figures}");
             (mean, top, bottom)
         });
         let [built_in, mesh] = found;

@@ -5,6 +5,7 @@ use glam::{DVec3, Vec3, Vec4};
 use overfall::{
     Phase, Simulation, Step,
     index::BoundarySamples,
+    pressure::implicit::Iterates,
     sampling::beside_wall,
     scene::{BoundaryHandling, Dimension, PressureMethod, Scene, StateEquation, SurfaceTension},
     state::{
@@ -24,6 +25,8 @@ pub(crate) struct Columns {
     predicted: Vec<DVec3>,
     velocities: Vec<DVec3>,
     densities: Vec<f32>,
+    /// Accelerations of pressure, and the terms p/ρ² whose they are, of methods that solve a linear system.
+    pressure: Vec<(DVec3, f64)>,
 }
 
 /// Lets every step leave its columns.
@@ -36,6 +39,7 @@ pub(crate) fn watch(simulation: &mut Simulation) {
         velocities: Res<Velocities>,
         densities: Res<Densities>,
         forces: (Res<Accelerations>, Res<PressureAccelerations>),
+        terms: Option<Res<Iterates>>,
     ) {
         let rows = positions.rows();
         let points = |column: &[Vec4]| -> Vec<DVec3> {
@@ -44,6 +48,8 @@ pub(crate) fn watch(simulation: &mut Simulation) {
         };
         let dt = f64::from(clock.dt);
         let force = |row: usize| (forces.0.0[row] + forces.1.0[row]).as_dvec3();
+        let terms = terms.iter().flat_map(|terms| &terms.0);
+        let pressure = terms.zip(&forces.1.0);
         let velocities = points(&velocities.0).into_iter().enumerate();
         *out = Columns {
             dt,
@@ -51,6 +57,9 @@ pub(crate) fn watch(simulation: &mut Simulation) {
             predicted: points(&predicted.0),
             velocities: velocities.map(|(row, v)| v + dt * force(row)).collect(),
             densities: densities.0.clone(),
+            pressure: pressure
+                .map(|(term, a)| (a.as_dvec3(), term.acted.into()))
+                .collect(),
         };
     }
     let world = simulation.world_mut();
@@ -173,9 +182,19 @@ impl BruteForce {
             positions,
             predicted,
             velocities,
+            pressure,
             ..
         } = columns;
         let rows = positions.len();
+        let share = match scene.pressure {
+            PressureMethod::Iisph(of) => f64::from(of.stabilisation),
+            PressureMethod::Dfsph(of) => f64::from(of.stabilisation),
+            _ => 0.0,
+        };
+        let stabilisation = |i: usize, j: usize, x: DVec3| {
+            let [(a_i, t_i), (a_j, t_j)] = [pressure[i], pressure[j]];
+            share * columns.dt * (2.0 * self.rest_density * (t_i - t_j) + (a_i + a_j).dot(x))
+        };
         let own = self.mass * self.kernel.value(0.0);
         let (mut density, mut rate, mut after) =
             (vec![own; rows], vec![0.0; rows], vec![own; rows]);
@@ -190,6 +209,11 @@ impl BruteForce {
                 let value = self.mass * self.kernel.value(r);
                 let change =
                     self.mass * self.kernel.slope(r) * x.dot(velocities[i] - velocities[j]);
+                if share > 0.0 {
+                    let slope = self.mass * self.kernel.slope(r);
+                    rate[i] += slope * stabilisation(i, j, x);
+                    rate[j] += slope * stabilisation(j, i, -x);
+                }
                 let later = self.mass * self.kernel.value(predicted[i].distance(predicted[j]));
                 for k in [i, j] {
                     density[k] += value;

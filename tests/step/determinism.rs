@@ -112,8 +112,8 @@ fn hash(bits: &[[u32; 6]]) -> u64 {
 const GOLDEN: [u64; 4] = [
     0x7d1f_9c39_ee44_aaed,
     0x55a5_6a9a_0399_2edb,
-    0x16d5_92a0_b264_a3cd,
-    0x7ec5_9ca1_4573_76c6,
+    0x354a_037c_d000_1e4d,
+    0xea4b_433d_c9bd_0efe,
 ];
 
 #[test]
