@@ -16,14 +16,14 @@ use super::folder::{self, SUMMARY};
 use super::stages::Display;
 use super::{console, interrupt, options};
 
-/// Names in the folder, beside the summary's.
+/// Names in the folder, in addition to the summary's.
 const TABLE: &str = "table.csv";
 const CHART: &str = "chart.svg";
 
-/// Time between two looks whether the folder is there.
+/// Time between two checks that the folder still exists.
 const LOOK_INTERVAL: Duration = Duration::from_secs(1);
 
-/// Runs a study and writes what comes of it.
+/// Runs a study and writes its results.
 pub(super) fn study(options: &options::Study) -> Result<Exit, Failure> {
     let started = Instant::now();
     let plan = Plan::load(&options.study).map_err(|error| Failure::Refused(error.to_string()))?;
@@ -59,7 +59,7 @@ pub(super) fn study(options: &options::Study) -> Result<Exit, Failure> {
                     looked = Instant::now();
                 }
             }
-            // After every turn: whatever ends the program, the finished blocks stay.
+            // Written after every turn, so that finished blocks are kept however the program ends.
             Event::Turn(table) => wrote = table.write_csv(&files.table),
         }
         if interrupt::asked() || wrote.is_err() {
@@ -84,7 +84,7 @@ pub(super) fn study(options: &options::Study) -> Result<Exit, Failure> {
                     .map_err(cannot_write)?;
                 written.push(&files.chart);
             }
-            // An interrupted study may have nothing to draw; its table is worth having all the same.
+            // An interrupted study may have nothing to draw; its table is still useful.
             Err(error) => console::note(&format!("no chart: {error}")),
         }
     }
@@ -93,7 +93,7 @@ pub(super) fn study(options: &options::Study) -> Result<Exit, Failure> {
 
     let mut text = table.text();
     text.push_str(&format!(
-        "\n{threads} {}, {}, {:.0} s in all\n",
+        "\n{threads} {}, {}, {:.0} s in total\n",
         if threads == 1 { "thread" } else { "threads" },
         summary.instruction_set,
         summary.wall_s
@@ -112,7 +112,7 @@ pub(super) fn study(options: &options::Study) -> Result<Exit, Failure> {
     })
 }
 
-/// What a study writes.
+/// The files that a study writes.
 struct Files {
     table: PathBuf,
     chart: PathBuf,
@@ -143,7 +143,7 @@ fn inputs(study: &Path, plan: &Plan) -> Vec<PathBuf> {
     inputs
 }
 
-/// What `summary.json` holds.
+/// Content of `summary.json`.
 #[derive(Serialize)]
 struct Summary<'a> {
     study: &'a str,
