@@ -36,7 +36,20 @@ pub(super) fn root(out: Option<&Path>, name: &str) -> PathBuf {
     )
 }
 
-/// The folder of one run.
+/// The folder of one run:
+///
+/// ```text
+/// out/dam_break/
+///   history.csv         one row per step
+///   gauges/wall.csv     one row per reading; a chart beside it if there is reference data
+///   summary.json        results
+///   checkpoint.overfall state to resume from, if requested or if the run was interrupted
+///   dam_break.pvd       the frames as one animation
+///   contact_sheet.png   a dozen pictures on one sheet
+///   frames/frame_00000.vtu
+///   pictures/frame_00000.png
+///   scene/              the scene as it ran, overrides applied, and the files that it names
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct RunFolder {
     root: PathBuf,

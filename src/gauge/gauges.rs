@@ -65,7 +65,35 @@ impl fmt::Debug for Gauge {
     }
 }
 
-/// The gauges of the scene, in its order, with what they showed. In scenes that have some.
+/// The gauges of the scene, in its order, with their readings. The resource exists if the scene has gauges.
+///
+/// ```
+/// use overfall::{Simulation, gauge::Gauges, scene::Scene};
+///
+/// let scene = r#"(
+///     name: "pool",
+///     spacing: 0.1,
+///     bodies: [(shape: Box(min: (0, 0, 0), max: (0.5, 0.5, 0.5)))],
+///     boundaries: [Tank(min: (0, 0, 0), max: (0.5, 1, 0.5), name: "tank")],
+///     gauges: [
+///         (name: "load", kind: Force(boundary: "tank")),
+///         (name: "level", kind: Height(at: (0.25, 0, 0.25)), every: Seconds(0.01)),
+///     ],
+/// )"#;
+/// let scene = Scene::parse(scene, "pool.ron", &[]).expect("a scene");
+/// let mut simulation = Simulation::new(&scene).expect("threads");
+/// while simulation.time() < 0.05 {
+///     simulation.step().expect("a step");
+/// }
+/// let gauges = simulation.world().resource::<Gauges>();
+/// for gauge in gauges.iter() {
+///     for reading in gauge.readings() {
+///         let _ = (gauge.name(), gauge.columns(), reading.time, &reading.values);
+///     }
+/// }
+/// let level = gauges.get("level").and_then(|gauge| gauge.value("height_m"));
+/// assert!((0.4..0.6).contains(&level.expect("fluid in the column")));
+/// ```
 #[derive(Resource, Debug)]
 pub struct Gauges(Vec<Gauge>);
 

@@ -1,4 +1,9 @@
-//! Output of a run: frames, series, history, summary, pictures.
+//! Output of a run: frames, series, history, gauges, summary, pictures.
+//!
+//! Per frame: `frame_000042.vtu` or `.ply` ([`Frame`]), its entry in `frames.pvd` ([`Series`]), a `.png` (`picture`).
+//! Per step: a row of `history.csv` ([`History`]). Per reading: a row of `gauges/*.csv` ([`GaugeFile`]). At the end,
+//! also of an interrupted run: `summary.json` (`Summary`) and the charts of gauges. Summary, pictures and charts need
+//! feature `cli`.
 //!
 //! A file that is written as a whole is written under a temporary name first and then renamed, so a run that is killed
 //! leaves only complete files. [`FIELDS`] declares once what a frame holds; both formats use it, for writing and

@@ -71,8 +71,21 @@ enum Word {
     Done(usize, Outcome),
 }
 
-/// Runs jobs with `threads` threads, one a job, the longest first. `tell` may break off: jobs that are not over then
-/// give `None`.
+/// Runs jobs on `threads` threads, one thread per job, the longest first. `tell` may stop the queue: jobs that are not
+/// finished by then return `None`.
+///
+/// ```no_run
+/// use std::ops::ControlFlow;
+///
+/// use overfall::validate::{CASES, Job, METHODS, run_all};
+///
+/// let job = Job { case: CASES[0], method: &METHODS[2], resolution: CASES[0].resolution };
+/// for outcome in run_all(&[job], 1, &mut |_| ControlFlow::Continue(())).into_iter().flatten() {
+///     for figure in outcome.result.expect("a run to its end").figures {
+///         let _ = (figure.quantity.as_str(), figure.measured, figure.known, figure.error());
+///     }
+/// }
+/// ```
 pub fn run_all(
     jobs: &[Job],
     threads: usize,
