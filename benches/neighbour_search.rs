@@ -1,22 +1,13 @@
-//! How long does it take to find all neighbours of all particles, by structure?
+//! Time to find all neighbours of all particles, by spatial structure.
 //!
-//! `cargo bench --bench neighbour_search` takes 131 072 particles, `-- --million` 1 048 576 instead.
+//! `cargo bench --bench neighbour_search` uses 131 072 particles, `-- --million` 1 048 576. Particles lie on a cubic
+//! lattice of spacing 1 in Z-curve order, displaced by up to 0.2 along each axis, with about 29 neighbours within a
+//! distance of 2. Between two runs each moves by up to 0.02 along each axis, identically for every method, in parallel,
+//! so that all threads are awake when the measurement starts. The methods take turns of five runs: each finds the
+//! caches as it left them, and disturbances of the machine affect all alike. Figures are medians over the runs.
 //!
-//! The particles lie on a cubic lattice of spacing 1, displaced by up to 0.2 along each axis, and look for neighbours
-//! within 2: about 29. They start in Z-curve order. Between two runs each moves by up to 0.02 along each axis, the same
-//! for every method, and moves in parallel, as in a step: the threads are awake when the time begins. (A second thread
-//! that sleeps gets nothing of a loop of half a millisecond in every third to fifth run.) The methods take turns of
-//! five runs: a method finds the caches as it left them, as it would if it ran alone, and a disturbance of the machine
-//! meets all alike. The median over the runs counts.
-//!
-//! Two crates for comparison, each built anew in every run, since they have no update, and both asked for
-//! unsorted rows only, written to one array a chunk of 1024 particles:
-//!
-//! - kiddo: `ImmutableKdTree` of `f32`, the layout it recommends for trees that are built once, built in parallel,
-//!   queried by `within(…).unsorted()` with a visitor and a scratch buffer for every chunk.
-//! - rstar: `RTree` of points with their row, by bulk loading, queried by `locate_within_distance`.
-//!
-//! The lists of every method are compared with brute force for a few hundred particles.
+//! [`Kiddo`] and [`Rstar`] are k-d and R-trees of other crates for comparison. The lists of every method are checked
+//! against brute force for a few hundred particles.
 
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "it reports")]
 
@@ -38,14 +29,14 @@ const RADIUS: f32 = 2.0;
 const JITTER: f32 = 0.2;
 const MOTION: f32 = 0.02;
 const RUNS: usize = 20;
-/// Runs of a method at a time.
+/// Consecutive runs of a method.
 const TURN: usize = 5;
-/// Particles between two that are compared with brute force.
+/// Distance between rows that are checked against brute force.
 const CHECK_EVERY: usize = 509;
-/// Particles that a task moves, or looks up for a peer.
+/// Particles per task, for motion and for queries of the peers.
 const CHUNK: usize = 1024;
 
-/// A small generator: the same numbers everywhere.
+/// A small random number generator with the same numbers on every machine.
 struct Numbers(u64);
 
 impl Numbers {
@@ -64,7 +55,7 @@ impl Numbers {
     }
 }
 
-/// The particles in the order of the Z-curve.
+/// The particles in Z-curve order.
 fn lattice(size: IVec3, grid: &Grid, execution: &Execution) -> Vec<Vec4> {
     let mut numbers = Numbers(1);
     let mut points = Vec::new();
@@ -84,11 +75,11 @@ fn lattice(size: IVec3, grid: &Grid, execution: &Execution) -> Vec<Vec4> {
 
 /// A way to find neighbours.
 trait Method {
-    /// Takes over the positions.
+    /// Builds or updates the structure for the positions.
     fn construct(&mut self, points: &[Vec4], execution: &Execution);
-    /// Finds all neighbours of all.
+    /// Finds all neighbours of all particles.
     fn query(&mut self, points: &[Vec4], execution: &Execution);
-    /// Those of one row that the last query found.
+    /// Neighbours of one row as found by the last query.
     fn neighbours(&self, row: usize) -> Vec<u32>;
     /// Memory of the structure and of the lists \[bytes].
     fn bytes(&self) -> Option<(usize, usize)>;
@@ -125,7 +116,7 @@ impl Method for Structure {
     }
 }
 
-/// Lists of one chunk: rows, and where each particle's end.
+/// Lists of one chunk: rows, and the end of each particle's list.
 #[derive(Default)]
 struct ChunkLists {
     rows: Vec<u32>,
@@ -285,10 +276,10 @@ fn methods(grid: &Grid) -> Vec<(&'static str, Box<dyn Method>)> {
     ]
 }
 
-/// The method that the others are compared with; it comes first.
+/// The method to which ratios refer; it comes first.
 const REFERENCE: &str = "compact hashing";
 
-/// Compares lists with those of brute force.
+/// Checks lists against brute force.
 fn check(name: &str, method: &dyn Method, points: &[Vec4]) {
     for row in (0..points.len()).step_by(CHECK_EVERY) {
         let mut found = method.neighbours(row);
@@ -342,7 +333,7 @@ fn measure(size: IVec3, threads: usize, execution: &Execution, peers: bool) {
                 let built = Instant::now();
                 method.query(points, execution);
                 let done = Instant::now();
-                // The first run of a turn warms up.
+                // The first run of a turn is a warm-up.
                 if run > 0 {
                     times[k].0.push((built - start).as_secs_f64());
                     times[k].1.push((done - built).as_secs_f64());

@@ -1,4 +1,4 @@
-//! What a run with gauges writes, and what `check` says of them.
+//! Output of a run with gauges, and their description in `check`.
 
 use std::fs;
 
@@ -72,13 +72,13 @@ fn gauges_write_a_file_each_and_a_chart_beside_what_is_known() {
             "{text}: {texts:?}"
         );
     }
-    // One in the legend; what is known of later times is not drawn.
+    // One in the legend; later reference data are not drawn.
     let circles = picture
         .descendants()
         .filter(|node| node.has_tag_name("circle"));
     assert_eq!(circles.count(), 4);
 
-    // The copy of the scene runs by itself.
+    // The copy of the scene is complete: it can be run.
     let copy = folder.path().join("out/tiny/scene/scene.ron");
     let copy = copy.to_str().expect("a path");
     assert_exit(
