@@ -16,9 +16,9 @@ use crate::{
 
 /// Installs a scene in the world of an `App`, and runs its steps in one of the schedules.
 ///
-/// By default the fluid keeps up with `FixedUpdate`, which `bevy_time::TimePlugin` (one of bevy's `MinimalPlugins`) runs.
-/// What became of it is in the resource [`FluidStatus`]; whatever goes wrong is triggered as [`FluidStopped`], and stops
-/// the fluid but not the app.
+/// By default the fluid keeps up with `FixedUpdate`, which `bevy_time::TimePlugin` (one of bevy's `MinimalPlugins`)
+/// runs. What became of it is in the resource [`FluidStatus`]; whatever goes wrong is triggered as [`FluidStopped`],
+/// and stops the fluid but not the app.
 ///
 /// Add it after what the scene needs: an [`Execution`](crate::Execution) in the world with the host's threads, or
 /// [`Stages`](crate::step::Stages) of the host's own. A level restarts with [`uninstall`](crate::uninstall) and
@@ -144,8 +144,8 @@ fn run(world: &mut World, pace: Pace, stopped: &mut Option<Tick>) {
         Pace::Time => match world.get_resource::<Time>() {
             Some(time) => advance(world, time.delta_secs_f64()),
             None => {
-                let reason = "the world has no `Time`; add `bevy_time::TimePlugin` (one of `MinimalPlugins`), or give the \
-                              `FluidPlugin` another `Pace`";
+                let reason = "the world has no `Time`; add `bevy_time::TimePlugin` (one of `MinimalPlugins`), or give \
+                              the `FluidPlugin` another `Pace`";
                 return stop(world, reason.to_owned(), FluidStatus::NoTime);
             }
         },

@@ -46,8 +46,8 @@ impl DirectForcing {
         }
     }
 
-    /// Distance by which a particle at `x` that came from `start` is moved back \[m], and the unit normal along which it
-    /// moves; `None` if it is not moved.
+    /// Distance by which a particle at `x` that came from `start` is moved back \[m], and the unit normal along which
+    /// it moves; `None` if it is not moved.
     fn correction(
         &self,
         boundary: &BoundarySamples,

@@ -96,8 +96,8 @@ impl Checkpoint {
         let present = walls(world);
         if present != (count, sum) {
             return other(format!(
-                "its walls are others ({count} boundary particles; here are {}): the file of a mesh has changed, or the \
-                 program that samples it",
+                "its walls differ ({count} boundary particles instead of {} here): the file of a mesh has changed, or \
+                 the program that samples it",
                 present.0
             ));
         }

@@ -40,8 +40,8 @@ impl Simulation {
     /// run that was never interrupted, bit for bit.
     ///
     /// # Errors
-    /// When the file cannot be read, is cut off, altered, of another kind or of a newer version, or when a file that the
-    /// scene names has changed.
+    /// When the file cannot be read, is cut off, altered, of another kind or of a newer version, or when a file that
+    /// the scene names has changed.
     pub fn resume(path: &Path) -> Result<Self, CheckpointError> {
         Self::resume_with_threads(path, 0)
     }

@@ -135,7 +135,8 @@ pub(super) struct Validate {
     #[arg(long = "method", value_name = "METHOD", value_parser = method)]
     pub(super) methods: Vec<&'static Method>,
     /// Particles over the characteristic length of each case, instead of the case's own number (see --list).
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=10_000), conflicts_with = "convergence")]
+    #[arg(long, value_name = "N", conflicts_with = "convergence")]
+    #[arg(value_parser = clap::value_parser!(u32).range(2..=10_000))]
     pub(super) resolution: Option<u32>,
     /// Run every case at three resolutions and fit the order of its errors.
     #[arg(long)]

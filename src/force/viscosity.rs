@@ -243,29 +243,32 @@ impl<const APPROACHING: bool, const NUMERICAL: bool> PairSum
     fn fluid<S: Simd>(&self, simd: S, pair: &Pair<S>, j: S::Rows, sums: &mut FrictionSums<S>) {
         let h = self.material.kernel.support_radius;
         let Pair {
-            x, distance, slope, ..
+            x_ij,
+            r2,
+            grad_factor,
+            ..
         } = *pair;
         let (v, density) = difference(simd, sums.velocity, self.velocities, j);
-        let mut approach = dot(simd, v, x);
+        let mut approach = dot(simd, v, x_ij);
         if APPROACHING {
             approach = simd.min(approach, simd.splat(0.0));
         }
         let mut strength = simd.splat(self.strength);
         if NUMERICAL {
-            let speed = simd.sqrt(simd.add(sums.term, pair.fourth));
+            let speed = simd.sqrt(simd.add(sums.term, pair.packed_j));
             strength = simd.mul_add(simd.splat(self.numerical), speed, strength);
         }
         let approach = simd.mul(strength, approach);
-        let damped = simd.add(distance, simd.splat(0.01 * h * h));
+        let damped = simd.add(r2, simd.splat(0.01 * h * h));
         let densities = simd.add(sums.density, density);
-        let factor = simd.div(simd.mul(approach, slope), simd.mul(damped, densities));
-        accumulate(simd, &mut sums.sum, factor, x);
+        let factor = simd.div(simd.mul(approach, grad_factor), simd.mul(damped, densities));
+        accumulate(simd, &mut sums.sum, factor, x_ij);
     }
 
     #[inline(always)]
     fn finish<S: Simd>(&self, simd: S, _: usize, sums: FrictionSums<S>) -> Vec3 {
         let [x, y, z] = sums.sum;
-        let factor = self.material.particle_mass * self.material.kernel.slope_factor;
+        let factor = self.material.particle_mass * self.material.kernel.gradient_scale;
         factor * Vec3::new(simd.sum(x), simd.sum(y), simd.sum(z))
     }
 }

@@ -1,7 +1,8 @@
 //! What a host asks of the fluid between steps: who is near a point, and pressure, density and velocity there.
 //!
 //! A snapshot reads the tables, so it holds what the host spawned, moved or removed since the last step, and is right
-//! before the first step and after one that failed. It costs about as much as the index of a step: ask it for many points.
+//! before the first step and after one that failed. It costs about as much as the index of a step: ask it for many
+//! points.
 
 use bevy_ecs::prelude::*;
 use bytemuck::TransparentWrapper;
@@ -229,8 +230,8 @@ impl Snapshot {
         neighbours
     }
 
-    /// A quantity at points \[m], each a mean over the particles nearer than h: exact for a constant field; beside walls
-    /// and surfaces, where all particles are on one side, of first order in h.
+    /// A quantity at points \[m], each a mean over the particles nearer than h: exact for a constant field; beside
+    /// walls and surfaces, where all particles are on one side, of first order in h.
     pub fn interpolate<F: Field>(&self, points: &[Vec3]) -> Vec<Interpolated<F>> {
         let mut found: Vec<(u32, Option<DVec3>)> = vec![(0, None); points.len()];
         self.execution.for_each_chunk(&mut found, |first, found| {

@@ -14,14 +14,13 @@ use glam::{Vec3, Vec4};
 
 use super::{diagonal::InverseDiagonals, force::pressure_force};
 use crate::{
-    boundary::sums::{WallSums, Walls},
+    boundary::sums::{BoundarySums, Walls},
     lattice::Lattice,
-    pairs::{Pair, PairSum, PairsWithSlopes, broadcast, difference, dot},
+    pairs::{Pair, PairSum, PairsWithGradients, broadcast, difference, dot},
     simd::Simd,
     state::{
         Accelerations, Clock, Column, Corrected, Densities, Execution, Material, MeanPressures,
-        Positions, PressureAccelerations, PressureSolve, Pressures, Systems, Velocities,
-        wants_force,
+        Positions, PressureAccelerations, Pressures, SolverState, Systems, Velocities, wants_force,
     },
     time_step::RecoveryTime,
 };
@@ -238,8 +237,8 @@ impl PredictedVelocities {
 pub fn predict_rates(
     mut rates: ResMut<DensityRates>,
     predicted: Res<PredictedVelocities>,
-    walls: Option<Res<WallSums>>,
-    pairs: PairsWithSlopes,
+    walls: Option<Res<BoundarySums>>,
+    pairs: PairsWithGradients,
     material: Res<Material>,
 ) {
     rates.0.resize(pairs.positions().rows(), 0.0);
@@ -252,7 +251,7 @@ pub fn predict_rates(
 pub fn update_pressure(
     mut iterates: ResMut<Iterates>,
     mut positions: ResMut<Positions>,
-    mut solve: ResMut<PressureSolve>,
+    mut solve: ResMut<SolverState>,
     mut jacobi: ResMut<Jacobi>,
     recovery: Option<Res<RecoveryTime>>,
     means: Option<Res<MeanPressures>>,
@@ -335,7 +334,7 @@ impl<'a, const SHARED: bool> DensityRate<'a, SHARED> {
             velocities,
             walls,
             rest_density: material.rest_density,
-            factor: material.particle_mass * material.kernel.slope_factor,
+            factor: material.particle_mass * material.kernel.gradient_scale,
         }
     }
 }
@@ -355,7 +354,7 @@ pub struct DensityRateSums<S: Simd> {
 impl<const SHARED: bool> PairSum for DensityRate<'_, SHARED> {
     type Sums<S: Simd> = DensityRateSums<S>;
     type Output = f32;
-    const SLOPES_ALONE: bool = !SHARED;
+    const GRADIENTS_ONLY: bool = !SHARED;
 
     #[inline(always)]
     fn start<S: Simd>(&self, simd: S, i: usize, own: Vec4) -> DensityRateSums<S> {
@@ -372,10 +371,10 @@ impl<const SHARED: bool> PairSum for DensityRate<'_, SHARED> {
     fn fluid<S: Simd>(&self, simd: S, pair: &Pair<S>, j: S::Rows, sums: &mut DensityRateSums<S>) {
         sums.sum = if SHARED {
             let (v, _) = difference(simd, sums.velocity, self.velocities, j);
-            simd.mul_add(pair.slope, dot(simd, v, pair.x), sums.sum)
+            simd.mul_add(pair.grad_factor, dot(simd, v, pair.x_ij), sums.sum)
         } else {
             let tables = [self.positions, self.velocities];
-            simd.add_products(tables, sums.own, j, pair.slope, sums.sum)
+            simd.add_products(tables, sums.own, j, pair.grad_factor, sums.sum)
         };
     }
 

@@ -27,5 +27,5 @@ pub mod stages;
 pub mod wall_renormalisation;
 pub mod warm_start;
 
-pub use crate::state::{DensityError, PressureSolve};
+pub use crate::state::{DensityError, SolverState};
 pub use force::pressure_force;

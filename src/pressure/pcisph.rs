@@ -30,7 +30,7 @@ use crate::{
     scene::{Pcisph, Scene},
     state::{
         Accelerations, Clock, Column, Corrected, Densities, Execution, Material, Positions,
-        PredictedPositions, PressureAccelerations, PressureSolve, Systems, Velocities, wants_force,
+        PredictedPositions, PressureAccelerations, SolverState, Systems, Velocities, wants_force,
     },
     time_step::RecoveryTime,
 };
@@ -188,7 +188,7 @@ fn predict_density(
 fn update_pressure(
     mut iterates: ResMut<Iterates>,
     mut positions: ResMut<Positions>,
-    mut solve: ResMut<PressureSolve>,
+    mut solve: ResMut<SolverState>,
     mut jacobi: ResMut<Jacobi>,
     recovery: Option<Res<RecoveryTime>>,
     columns: (

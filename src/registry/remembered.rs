@@ -4,7 +4,7 @@ use crate::{
     gauge::{EnergyAccount, Gauges},
     integrate::Motion,
     reorder::ReorderState,
-    state::{Clock, PressureSolve, Remembered, particle::NextParticleId},
+    state::{Clock, Remembered, SolverState, particle::NextParticleId},
     time_step::{AdaptiveTimeStep, RecoveryTime, roll_back::KeptState},
 };
 
@@ -13,7 +13,7 @@ pub(crate) const REMEMBERED: &[Remembered] = &[
     Remembered::new::<Clock>("clock"),
     Remembered::new::<NextParticleId>("next particle"),
     Remembered::new::<Motion>("motion"),
-    Remembered::new::<PressureSolve>("pressure solve"),
+    Remembered::new::<SolverState>("pressure solve"),
     Remembered::new::<RecoveryTime>("recovery"),
     Remembered::new::<AdaptiveTimeStep>("adaptive time step"),
     Remembered::new::<KeptState>("state to go back to"),

@@ -6,7 +6,7 @@ use super::timer::PhaseTimer;
 use crate::{
     integrate::Motion,
     neighbours::{BoundaryNeighbours, FluidNeighbours},
-    pressure::PressureSolve,
+    pressure::SolverState,
     state::{Clock, Failure, Phase},
     state::{Positions, StepError, TakenBack},
     time_step::AdaptiveTimeStep,
@@ -64,7 +64,7 @@ pub(super) fn finish(
     failure: Res<Failure>,
     (clock, adaptive): (Res<Clock>, Option<Res<AdaptiveTimeStep>>),
     timer: Res<PhaseTimer>,
-    solve: Res<PressureSolve>,
+    solve: Res<SolverState>,
     motion: Res<Motion>,
     positions: Res<Positions>,
     lists: (

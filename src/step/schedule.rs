@@ -87,7 +87,7 @@ pub(super) fn build_schedules(
     if has_gauges {
         configs.push(gauge::read_gauges.in_set(Phase::Observe).run_if(healthy));
     }
-    configs.push(failure::name_the_particle.in_set(Phase::Observe));
+    configs.push(failure::locate_failure.in_set(Phase::Observe));
     if matches!(scene.time_step, TimeStep::Adaptive(_)) {
         configs.push(roll_back::roll_back.in_set(Phase::Observe));
         if has_gauges {

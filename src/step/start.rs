@@ -8,7 +8,7 @@ use crate::{
         self,
         direct_forcing::DirectForcing,
         owners::{Owners, SampleOf},
-        sums::WallSums,
+        sums::BoundarySums,
     },
     gauge,
     index::{self, BoundarySamples, z_curve},
@@ -114,7 +114,9 @@ impl Walls {
             drop(spawned);
         }
         world.insert_resource(samples);
-        world.insert_resource(WallSums::new(scene.pressure.solver().beside_wall(scene)));
+        world.insert_resource(BoundarySums::new(
+            scene.pressure.solver().beside_wall(scene),
+        ));
         if let BoundaryHandling::DirectForcing(parameters) = scene.boundary_handling {
             let direct = DirectForcing::new(parameters, world.resource::<Material>());
             world.insert_resource(direct);

@@ -7,7 +7,7 @@ use crate::{
     density::DensitySum,
     index::{self, BoundarySamples},
     neighbours::Search,
-    pairs::{self, Places, Source},
+    pairs::{self, Points, Source},
     scene::Scene,
     state::{Execution, Material, SENTINEL},
 };
@@ -42,7 +42,7 @@ pub(super) fn errors(
         same: false,
         ..fluid
     });
-    let places = Places {
+    let places = Points {
         fluid: &points,
         boundary: walls.map_or(&[SENTINEL], |walls| &walls.packed),
         kernel: &material.kernel,

@@ -6,7 +6,7 @@ use super::limits::{StepLimits, motion_limits, pressure_limit};
 use crate::{
     integrate::Motion,
     scene::{Cfl, Scene},
-    state::{Clock, Material, PressureSolve},
+    state::{Clock, Material, SolverState},
 };
 
 /// Maximum growth of the time step between steps \[-], so that it recovers slowly after an impact.
@@ -77,7 +77,7 @@ pub fn choose_time_step(
     mut clock: ResMut<Clock>,
     control: Res<TimeStepControl>,
     motion: Res<Motion>,
-    solve: Res<PressureSolve>,
+    solve: Res<SolverState>,
     material: Res<Material>,
 ) {
     let h = material.kernel.support_radius;

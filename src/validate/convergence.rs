@@ -20,8 +20,8 @@ pub struct Convergence {
     pub method: &'static Method,
     /// The quantity.
     pub quantity: String,
-    /// Resolutions, ascending, and absolute errors there \[-]: against what is known, or, if an experiment is, against the
-    /// finest run.
+    /// Resolutions, ascending, and absolute errors there \[-]: against what is known, or, if an experiment is, against
+    /// the finest run.
     pub errors: Vec<(u32, f64)>,
     /// The order, if the errors have one.
     pub order: Option<Order>,
@@ -102,8 +102,8 @@ fn order(errors: &[(u32, f64)]) -> Option<Order> {
 }
 
 /// The order of a figure without an exact value, from three resolutions, each twice the one before: with `d1` and `d2`
-/// the distances to the finest of the coarsest and the middle one, errors that go as `C dx^p` have `(d1 − d2)/d2 = 2^p` if
-/// all have one sign. The range is that number alone.
+/// the distances to the finest of the coarsest and the middle one, errors that go as `C dx^p` have `(d1 − d2)/d2 = 2^p`
+/// if all have one sign. The range is that number alone.
 fn order_of_differences(errors: &[(u32, f64)]) -> Option<Order> {
     let &[coarse, middle] = errors else {
         return None;

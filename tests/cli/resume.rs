@@ -14,7 +14,10 @@ fn folder() -> TempDir {
         .replace("Fixed(0.0005)", "Cfl(factor: 0.2, min: 1e-5, max: 0.001)")
         .replace(
             "duration:",
-            r#"gauges: [(name: "level", kind: Height(at: (0.05, 0, 0.05)), every: Steps(2), window: 0.002)], duration:"#,
+            r#"gauges: [
+        (name: "level", kind: Height(at: (0.05, 0, 0.05)), every: Steps(2), window: 0.002),
+    ],
+    duration:"#,
         );
     folder_with(&[("tiny.ron", &scene)])
 }

@@ -135,8 +135,9 @@ for_every_method!(free_flight_keeps_momenta, |method| holds(
     FREE_FLIGHT
 ));
 
-/// Fronts of a case at its coarsest and its middle resolution, the times of the experiment, in widths: the middle one is within
-/// the distance of both of where the fronts go, if they converge with the order 1 or better; and Ritter's bound holds.
+/// Fronts of a case at its coarsest and its middle resolution, the times of the experiment, in widths: the middle one
+/// is within the distance of both of where the fronts go, if they converge with the order 1 or better; and Ritter's
+/// bound holds.
 fn front_converges(name: &str, method: usize, bound: f64) {
     let case = case(name);
     let [coarse, middle, _] = case.resolutions;
@@ -171,7 +172,8 @@ for_every_method!(column_of_martin_and_moyce, |method| front_converges(
     0.05
 ));
 
-/// A wave swings with the period of linear theory at half the resolution of the case, and viscosity takes energy from it.
+/// A wave swings with the period of linear theory at half the resolution of the case, and viscosity takes energy from
+/// it.
 fn wave_swings(method: usize) {
     let case = case("standing_wave_viscous");
     let found = run(case, &METHODS[method], case.resolutions[0]);

@@ -1,5 +1,5 @@
-//! What a host does with a scene: takes it out and installs it again, advances by frames, asks at points, lends threads,
-//! adds stages and systems.
+//! What a host does with a scene: takes it out and installs it again, advances by frames, asks at points, lends
+//! threads, adds stages and systems.
 
 use std::sync::Arc;
 

@@ -7,7 +7,7 @@ use overfall::{
     Simulation,
     neighbours::FluidNeighbours,
     plan,
-    pressure::{DensityError, PressureSolve, first_force::FirstForce},
+    pressure::{DensityError, SolverState, first_force::FirstForce},
     scene::{Dfsph, Iisph, Neighbours, Pcisph, PressureMethod, Scene, TimeStep},
     state::{
         Clock, Positions, Pressures,
@@ -73,7 +73,7 @@ fn everything(simulation: &mut Simulation) -> (Vec<[u32; 6]>, Vec<u32>, [u32; 4]
     let state = bits(world);
     let pressures = &world.resource::<Pressures>().0;
     let pressures = pressures.iter().map(|p| p.to_bits()).collect();
-    let solve = world.resource::<PressureSolve>();
+    let solve = world.resource::<SolverState>();
     let dt = world.resource::<Clock>().dt.to_bits();
     let DensityError { largest, mean, .. } = solve.error;
     let said = [solve.iterations, largest.to_bits(), mean.to_bits(), dt];

@@ -19,8 +19,8 @@ pub(crate) use lattice::Lattice;
 /// Largest difference of two neighbouring coordinates in single precision \[spacings]; coarser ones are refused.
 pub(crate) const RESOLUTION: f64 = 0.01;
 
-/// Tolerance of counts and distances \[spacings], for the rounding of the file's numbers to f32. It grows with the ratio
-/// of the largest number \[m] to the spacing.
+/// Tolerance of counts and distances \[spacings], for the rounding of the file's numbers to f32. It grows with the
+/// ratio of the largest number \[m] to the spacing.
 pub(crate) fn tolerance(largest: f64, spacing: f64) -> f64 {
     1e-3 + (f64::from(f32::EPSILON) * largest / spacing).min(RESOLUTION)
 }

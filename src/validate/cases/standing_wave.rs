@@ -1,8 +1,8 @@
 //! A standing wave, by the amplitude of its mode.
 //!
 //! Every step the velocities are projected on the field of linear theory, `v = ∇(cos kx cosh ky)` up to a factor: that
-//! share starts at 1 and goes as `cos ωt exp(−2 ν k² t)`. Noise of single particles and the sound of the start, which are
-//! no part of the mode, hardly show.
+//! share starts at 1 and goes as `cos ωt exp(−2 ν k² t)`. Noise of single particles and the sound of the start, which
+//! are no part of the mode, hardly show.
 
 use std::f64::consts::PI;
 
