@@ -1,4 +1,4 @@
-//! Gauges against what is known: still water, free fall, a body that moves as one.
+//! Gauges compared with known values: still water, free fall, a body in uniform motion.
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
@@ -28,7 +28,7 @@ fn value(simulation: &Simulation, gauge: &str, column: &str) -> f64 {
         .unwrap_or_else(|| panic!("{column} of {gauge:?}"))
 }
 
-/// A body without gravity and walls that moves as one at (1, 0.5, 0) m/s.
+/// A body without gravity and walls in uniform motion with (1, 0.5, 0) m/s.
 fn moving(dimension: u8, extra: &str) -> Scene {
     let z = if dimension == 2 { "0" } else { "0.4" };
     scene(&format!(
@@ -64,13 +64,13 @@ fn a_body_that_moves_as_one_has_its_velocity_everywhere_and_its_flow_through_a_s
         let found = ["x", "y", "z"].map(v);
         let error = DVec3::from_array(found).distance(DVec3::new(1.0, 0.5, 0.0));
         assert!(error < 2e-4, "{found:?}");
-        // m/ρ0 is up to 2 % off the cube of the spacing.
+        // m/ρ0 differs from the cube of the spacing by up to 2 %.
         let flow_of = |name| value(&simulation, name, "volume_flux_m3_per_s");
         assert!((flow_of("q") / flow - 1.0).abs() < 0.02, "{}", flow_of("q"));
         let mean = value(&simulation, "q", "mean_volume_flux_m3_per_s");
         assert!((mean / flow - 1.0).abs() < 0.02, "{mean}");
         assert!((flow_of("back") / flow_of("q") + 1.0).abs() < 1e-6);
-        // Its upper end is at y = 0.35, 0.3 above the body's lower side by now.
+        // Its upper end is at y = 0.35, now 0.3 above the body's lower side.
         assert!(
             (flow_of("half") / flow_of("q") - 0.6).abs() < 1e-5,
             "{}",
@@ -100,7 +100,7 @@ fn falling_keeps_its_energy_but_for_what_the_scheme_takes() {
         run(&mut simulation, 0.1);
         let t = 0.1;
         assert!((value(&simulation, "v", "velocity_y_m_per_s") - (1.0 - 9.81 * t)).abs() < 1e-3);
-        // Of semi-implicit Euler: x = v t − g t (t + dt)/2.
+        // Semi-implicit Euler: x = v t − g t (t + dt)/2.
         let top = 6.0 + t - 0.5 * 9.81 * t * (t + 0.001);
         assert!(
             (value(&simulation, "top", "height_m") - top).abs() < 2e-4,
@@ -110,7 +110,7 @@ fn falling_keeps_its_energy_but_for_what_the_scheme_takes() {
         assert!((value(&simulation, "x", "front_m") - 0.05).abs() < 2e-4);
         let last = energy(&simulation, "kinetic") + energy(&simulation, "potential");
         assert!((last / first - 1.0).abs() < 1e-3);
-        // It takes m g² dt/2 a second: 1000 kg and 1 m².
+        // It removes m g² dt/2 per second: 1000 kg and 1 m².
         let taken = 0.5 * 1000.0 * 9.81 * 9.81 * 0.001 * t;
         let dissipated = energy(&simulation, "dissipated");
         assert!(
@@ -178,7 +178,7 @@ fn still_water_weighs_on_its_tank_what_it_weighs() {
         let torque = of("force", "mean_torque_z_N_m");
         assert!(torque.abs() < 0.01 * weight * 0.4, "{what}: {torque} N m");
         assert_eq!(of("far", "force_y_N"), 0.0);
-        // Of a column 0.4 m deep; the floor's pressure is known to be up to a quarter off.
+        // A column 0.4 m deep; the floor's pressure is known to be up to 25 % off.
         let depth = 9810.0 * 0.4;
         let floor = of("floor", "mean_pressure_Pa");
         assert!(
@@ -220,7 +220,7 @@ fn what_the_fluid_loses_of_its_momentum_its_walls_take() {
         .iter()
         .flat_map(|method| handlings.map(|handling| (method, handling)))
     {
-        // A column falls onto a floor and against a wall, drops and all.
+        // A column, with its spray, falls onto a floor and against a wall.
         let scene = scene(&format!(
             "(name: \"fall\", dimension: 2, spacing: 0.02, pressure: {method}, boundary_handling: {handling},
               bodies: [(shape: Box(min: (0.1, 0.1, 0), max: (0.3, 0.4, 0)), velocity: (1.5, 0, 0)),
@@ -350,7 +350,7 @@ fn steps_that_are_taken_back_leave_no_reading() {
         .map(|r| (r.step, r.time, r.values[0].expect("energy")))
         .collect();
     assert_eq!(found, good);
-    // What is dissipated is what is missing in the end, whatever was taken back on the way.
+    // The dissipated energy is what is missing at the end, whatever was rolled back meanwhile.
     let total = |r: &Reading| {
         r.values
             .iter()
@@ -410,7 +410,7 @@ fn a_scene_without_gauges_has_nothing_of_them() {
     plain.gauges.clear();
     let simulation = Simulation::with_threads(&plain, 1).expect("threads");
     assert!(!simulation.world().contains_resource::<Gauges>());
-    // And what gauges watch goes its way as without them.
+    // The run is identical to one without gauges.
     let state = |scene: &Scene| {
         let mut simulation = Simulation::with_threads(scene, 1).expect("threads");
         for _ in 0..10 {
@@ -436,7 +436,7 @@ fn forces_go_on_after_a_host_has_changed_the_walls() {
     simulation.step().expect("a step");
     let before = value(&simulation, "now", "force_y_N");
     let world = simulation.world_mut();
-    // A sample of nobody's, far away.
+    // A sample that belongs to no boundary, far away.
     world.spawn((Boundary, Position(glam::Vec3::new(9.0, 9.0, 0.0))));
     refresh_boundary(world, &scene).expect("walls");
     simulation.step().expect("a step");

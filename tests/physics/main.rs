@@ -1,4 +1,4 @@
-//! Physics: motions whose outcome is known, and walls that hold.
+//! Physics: motions with known results, and walls that are tight.
 
 #[path = "../mesh_support/mod.rs"]
 mod mesh_support;

@@ -1,6 +1,7 @@
-//! Small scenes drawn at random: bodies and solids in the cells of a grid, within a container.
+//! Small random scenes: bodies and solids in the cells of a grid, inside a container.
 //!
-//! A scene is made of a list of numbers, of which zero always means the plainest choice: proptest shrinks towards it.
+//! A scene is built from a list of numbers in which zero always selects the simplest choice: proptest shrinks towards
+//! it.
 
 #![allow(dead_code, reason = "each test uses a part")]
 
@@ -12,13 +13,13 @@ use glam::DVec3;
 use crate::mesh_support::{Files, Surface};
 use solids::{Side, Solid};
 
-/// Numbers that each part of a scene takes its choices from.
+/// Numbers of choices for each part of a scene.
 pub(crate) const CHOICES: usize = OF_FLUID + 10 * PART;
-/// Of the fluid, of the container and of every cell.
+/// For the fluid, for the container, and for every cell.
 const PART: usize = 28;
 const OF_FLUID: usize = 20;
 
-/// Choices, taken in their order; zeros where they end.
+/// Choices in their order, followed by zeros.
 struct Choices<'a>(std::slice::Iter<'a, u16>);
 
 impl Choices<'_> {
@@ -26,7 +27,7 @@ impl Choices<'_> {
         self.0.next().copied().unwrap_or(0)
     }
 
-    /// One of a list; the first is the plainest.
+    /// One entry of a list; the first is the simplest.
     fn of<T: Copy>(&mut self, list: &[T]) -> T {
         list[usize::from(self.next()) % list.len()]
     }
@@ -52,14 +53,14 @@ impl Choices<'_> {
     }
 }
 
-/// A scene's text, and what a test has to know of it.
+/// The text of a scene, and properties that a test needs.
 #[derive(Debug)]
 pub(crate) struct Draft {
     pub(crate) text: String,
     pub(crate) solids: Vec<Solid>,
-    /// Whether particles start off their lattices.
+    /// Whether particles start displaced from their lattices.
     pub(crate) has_jitter: bool,
-    /// Part of the time step that the scene's limits allow, if it is fixed.
+    /// Fraction of the time step that the scene's limits allow, if it is fixed.
     pub(crate) fixed_part: Option<f64>,
 }
 
@@ -68,7 +69,7 @@ struct Maker<'a> {
     flat: bool,
     /// Spacing \[m].
     spacing: f64,
-    /// Where the grid of cells begins \[m].
+    /// Origin of the grid of cells \[m].
     origin: DVec3,
     bodies: Vec<String>,
     boundaries: Vec<String>,
@@ -87,7 +88,7 @@ fn vector(x: DVec3) -> String {
     format!("({}, {}, {})", x.x as f32, x.y as f32, x.z as f32)
 }
 
-/// Draws a scene; meshes are written into `files`.
+/// Creates a random scene; meshes are written into `files`.
 pub(crate) fn draw(choices: &[u16], files: &Files) -> Draft {
     let (fluid, rest) = choices.split_at(OF_FLUID.min(choices.len()));
     let mut parts = rest.chunks(PART);
@@ -107,7 +108,7 @@ pub(crate) fn draw(choices: &[u16], files: &Files) -> Draft {
         DVec3::new(2.0, 2.0, 1.0)
     };
     let extent = cells * cell_edge(flat) * spacing;
-    // What water gets by falling through the scene, or a tenth of that where nothing falls.
+    // The speed of water that falls through the scene, or a tenth of that if nothing falls.
     let fall = (2.0 * gravity.length().max(0.1) * extent.y).sqrt();
     let far = general.of(&[0.0, 0.0, 1.0, -17.37, 3000.0]);
     let mut maker = Maker {
@@ -155,8 +156,8 @@ pub(crate) fn draw(choices: &[u16], files: &Files) -> Draft {
     }
 }
 
-/// How the fluid is computed, for speeds of up to so much \[m/s]; and the part of the longest time step, if it is
-/// fixed.
+/// Numerical settings of the fluid for a speed of up to `speed` \[m/s], and the fraction of the longest time step, if
+/// it is fixed.
 fn numerics(mut of: Choices, flat: bool, spacing: f64, speed: f64) -> (String, Option<f64>) {
     let support = of.of(&[2.0, 2.0, 1.7, 2.3, 2.6, 3.0]);
     let sound = 10.0 * speed;
@@ -189,11 +190,12 @@ fn numerics(mut of: Choices, flat: bool, spacing: f64, speed: f64) -> (String, O
         0 => "Laminar(kinematic_viscosity: 1e-6)".to_owned(),
         1 => "None".to_owned(),
         2 => "Laminar(kinematic_viscosity: 1e-6, numerical: 0)".to_owned(),
-        // A Reynolds number of the spacing of one.
+        // The Reynolds number of a spacing is one.
         3 => format!("Laminar(kinematic_viscosity: {})", speed * spacing),
         _ => format!("Artificial(alpha: 0.1, sound_speed: {sound})"),
     };
-    // Of a particle at a flat surface about as much as it would get by falling a spacing in the time of a crossing.
+    // The acceleration of a particle at a flat surface is about that of falling one spacing in the time of crossing
+    // one.
     let pull = of.of(&[0.0, 0.0, 0.0, 0.1, 1.0]) * 0.01 * speed * speed / spacing;
     let tension = if pull > 0.0 {
         let power = if flat { 1 } else { 2 };
@@ -232,13 +234,13 @@ fn numerics(mut of: Choices, flat: bool, spacing: f64, speed: f64) -> (String, O
 }
 
 impl Maker<'_> {
-    /// A solid in the scene and in the list for the test.
+    /// Adds a solid to the scene and to the list for the test.
     fn solid(&mut self, text: String, solid: Solid) {
         self.boundaries.push(text);
         self.solids.push(solid);
     }
 
-    /// A mesh, turned by angles \[°] and moved.
+    /// Adds a mesh, rotated by angles \[°] and translated.
     fn mesh(&mut self, surface: &Surface, side: Side, angles: DVec3, at: DVec3) {
         let name = format!("mesh_{}.obj", self.boundaries.len());
         let file = self.files.put(&name, surface.obj());
@@ -276,11 +278,11 @@ impl Maker<'_> {
         );
     }
 
-    /// What all of it is in, if anything.
+    /// Adds a container, or none.
     fn container(&mut self, mut of: Choices, extent: DVec3) {
         let (min, max) = (self.origin, self.origin + extent);
         let middle = 0.5 * (min + max);
-        // Seldom of whole spacings.
+        // Rarely a whole number of spacings.
         let room = of.of(&[0.0, 0.0, 0.37]) * self.spacing;
         let wall = extent.max_element();
         let kinds: &[u8] = if self.flat {
@@ -303,7 +305,7 @@ impl Maker<'_> {
                 self.mesh(&block, Side::Inside, DVec3::ZERO, DVec3::ZERO);
             }
             5 => {
-                // A box without a lid, wound so that fluid is in it.
+                // A box without a lid, oriented so that the fluid is inside.
                 let mut block = Surface::block(low, high);
                 block.faces.remove(3);
                 block.faces.iter_mut().for_each(|face| face.reverse());
@@ -336,7 +338,7 @@ impl Maker<'_> {
                 self.mesh(&terrain, Side::Front, DVec3::ZERO, at);
             }
             _ => {
-                // A bowl, a thin wall that is wet on both sides.
+                // A bowl: a thin wall that is wet on both sides.
                 let radius = 0.5 * reach + self.spacing;
                 let profile: Vec<(f32, f32)> = (0..=8)
                     .map(|k| {
@@ -352,7 +354,7 @@ impl Maker<'_> {
         }
     }
 
-    /// What is in a cell of the grid; the first is never empty.
+    /// Fills a cell of the grid; the first is never empty.
     fn fill(&mut self, mut of: Choices, cell: DVec3) {
         let edge = cell_edge(self.flat) * self.spacing;
         let corner = self.origin + edge * cell;
@@ -402,7 +404,7 @@ impl Maker<'_> {
                 self.body(of, shape);
             }
             3 | 5 => {
-                // A plate where it is thin.
+                // A plate, thin along one axis.
                 if kind == 5 {
                     let axis = usize::from(of.next()) % if self.flat { 2 } else { 3 };
                     max[axis] = min[axis] + self.spacing * of.of(&[1.0, 0.3, 1.3, 2.1]);

@@ -1,8 +1,8 @@
-//! A scene that cannot work is refused: file, line, column, what is wrong, what would be right.
+//! A scene that cannot work is refused, with file, line, column, the mistake and the remedy.
 
 use overfall::scene::Scene;
 
-/// A right scene of ten lines, to be spoilt.
+/// A valid scene of ten lines, to be modified.
 pub(super) const SCENE: &str = r#"(
     name: "spoilt",
     spacing: 0.1,
@@ -21,13 +21,13 @@ fn refusal(text: &str) -> String {
     }
 }
 
-/// Each case: a part of the scene, what stands in its place, the place of the error, parts of the message.
+/// Each case: a part of the scene, its replacement, the place of the error, parts of the message.
 #[test]
 fn every_spoilt_scene_is_refused_with_its_place_and_a_remedy() {
-    // One case a line: the columns are read together.
+    // One case per line, so that the columns can be read together.
     #[rustfmt::skip]
     let cases: &[(&str, &str, &str, &[&str])] = &[
-        // The text.
+        // Syntax.
         ("spacing", "spaceing", "3:5", &["unknown field `spaceing`", "did you mean `spacing`?", "fields: name,"]),
         ("rest_density", "density", "4:13", &["did you mean `rest_density`?", "viscosity"]),
         ("max_density_error", "max_error", "7:22", &["did you mean `max_density_error`?"]),
@@ -42,7 +42,7 @@ fn every_spoilt_scene_is_refused_with_its_place_and_a_remedy() {
         ("duration: 1,\n)", "duration: 1,", "9:17", &["not closed"]),
         ("name:", "dimension: 4, name:", "2:16", &["dimension is 4; it must be 2 or 3"]),
         ("Pcisph(max_density_error: 0.01)", "Sesph", "7:15", &["`Sesph` lacks the field `equation`"]),
-        // Slips.
+        // Typing errors.
         ("Fixed(0.001)", "0.001", "8:16", &["one of Fixed, Cfl, Adaptive", "did you mean `Fixed(0.001)`?"]),
         ("Fixed(0.001)", "Fixed", "8:16", &["`Fixed` needs its values in a bracket", "a number"]),
         ("rest_density: 1000", "viscosity: 0.01", "4:24", &["did you mean `Laminar(kinematic_viscosity: 0.01)`?"]),
@@ -137,7 +137,7 @@ fn every_spoilt_scene_is_refused_with_its_place_and_a_remedy() {
             &["there is no file `none.csv`"]),
         ("duration: 1", "gauges: [(name: \"e\", kind: Energy, reference: (file: \"none.csv\", quantity: \"heat\"))]",
             "9:80", &["unknown column `heat`", "kinetic_energy_J"]),
-        // Room.
+        // Size.
         ("min: (0, 0, 0), max: (1, 1, 1)", "min: (-0.05, 0, 0), max: (1, 1, 1)", "5:22",
             &["sticks out of the tank `boundaries.0` by 0.0500 m (0.50 spacings) at its −x side"]),
         ("min: (0, 0, 0), max: (1, 1, 1)", "min: (3, 0, 0), max: (4, 1, 1)", "5:22",
@@ -252,7 +252,7 @@ fn text_that_is_no_scene_is_refused_without_a_panic() {
     ] {
         refusal(text);
     }
-    // Every text that a scene starts with, and every scene with one character too few.
+    // Every prefix of a scene's text, and every scene with one character removed.
     for (at, c) in SCENE.char_indices() {
         refusal(&SCENE[..at]);
         let without = format!("{}{}", &SCENE[..at], &SCENE[at + c.len_utf8()..]);
@@ -260,8 +260,8 @@ fn text_that_is_no_scene_is_refused_without_a_panic() {
     }
 }
 
-/// Every variant whose fields have defaults may stand alone, in either spelling of the others' brackets, anywhere in a
-/// text.
+/// Every variant whose fields have defaults may be written without brackets, with either notation elsewhere, anywhere
+/// in a text.
 #[test]
 fn a_variant_alone_is_the_one_with_its_defaults() {
     for (alone, whole) in [
@@ -286,7 +286,7 @@ fn a_variant_alone_is_the_one_with_its_defaults() {
         )
         .replace("Fixed(0.001)", "Cfl");
     assert!(Scene::parse(&double, "s.ron", &[]).is_ok());
-    // What is wrong behind it is told where it stands.
+    // An error behind it is reported at its place.
     let wrong = SCENE
         .replace(
             "Pcisph(max_density_error: 0.01)",
@@ -300,7 +300,7 @@ fn a_variant_alone_is_the_one_with_its_defaults() {
     );
 }
 
-/// A scene is written in the spelling that scene files use, and read as the same again.
+/// A scene is written in the notation of scene files, and read back as the same scene.
 #[test]
 fn a_scene_is_written_as_it_is_read() {
     let text = SCENE.replace(

@@ -1,5 +1,4 @@
-//! Mesh files: all formats give the same boundary, and what cannot be one is refused with the file and what would be
-//! right.
+//! Mesh files: all formats give the same boundary, and invalid meshes are refused with the file and the remedy.
 
 use glam::Vec3;
 use overfall::sampling::sample;
@@ -27,7 +26,7 @@ fn obj_and_stl_in_text_and_binary_give_the_same_boundary() {
     let tank = tank();
     let written = [
         files.put("tank.obj", tank.obj()),
-        // Indices from the end, texture and normal indices that are not there, objects, materials.
+        // Indices from the end, missing texture and normal indices, objects, materials.
         files.put(
             "other.OBJ",
             tank.obj()
@@ -55,7 +54,8 @@ fn obj_and_stl_in_text_and_binary_give_the_same_boundary() {
 fn a_mesh_is_scaled_turned_and_moved() {
     let files = Files::new();
     let file = files.put("tank.obj", tank().obj());
-    // Half as large, its height along +z, then along +x: (x, y, z) → (x, −z, y) → … in metres about (1, 2, 3).
+    // Scaled by one half, with its height along +z, then along +x: (x, y, z) → (x, −z, y) → … in metres about (1, 2,
+    // 3).
     let place = "side: Inside, scale: 0.5, rotation: (90, 0, 90), translation: (1, 2, 3)";
     let text = format!(
         "(name: \"mesh\", spacing: 0.025, boundaries: [Mesh((file: {file:?}, {place}))],
@@ -104,7 +104,7 @@ fn files_that_are_no_boundary_are_refused_with_what_would_be_right() {
     let open = obj.replace("f 3 7 8 4\n", "");
     assert_ne!(open, obj);
     let twisted = obj.replace("f 3 7 8 4", "f 4 8 7 3");
-    // A fin: a third triangle on one edge.
+    // A fin: a third triangle at one edge.
     let fin = format!("{obj}v 0 0 9\nf 1 5 9\n");
     let cut = &tank.stl_binary(b"")[..200];
     let cases: [(&str, String, &[&str]); 14] = [
@@ -188,7 +188,7 @@ fn files_that_are_no_boundary_are_refused_with_what_would_be_right() {
     let file = files.put("cut.stl", cut);
     let error = scene(&file, "side: Inside").expect_err("cut short");
     assert!(error.contains("cut short"), "{error}");
-    // What is open may be a sheet.
+    // An open mesh may be a sheet.
     let file = files.put("open.obj", open);
     let error = scene(&file, "side: Both").expect_err("water in the sheet");
     assert!(

@@ -1,5 +1,5 @@
-//! What a host does with a scene: takes it out and installs it again, advances by frames, asks at points, lends
-//! threads, adds stages and systems.
+//! A host's use of a scene: removes it and installs it again, advances by frames, queries points, lends threads, adds
+//! stages and systems.
 
 use std::sync::Arc;
 
@@ -24,7 +24,7 @@ use overfall::{
 use super::orders::{STAGES, ordered, unordered};
 use crate::common::{bits, bits_after, dam, methods, run, simulation};
 
-/// The bits of positions and velocities, by the particles' numbers.
+/// The bits of positions and velocities, by particle number.
 fn bits_by_number(world: &mut World) -> Vec<(ParticleId, [u32; 6])> {
     let mut fluid = world.query_filtered::<(&ParticleId, &Position, &Velocity), With<Fluid>>();
     let bits = fluid.iter(world).map(|(id, x, v)| {
@@ -39,7 +39,7 @@ fn bits_by_number(world: &mut World) -> Vec<(ParticleId, [u32; 6])> {
 #[derive(Resource, Debug, PartialEq)]
 struct Score(u32);
 
-/// Scenes that between them bring every resource, component and schedule that the engine has.
+/// Scenes that together use every resource, component and schedule of the engine.
 fn all_kinds() -> Vec<Scene> {
     let with = |change: fn(&mut Scene)| {
         let mut scene = dam();
@@ -79,7 +79,7 @@ fn a_scene_that_is_taken_out_leaves_nothing_and_the_next_runs_as_in_a_new_world(
     world.insert_resource(Execution::new(2).expect("threads"));
     world.insert_resource(Score(7));
     let own = world.spawn(Position(Vec3::ONE)).id();
-    // Bevy's own list of schedules stays where a schedule was.
+    // bevy's own list of schedules remains after a schedule is removed.
     world.init_resource::<Schedules>();
     let before = names(&world);
     for scene in all_kinds() {
@@ -171,7 +171,7 @@ fn a_time_that_is_none_is_an_error_and_nothing_happens() {
         matches!(error.cause, FailureCause::NotInstalled { .. }),
         "{error}"
     );
-    // A step that fails ends it, and its time is not asked for again.
+    // A failing step ends the call, and its time is not requested again.
     simulation.world_mut().resource_mut::<Clock>().next_dt = f32::NAN;
     let error = simulation.advance(0.1).expect_err("no time step");
     assert!(
@@ -199,7 +199,7 @@ fn a_pool_of_the_hosts_gives_the_same_bits() {
     }
 }
 
-/// Particles nearer than h to a point, by looking at each.
+/// Particles within h of a point, found by testing each.
 fn near(world: &mut World, point: Vec3, h: f32) -> Vec<Entity> {
     let mut fluid = world.query_filtered::<(Entity, &Position), With<Fluid>>();
     let found = fluid.iter(world).filter(|(_, x)| x.0.distance(point) < h);
@@ -218,7 +218,7 @@ fn neighbours_are_those_that_looking_at_each_particle_finds() {
     for scene in [dam(), flat] {
         let mut simulation = simulation(&scene);
         let h = scene.support_radius();
-        // Before the first step, after it, and with what a host did since.
+        // Before the first step, after it, and after changes by a host.
         for moment in 0..3 {
             match moment {
                 1 => run(&mut simulation, 25),
@@ -280,7 +280,7 @@ fn a_constant_is_interpolated_exactly_and_a_linear_field_within_the_fluid() {
         .expect("a scene");
     for ((at, p), v) in inside.iter().zip(pressures).zip(velocities) {
         assert!(p.neighbours > 20 && p.neighbours == v.neighbours);
-        // A lattice is not the same on all sides of a point between its nodes.
+        // A lattice is not symmetric about a point between its nodes.
         let (p, v) = (p.value.expect("fluid").0, v.value.expect("fluid").0);
         assert!(
             (p - 9810.0 * (0.4 - at.y)).abs() < 9810.0 * 0.001,
@@ -291,7 +291,7 @@ fn a_constant_is_interpolated_exactly_and_a_linear_field_within_the_fluid() {
             "{at}: {v}"
         );
     }
-    // Beside a surface, at it and beyond.
+    // Near a surface, at it, and outside.
     for x in [0.005, 0.0, -0.02, -0.03, -0.05, 1e6, f32::NAN] {
         let found = simulation.interpolate::<Density>(&[Vec3::new(x, 0.2, 0.2)]);
         let found = found.expect("a scene")[0];
@@ -337,7 +337,7 @@ fn rows_and_particles_name_each_other() {
 struct Blown(u32);
 
 fn blow(velocities: Res<Velocities>, mut a: ResMut<Accelerations>, mut blown: ResMut<Blown>) {
-    // Gravity was there before, and pressure comes after.
+    // Gravity was added before, and pressure comes after.
     assert!(a.0.iter().all(|a| a.y < -1.0));
     a.0.iter_mut()
         .zip(&velocities.0)
@@ -375,7 +375,7 @@ fn a_stage_of_the_hosts_runs_where_the_order_names_it() {
         fluid.iter(world).map(|v| v.0.x).sum::<f32>() / 1200.0
     };
     assert!(mean(&mut windy) > mean(&mut calm) + 0.05);
-    // The stages are the host's and stay; what one of them brought goes with the scene.
+    // The stages belong to the host and remain; the resource that one of them inserted is removed with the scene.
     uninstall(windy.world_mut()).expect("a scene");
     assert!(windy.world().contains_resource::<Stages>());
     assert!(!windy.world().contains_resource::<Blown>());
@@ -389,7 +389,7 @@ fn a_stage_of_the_hosts_runs_where_the_order_names_it() {
     run(&mut without, 10);
     assert!(bits(without.world_mut()) == bits(calm.world_mut()));
     for (order, says) in [
-        // Not named, too early, in vain, made for every second step alone.
+        // Not named; too early; without effect; in every second step only.
         (format!("(stages: [{STAGES}])"), "my_wind"),
         (
             format!(r#"(stages: [Run("my_wind"), {STAGES}])"#),
@@ -482,7 +482,7 @@ fn what_a_step_would_overwrite_is_refused_by_name() {
             }
         }
     }
-    // Before the first phase it is what the step starts from.
+    // Before the first phase, a write is part of the state that the step starts from.
     let mut simulation = simulation(&dam());
     simulation.world_mut().schedule_scope(Step, |_, step| {
         step.add_systems((push, lift, heat).chain().before(Phase::RebuildIndex));
@@ -504,7 +504,7 @@ fn systems_that_conflict_are_an_error_that_names_them() {
             "{error}"
         );
     }
-    // The scene can be taken out, and is well in the next world.
+    // The scene can be uninstalled, and runs in another world.
     uninstall(simulation.world_mut()).expect("a scene");
     install(simulation.world_mut(), &dam()).expect("a scene");
     run(&mut simulation, 2);
@@ -541,7 +541,7 @@ fn a_scene_from_code_is_the_one_that_its_file_gives() {
         let text = full.to_ron().expect("RON");
         assert_eq!(Scene::parse(&text, "full.ron", &[]).expect("a scene"), full);
     }
-    // What a file may leave out is what a constructor leaves out.
+    // A constructor omits the same fields as a file may.
     let parse = |text| Scene::parse(text, "x.ron", &[]).expect("a scene");
     let file = parse(
         r#"(name: "x", spacing: 0.1, bodies: [(shape: Box(min: (0, 0, 0), max: (1, 1, 1)))],

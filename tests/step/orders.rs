@@ -1,4 +1,4 @@
-//! Order files: the order of the stages is data, and a wrong one is refused before the first step.
+//! Order files: the order of the stages is data, and an invalid one is refused before the first step.
 
 use std::fs;
 
@@ -18,7 +18,8 @@ use overfall::{
 
 use crate::common::{self, bits, bits_after, dam, run, sesph, simulation};
 
-/// A scene with a fixed time step and an order file of these stages, in a folder that lives as long.
+/// A scene with a fixed time step and an order file with these stages, in a folder that exists as long as the second
+/// value.
 pub(super) fn ordered(stages: &str) -> (Scene, tempfile::TempDir) {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("order.ron");
@@ -49,9 +50,9 @@ fn the_default_order_written_out_gives_the_same_bits() {
         STAGES.to_owned(),
         format!("Every(1, [{STAGES}])"),
         format!("Repeat(1, [Every(1, [{STAGES}])])"),
-        // What it makes depends on nothing that it made before.
+        // Its products do not depend on its earlier products.
         STAGES.replace(r#"Run("density")"#, r#"Repeat(2, [Run("density")])"#),
-        // Slopes that the density pass kept are those of other lists then, and are calculated.
+        // The gradient factors of the density pass then belong to other lists, so they are computed again.
         STAGES.replace(
             r#"Run("density")"#,
             r#"Run("density"), Run("find_neighbours")"#,
@@ -67,7 +68,7 @@ fn sums_the_first_force(simulation: &Simulation) -> bool {
     simulation.world().contains_resource::<FirstForce>()
 }
 
-/// What a step left, to the bit: the state, pressures, and what the solve says.
+/// The result of a step, to the bit: the state, pressures, and the solver's report.
 fn everything(simulation: &mut Simulation) -> (Vec<[u32; 6]>, Vec<u32>, [u32; 4]) {
     let world = simulation.world_mut();
     let state = bits(world);
@@ -221,7 +222,7 @@ fn a_repeated_step_is_so_many_steps() {
     assert!(bits(twice.world_mut()) == bits_after(&unordered(), 2, 24));
 }
 
-/// As [`ordered`], with lists that are found every so many steps and rows that stay where they are.
+/// As [`ordered`], with lists that are found every few steps and rows that are not reordered.
 fn with_stale_lists(every: u32) -> (Scene, tempfile::TempDir) {
     let stages = STAGES.replace(
         r#"Run("find_neighbours")"#,
@@ -276,13 +277,13 @@ fn particles_may_come_and_go_while_neighbours_are_stale() {
             1 => {
                 world.despawn(particles[common::DAM_PARTICLES - 1].0);
             }
-            // The last row takes the place of the first, which other rows' lists name.
+            // The last row takes the place of the first, which is in the lists of other rows.
             _ => {
                 world.despawn(particles[0].0);
             }
         }
         run(&mut simulation, 1);
-        // The rows name other particles, so lists are found again although they are not due.
+        // The rows hold other particles, so lists are found again although they are not due.
         let world = simulation.world();
         let (lists, positions) = (
             world.resource::<FluidNeighbours>(),
@@ -334,7 +335,7 @@ fn a_divergence_solve_that_is_skipped_leaves_nothing_behind() {
     scene.pressure = overfall::scene::PressureMethod::Dfsph(overfall::scene::Dfsph::default());
     let mut simulation = simulation(&scene);
     run(&mut simulation, 1);
-    // More rows than the last divergence solve had, in chunks of their own.
+    // More rows than in the last divergence solve, in additional chunks.
     let spawned = (0..3000).map(|k| {
         let [x, y] = [k % 60, k / 60].map(|k| 0.1 * k as f32);
         (Fluid, Position(Vec3::new(x, 5.0 + y, 20.0)))
@@ -343,7 +344,7 @@ fn a_divergence_solve_that_is_skipped_leaves_nothing_behind() {
     run(&mut simulation, 4);
 }
 
-/// A drop in free fall for 0.1 s under an order with these stages; how far it fell \[m].
+/// A drop in free fall for 0.1 s under an order with these stages: distance fallen \[m].
 fn fall(stages: &str) -> f32 {
     let (ordered, _folder) = ordered(&format!(
         "(stages: [{stages}], allow_stale: true, leave_out: [\"reorder\"])"
