@@ -230,6 +230,48 @@ struct Pass {
     pair: f64,
 }
 
+/// The passes over the neighbours, registered in a world.
+fn all_passes(world: &mut World) -> Vec<Pass> {
+    vec![
+        Pass {
+            name: "neighbours, fluid",
+            system: world.register_system(find_fluid_neighbours),
+            operations: 0.0,
+            columns: 16.0,
+            pair: 4.0,
+        },
+        Pass {
+            name: "neighbours, walls",
+            system: world.register_system(find_boundary_neighbours),
+            operations: 0.0,
+            columns: 16.0,
+            pair: 0.0,
+        },
+        Pass {
+            name: "density",
+            system: world.register_system(compute_density),
+            operations: 26.0,
+            columns: 20.0,
+            pair: 8.0,
+        },
+        Pass {
+            name: "viscosity",
+            system: world.register_system(apply_laminar_viscosity),
+            operations: 27.0,
+            columns: 44.0,
+            pair: 8.0,
+        },
+        Pass {
+            name: "pressure force",
+            system: world.register_system(pressure_force),
+            operations: 11.0,
+            columns: 28.0,
+            pair: 8.0,
+        },
+    ]
+}
+
+/// Every pass on one thread and on two, compared with memory and arithmetic of the machine.
 fn passes(particles: usize) -> Result<(), Failure> {
     let scene = scene(
         particles,
@@ -246,43 +288,7 @@ fn passes(particles: usize) -> Result<(), Failure> {
         neighbours = world.resource::<FluidNeighbours>().lists.pairs() as f64 / rows as f64;
         let execution = world.resource::<Execution>().clone();
         (stream, peak) = (stream_bandwidth(&execution), peak_arithmetic(&execution));
-        table = vec![
-            Pass {
-                name: "neighbours, fluid",
-                system: world.register_system(find_fluid_neighbours),
-                operations: 0.0,
-                columns: 16.0,
-                pair: 4.0,
-            },
-            Pass {
-                name: "neighbours, walls",
-                system: world.register_system(find_boundary_neighbours),
-                operations: 0.0,
-                columns: 16.0,
-                pair: 0.0,
-            },
-            Pass {
-                name: "density",
-                system: world.register_system(compute_density),
-                operations: 26.0,
-                columns: 20.0,
-                pair: 8.0,
-            },
-            Pass {
-                name: "viscosity",
-                system: world.register_system(apply_laminar_viscosity),
-                operations: 27.0,
-                columns: 44.0,
-                pair: 8.0,
-            },
-            Pass {
-                name: "pressure force",
-                system: world.register_system(pressure_force),
-                operations: 11.0,
-                columns: 28.0,
-                pair: 8.0,
-            },
-        ];
+        table = all_passes(world);
         let mut times = vec![Vec::new(); table.len()];
         for _ in 0..RUNS {
             for (pass, times) in table.iter().zip(&mut times) {

@@ -11,6 +11,7 @@ mod support;
 
 mod dam_break;
 mod forces;
+mod gauge_readings;
 mod gauges;
 mod mesh_rims;
 mod mesh_shots;
