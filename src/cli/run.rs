@@ -223,7 +223,10 @@ impl Run {
 
     /// Takes steps until the goal or a signal.
     fn step_to_the_end(&mut self) -> Result<Status, Stop> {
-        self.record()?;
+        // A resumed run has its first frame already, and a checkpoint alone is no reason for another frame.
+        if self.frames.is_empty() {
+            self.record()?;
+        }
         loop {
             let (steps, time) = (self.totals.steps(), self.simulation.time());
             if self.goal.is_reached(steps, time) {

@@ -74,9 +74,13 @@ macro_rules! for_every_method {
 // at half depth, as the surface settles half a spacing lower, and within three spacings of the floor, where pressures
 // alternate from layer to layer (at 60 layers: 1.1 % and 6 %). The sound of the start, when the water falls onto
 // pressure that is not there yet, is damped by viscosity alone: SESPH's speeds are what is left of it. The gauge on the
-// floor hears particles up to a support radius, 2.2 of 30 or 16 spacings, above it.
+// floor hears particles up to a support radius, 2.2 of 30 or 16 spacings, above it. SESPH's walls push too strongly for
+// its equation of state, and the more the finer the layers are: 8 % at 30, 14 % at 60.
 const IN_THE_PLANE: Bounds = &[
-    ("floor pressure", [2.2 / 30.0; 5]),
+    (
+        "floor pressure",
+        [0.09, 0.09, 2.2 / 30.0, 2.2 / 30.0, 2.2 / 30.0],
+    ),
     ("-dp/dy", [0.02; 5]),
     ("p at half depth", [0.04; 5]),
     ("worst layer", [0.035; 5]),
@@ -99,7 +103,8 @@ const IN_SPACE: Bounds = &[
 // It is met with 0.15 % at 80 particles along a radius. What is left is the sum of the density: a square lattice that
 // is drawn out 1.44 times along an axis at constant area has 5.5 % more of it than at rest. Pressure follows that sum:
 // 38 to 48 % too much of it pushes the lattice back, in every method alike, and then, with the drop ahead of the
-// ellipse, there is none. Nothing pulls it together again. The area follows that sum as well.
+// ellipse, there is none. Nothing pulls it together again. The area follows that sum as well: with 20, 40 and 80
+// particles along a radius it is 20 to 22, 10 to 12 and 0.5 to 5.5 % too large, of the order 1 or better.
 const DROP: Bounds = &[
     ("semi-major axis at 0.0008", [0.01; 5]),
     ("semi-major axis at 0.0038", [0.011; 5]),
@@ -107,8 +112,8 @@ const DROP: Bounds = &[
         "semi-major axis at 0.0076",
         [0.012, 0.012, 0.012, 0.011, 0.011],
     ),
-    ("area", [0.06; 5]),
-    ("centre pressure", [0.5, 0.5, 0.45, 0.45, 0.45]),
+    ("area", [0.13, 0.13, 0.11, 0.11, 0.11]),
+    ("centre pressure", [0.52, 0.52, 0.45, 0.45, 0.45]),
 ];
 
 // Rounding.
