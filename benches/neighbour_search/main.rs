@@ -99,7 +99,8 @@ fn median(times: &mut [f64]) -> f64 {
 /// Construction and query times of every run of a method \[s].
 type Times = (Vec<f64>, Vec<f64>);
 
-/// Runs all methods in turns. Returns their times, the final positions, and the number of points that changed their cell.
+/// Runs all methods in turns. Returns their times, the final positions, and the number of points that changed their
+/// cell.
 fn run_in_turns(
     methods: &mut [(&'static str, Box<dyn Method>)],
     start: &[Vec4],

@@ -101,8 +101,8 @@ fn in_chunks<T>(
 }
 
 /// The k-d tree of the crate kiddo: `ImmutableKdTree` of `f32`, its recommended layout for trees that are built once.
-/// It is rebuilt in parallel for every run, because it has no update, and queried by `within(…).unsorted()` with a visitor
-/// and a scratch buffer per chunk.
+/// It is rebuilt in parallel for every run, because it has no update, and queried by `within(…).unsorted()` with a
+/// visitor and a scratch buffer per chunk.
 #[derive(Default)]
 struct Kiddo {
     tree: Option<kiddo::ImmutableKdTree<f32, 3>>,
