@@ -1,4 +1,4 @@
-//! Checkpoints of a scene in a world of its own.
+//! Checkpoints of a [`Simulation`].
 
 use std::fs::File;
 use std::path::Path;
@@ -36,8 +36,8 @@ impl Simulation {
         Ok(write_durably(path, &bytes)?)
     }
 
-    /// Goes on with the run of a checkpoint, with as many threads as the machine has cores. The steps are those of the
-    /// run that was never interrupted, bit for bit.
+    /// Resumes the run of a checkpoint, with a thread per core. The steps are those of an uninterrupted run, bit for
+    /// bit.
     ///
     /// # Errors
     /// When the file cannot be read, is cut off, altered, of another kind or of a newer version, or when a file that

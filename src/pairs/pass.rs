@@ -8,28 +8,29 @@ use crate::simd::Simd;
 pub trait PairSum: Copy + Sync {
     /// Values of the particle itself and its partial sums, in lanes.
     type Sums<S: Simd>;
-    /// What becomes of them.
+    /// Result for a row.
     type Output: Send;
     /// Whether it sums over fluid neighbours.
     const FLUID: bool = true;
     /// Whether it sums over boundary neighbours. At the positions of the step their sums are known
     /// ([`BoundarySums`](crate::boundary::sums::BoundarySums)).
     const BOUNDARY: bool = false;
-    /// Whether it wants to know how many neighbours there are.
+    /// Whether it needs the number of neighbours.
     const COUNTS: bool = false;
     /// Whether the pass needs only the gradient factors of a pair. If these are stored, positions are not loaded, and
     /// the other fields of a [`Pair`] are zero.
     const GRADIENTS_ONLY: bool = false;
 
-    /// Before the first neighbour of row `i`, which is at `own`.
+    /// Called before the first neighbour of row `i`, whose packed position is `own`.
     fn start<S: Simd>(&self, simd: S, i: usize, own: Vec4) -> Self::Sums<S>;
-    /// Eight fluid neighbours, rows `j`; lanes without one hold a row whose sentinel adds nothing.
+    /// Adds eight fluid neighbours, rows `j`. Lanes without a neighbour have the row of the sentinel, which adds
+    /// nothing.
     #[inline(always)]
     fn fluid<S: Simd>(&self, _: S, _pair: &Pair<S>, _j: S::Rows, _: &mut Self::Sums<S>) {}
-    /// Eight boundary neighbours, likewise; the fourth entries are their volumes \[m³; m² in 2-D].
+    /// Adds eight boundary neighbours; the fourth entries are their volumes \[m³; m² in 2-D].
     #[inline(always)]
     fn boundary<S: Simd>(&self, _: S, _pair: &Pair<S>, _: &mut Self::Sums<S>) {}
-    /// After the last of so many neighbours, fluid and boundary, if it counts them.
+    /// Called after the last neighbour. `neighbours` is their number, fluid and boundary, if the pass counts them.
     fn finish<S: Simd>(&self, simd: S, neighbours: usize, sums: Self::Sums<S>) -> Self::Output;
 }
 

@@ -17,10 +17,10 @@ pub(super) const STAGE: Stage = Stage {
     makes: &[Product::Columns],
     install,
     bytes: |scene, neighbours| {
-        // Entities in rows and in the world, and the lasting number.
+        // Entities by row and rows by entity, and the permanent numbers.
         let mut bytes = vec![("entities and numbers", 8.0 + 24.0 + 12.0)];
         if scene.neighbours == Neighbours::Stored {
-            // Filled up to whole vectors, half of one on average.
+            // Lists are padded to whole vectors, by half a vector on average.
             let gradients = (f64::from(neighbours) + 4.0) * 4.0 * 9.0 / 8.0;
             bytes.push(("gradients of the kernel", gradients));
         }

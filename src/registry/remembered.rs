@@ -1,4 +1,4 @@
-//! What is part of the state of a run besides the columns.
+//! State of a run besides the columns.
 
 use crate::{
     gauge::{EnergyAccount, Gauges},
@@ -8,7 +8,7 @@ use crate::{
     time_step::{AdaptiveTimeStep, RecoveryTime, roll_back::KeptState},
 };
 
-/// Resources that a later step reads before that step writes them.
+/// Resources that a step reads before it writes them.
 pub(crate) const REMEMBERED: &[Remembered] = &[
     Remembered::new::<Clock>("clock"),
     Remembered::new::<NextParticleId>("next particle"),
