@@ -75,10 +75,28 @@ pub(super) fn study(options: &options::Study) -> Result<Exit, Failure> {
         other => Failure::Failed(other.to_string()),
     })?;
 
+    report(&plan, &table, &files, (threads, started.elapsed()))?;
+    if table.rows.iter().all(|row| row.blocks.is_empty()) && !interrupt::asked() {
+        return Err(Failure::Failed("no variant could be measured".into()));
+    }
+    Ok(if interrupt::asked() {
+        Exit::Interrupted
+    } else {
+        Exit::Done
+    })
+}
+
+/// Writes the table, the chart and the summary, and prints the table.
+fn report(
+    plan: &Plan,
+    table: &Table,
+    files: &Files,
+    (threads, elapsed): (usize, Duration),
+) -> Result<(), Failure> {
     table.write_csv(&files.table).map_err(cannot_write)?;
     let mut written = vec![&files.table, &files.summary];
     if let Some(wanted) = &plan.study.chart {
-        match chart::draw(&table, wanted) {
+        match chart::draw(table, wanted) {
             Ok(svg) => {
                 write_atomically(&files.chart, |out| out.write_all(svg.as_bytes()))
                     .map_err(cannot_write)?;
@@ -88,7 +106,7 @@ pub(super) fn study(options: &options::Study) -> Result<Exit, Failure> {
             Err(error) => console::note(&format!("no chart: {error}")),
         }
     }
-    let summary = Summary::of(&plan, &table, threads, started.elapsed());
+    let summary = Summary::of(plan, table, threads, elapsed);
     summary.write(&files.summary).map_err(cannot_write)?;
 
     let mut text = table.text();
@@ -101,15 +119,7 @@ pub(super) fn study(options: &options::Study) -> Result<Exit, Failure> {
     for file in written {
         text.push_str(&format!("  {}\n", file.display()));
     }
-    console::print(&text)?;
-    if table.rows.iter().all(|row| row.blocks.is_empty()) && !interrupt::asked() {
-        return Err(Failure::Failed("no variant could be measured".into()));
-    }
-    Ok(if interrupt::asked() {
-        Exit::Interrupted
-    } else {
-        Exit::Done
-    })
+    console::print(&text)
 }
 
 /// The files that a study writes.
