@@ -25,7 +25,7 @@ const LEAST_ALONG: f32 = 0.5;
 /// Per particle `Σ_b V_b ∇W_ib` \[m⁻¹] times the walls' push and, as fourth entry, `Σ_b V_b W_ib` \[-]. In scenes with
 /// walls.
 #[derive(Resource, Debug)]
-pub struct WallSums {
+pub struct BoundarySums {
     sums: Vec<Vec4>,
     beside: BesideWall,
 }
@@ -37,7 +37,7 @@ pub struct Walls<'a> {
     slide: f32,
 }
 
-impl WallSums {
+impl BoundarySums {
     /// Sums for walls of these properties.
     pub fn new(beside: BesideWall) -> Self {
         let sums = Vec::new();
@@ -45,7 +45,7 @@ impl WallSums {
     }
 }
 
-impl WallSums {
+impl BoundarySums {
     /// Factor of the gradients of the walls' kernels \[-].
     pub(crate) fn push(&self) -> f32 {
         self.beside.push
@@ -54,7 +54,7 @@ impl WallSums {
 
 impl<'a> Walls<'a> {
     /// The sums of all rows; none in a scene without walls.
-    pub fn of(sums: Option<&'a WallSums>) -> Self {
+    pub fn of(sums: Option<&'a BoundarySums>) -> Self {
         sums.map_or_else(Self::default, |sums| Self {
             sums: &sums.sums,
             slide: sums.beside.slide,
@@ -103,8 +103,8 @@ impl<'a> Walls<'a> {
 }
 
 /// Sums over the boundary at the positions of the step (phase `Density`, first).
-pub fn sum_walls(mut walls: ResMut<WallSums>, pairs: Pairs, material: Res<Material>) {
-    let WallSums { sums, beside } = &mut *walls;
+pub fn sum_walls(mut walls: ResMut<BoundarySums>, pairs: Pairs, material: Res<Material>) {
+    let BoundarySums { sums, beside } = &mut *walls;
     sums.resize(pairs.positions().rows(), Vec4::ZERO);
     let pass = WallSum {
         kernel: material.kernel,
@@ -140,10 +140,10 @@ impl PairSum for WallSum {
 
     #[inline(always)]
     fn boundary<S: Simd>(&self, simd: S, pair: &Pair<S>, sums: &mut Sums<S>) {
-        let slope = simd.mul(pair.fourth, pair.slope);
-        accumulate(simd, &mut sums.gradient, slope, pair.x);
-        let shape = self.kernel.shape(simd, pair.distance);
-        sums.shape = simd.mul_add(pair.fourth, shape, sums.shape);
+        let slope = simd.mul(pair.packed_j, pair.grad_factor);
+        accumulate(simd, &mut sums.gradient, slope, pair.x_ij);
+        let shape = self.kernel.w(simd, pair.r2);
+        sums.shape = simd.mul_add(pair.packed_j, shape, sums.shape);
     }
 
     #[inline(always)]
@@ -151,10 +151,10 @@ impl PairSum for WallSum {
         let [x, y, z] = sums.gradient;
         let gradient = Vec3::new(simd.sum(x), simd.sum(y), simd.sum(z));
         let Kernel {
-            slope_factor,
+            gradient_scale,
             normalisation,
             ..
         } = self.kernel;
-        (self.push * slope_factor * gradient).extend(normalisation * simd.sum(sums.shape))
+        (self.push * gradient_scale * gradient).extend(normalisation * simd.sum(sums.shape))
     }
 }

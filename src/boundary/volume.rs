@@ -8,7 +8,7 @@ use crate::{
     index::SpatialIndex,
     kernel::Kernel,
     neighbours::Search,
-    pairs::{self, Pair, PairSum, Places, Source},
+    pairs::{self, Pair, PairSum, Points, Source},
     scene::{BoundaryHandling, Scene},
     simd::Simd,
     state::{Execution, Material, SENTINEL},
@@ -36,7 +36,7 @@ pub fn volumes(
     pairs::sum(
         &pass,
         Source::Recomputed(search, None),
-        Places {
+        Points {
             fluid: packed,
             boundary: &[SENTINEL],
             kernel: &pass.kernel,
@@ -76,7 +76,7 @@ impl PairSum for BoundaryVolumeSum {
 
     #[inline(always)]
     fn fluid<S: Simd>(&self, simd: S, pair: &Pair<S>, _: S::Rows, sum: &mut Self::Sums<S>) {
-        *sum = simd.add(*sum, self.kernel.shape(simd, pair.distance));
+        *sum = simd.add(*sum, self.kernel.w(simd, pair.r2));
     }
 
     #[inline(always)]

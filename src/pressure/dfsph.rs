@@ -20,24 +20,22 @@ use glam::Vec4;
 
 use super::{
     convergence::Convergence,
+    density_rate::{DensityRate, DensityRates, sum_rates},
     diagonal::{DensitiesAndDiagonals, InverseDiagonals},
     force::pressure_force,
-    implicit::{
-        self, DensityRate, DensityRates, Iterate, Jacobi, PredictedVelocities, store_pressures,
-        sum_rates,
-    },
+    implicit::{self, Iterate, Jacobi, PredictedVelocities, store_pressures},
     iterate::{PressureIteration, iterate, solve_pressure},
     solver::{Iterations, PressureSolver, Requirement, iterations},
     stabilisation::Stabilisation,
 };
 use crate::{
-    boundary::sums::{WallSums, Walls},
-    pairs::{PairSlopes, PairSum, Pairs, PairsWithSlopes, both, putting},
+    boundary::sums::{BoundarySums, Walls},
+    pairs::{KernelGradients, PairSum, Pairs, PairsWithGradients, store, zip},
     scene::{Dfsph, Dimension, Scene},
     simd::Simd,
     state::{
         Clock, Column, Corrected, Densities, Execution, Material, Positions, PressureAccelerations,
-        PressureSolve, Pressures, Systems, Velocities, wants_force,
+        Pressures, SolverState, Systems, Velocities, wants_force,
     },
 };
 
@@ -179,9 +177,9 @@ pub fn compute_density(
     mut columns: DensitiesAndDiagonals,
     mut rates: ResMut<DensityRates>,
     mut counts: ResMut<NeighbourCounts>,
-    mut slopes: Option<ResMut<PairSlopes>>,
+    mut grad_factors: Option<ResMut<KernelGradients>>,
     velocities: Res<Velocities>,
-    walls: Option<Res<WallSums>>,
+    walls: Option<Res<BoundarySums>>,
     pairs: Pairs,
     material: Res<Material>,
     stabilisation: Res<Stabilisation>,
@@ -197,9 +195,9 @@ pub fn compute_density(
             NeighbourCount,
         ),
     );
-    let motion = both(putting(&mut rates.0), putting(&mut counts.0));
-    let takers = both(columns.takers(rows), motion);
-    pairs.sum_and_keep(&sums, slopes.as_deref_mut(), takers);
+    let motion = zip(store(&mut rates.0), store(&mut counts.0));
+    let sinks = zip(columns.sinks(rows), motion);
+    pairs.sum_and_keep(&sums, grad_factors.as_deref_mut(), sinks);
 }
 
 /// Makes the velocities free of compression (phase `Forces`, before the forces).
@@ -209,13 +207,11 @@ pub fn solve_divergence(world: &mut World) {
     terms.0.clear();
     terms.0.resize(rows, Iterate::default());
     let overshoots = world.resource::<Jacobi>().overshoots();
-    world
-        .resource_mut::<PressureSolve>()
-        .begin(false, overshoots);
+    world.resource_mut::<SolverState>().begin(false, overshoots);
     let convergence = world.resource::<DivergenceConvergence>().0;
     let patience = convergence.max_iterations;
     iterate(world, DivergenceIteration, &convergence, patience);
-    let mut solve = world.resource_mut::<PressureSolve>();
+    let mut solve = world.resource_mut::<SolverState>();
     solve.divergence_iterations = solve.iterations - 1;
     if solve.divergence_iterations > 0 {
         let mut velocities = mem::take(&mut world.resource_mut::<Velocities>().0);
@@ -257,8 +253,8 @@ fn predict_corrected_rates(
     rates: ResMut<DensityRates>,
     predicted: Res<PredictedVelocities>,
     changes: Res<PressureAccelerations>,
-    walls: Option<Res<WallSums>>,
-    pairs: PairsWithSlopes,
+    walls: Option<Res<BoundarySums>>,
+    pairs: PairsWithGradients,
     material: Res<Material>,
     stabilisation: Res<Stabilisation>,
 ) {
@@ -269,7 +265,7 @@ fn predict_corrected_rates(
 fn update_impulses(
     mut terms: ResMut<DivergenceTerms>,
     mut positions: ResMut<Positions>,
-    mut solve: ResMut<PressureSolve>,
+    mut solve: ResMut<SolverState>,
     columns: (
         Res<NeighbourCounts>,
         Res<DensityRates>,

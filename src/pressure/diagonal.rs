@@ -9,9 +9,9 @@ use rayon::iter::IndexedParallelIterator;
 
 use super::stabilisation::Stabilisation;
 use crate::{
-    boundary::sums::{WallSums, Walls},
+    boundary::sums::{BoundarySums, Walls},
     density::DensitySum,
-    pairs::{Pair, PairSlopes, PairSum, Pairs, accumulate, both, putting},
+    pairs::{KernelGradients, Pair, PairSum, Pairs, accumulate, store, zip},
     simd::Simd,
     state::{Densities, Material},
 };
@@ -43,16 +43,16 @@ pub(super) fn lattice_diagonal(material: &Material, stabilisation: Stabilisation
 /// Densities and inverse diagonals (phase `Density`).
 pub fn compute_density(
     mut columns: DensitiesAndDiagonals,
-    mut slopes: Option<ResMut<PairSlopes>>,
-    walls: Option<Res<WallSums>>,
+    mut grad_factors: Option<ResMut<KernelGradients>>,
+    walls: Option<Res<BoundarySums>>,
     pairs: Pairs,
     material: Res<Material>,
     stabilisation: Res<Stabilisation>,
 ) {
     let walls = Walls::of(walls.as_deref());
     let sums = DensitiesAndDiagonals::sums(&material, walls, *stabilisation);
-    let takers = columns.takers(pairs.positions().rows());
-    pairs.sum_and_keep(&sums, slopes.as_deref_mut(), takers);
+    let sinks = columns.sinks(pairs.positions().rows());
+    pairs.sum_and_keep(&sums, grad_factors.as_deref_mut(), sinks);
 }
 
 /// Densities and inverse diagonals, summed in one pass over the neighbours.
@@ -76,16 +76,13 @@ impl DensitiesAndDiagonals<'_> {
     }
 
     /// Writers of both columns, for `rows` rows.
-    pub(super) fn takers(
+    pub(super) fn sinks(
         &mut self,
         rows: usize,
     ) -> impl IndexedParallelIterator<Item = impl FnMut(usize, (f32, f32)) + Send> {
         self.densities.0.resize(rows, 0.0);
         self.diagonals.0.resize(rows, 0.0);
-        both(
-            putting(&mut self.densities.0),
-            putting(&mut self.diagonals.0),
-        )
+        zip(store(&mut self.densities.0), store(&mut self.diagonals.0))
     }
 }
 
@@ -113,7 +110,7 @@ impl<'a> DiagonalSum<'a> {
         let mass = f64::from(material.particle_mass);
         let diagonal = lattice_diagonal(material, stabilisation);
         let (factor, Stabilisation(kappa)) = (
-            material.particle_mass * material.kernel.slope_factor,
+            material.particle_mass * material.kernel.gradient_scale,
             stabilisation,
         );
         Self {
@@ -152,10 +149,10 @@ impl PairSum for DiagonalSum<'_> {
 
     #[inline(always)]
     fn fluid<S: Simd>(&self, simd: S, pair: &Pair<S>, _: S::Rows, sums: &mut GradientSums<S>) {
-        accumulate(simd, &mut sums.sum, pair.slope, pair.x);
-        let square = simd.mul(pair.slope, pair.slope);
-        sums.squares = simd.mul_add(square, pair.distance, sums.squares);
-        sums.slopes = simd.sub(sums.slopes, pair.slope);
+        accumulate(simd, &mut sums.sum, pair.grad_factor, pair.x_ij);
+        let square = simd.mul(pair.grad_factor, pair.grad_factor);
+        sums.squares = simd.mul_add(square, pair.r2, sums.squares);
+        sums.slopes = simd.sub(sums.slopes, pair.grad_factor);
     }
 
     #[inline(always)]

@@ -19,9 +19,10 @@ use bevy_ecs::{
 use glam::Vec4;
 
 use super::{
+    density_rate::{DensityRates, sum_rates},
     diagonal::{self, InverseDiagonals, lattice_diagonal},
     force::pressure_force,
-    implicit::{self, DensityRates, Iterates, Jacobi, PredictedVelocities, store_pressures},
+    implicit::{self, Iterates, Jacobi, PredictedVelocities, store_pressures},
     iterate::{LastCorrection, PressureIteration, solve_pressure},
     solver::{Iterations, PressureSolver, Requirement, iterations},
     stabilisation::Stabilisation,
@@ -29,11 +30,11 @@ use super::{
 use crate::{
     boundary::direct_forcing,
     density::DensitySum,
-    pairs::{Pairs, PairsWithSlopes},
+    pairs::{Pairs, PairsWithGradients},
     scene::{Pcisph, Scene},
     state::{
         Accelerations, Clock, Column, Corrected, Densities, Execution, Material, Positions,
-        PredictedPositions, PressureAccelerations, PressureSolve, Systems, Velocities, wants_force,
+        PredictedPositions, PressureAccelerations, SolverState, Systems, Velocities, wants_force,
     },
     time_step::RecoveryTime,
 };
@@ -199,7 +200,7 @@ fn sum_stabilisation(
     rates: ResMut<DensityRates>,
     mut predicted: ResMut<PredictedVelocities>,
     accelerations: Res<PressureAccelerations>,
-    pairs: PairsWithSlopes,
+    pairs: PairsWithGradients,
     material: Res<Material>,
     stabilisation: Res<Stabilisation>,
     clock: Res<Clock>,
@@ -216,13 +217,13 @@ fn sum_stabilisation(
             }
         });
     let stabilised = stabilisation.of(&accelerations, clock.dt);
-    implicit::sum_rates(rates, &predicted, None, &pairs, &material, stabilised);
+    sum_rates(rates, &predicted, None, &pairs, &material, stabilised);
 }
 
 fn update_pressure(
     mut iterates: ResMut<Iterates>,
     mut positions: ResMut<Positions>,
-    mut solve: ResMut<PressureSolve>,
+    mut solve: ResMut<SolverState>,
     mut jacobi: ResMut<Jacobi>,
     recovery: Option<Res<RecoveryTime>>,
     columns: (

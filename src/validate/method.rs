@@ -1,6 +1,6 @@
 //! The pressure methods that cases are run with.
 
-/// A pressure method with the parameters that it comes with.
+/// A pressure method with its default parameters.
 #[derive(Debug, Clone, Copy)]
 pub struct Method {
     /// Its name.

@@ -1,4 +1,4 @@
-//! Known answers: every pressure method against the cheap cases of `assets/cases`.
+//! Known answers: every pressure method in the inexpensive cases of `assets/cases`.
 //!
 //! `overfall validate` prints all figures of all cases.
 

@@ -1,4 +1,4 @@
-//! Sums over all pairs of particles in f64: what a step reports, found again without an index, lists or lanes.
+//! Sums over all pairs of particles in f64: checks the reports of a step without an index, lists or lanes.
 
 use bevy_ecs::prelude::*;
 use glam::{DVec3, Vec3, Vec4};
@@ -14,7 +14,7 @@ use overfall::{
     },
 };
 
-/// Density in single precision is off by so much \[-].
+/// Tolerance of densities in single precision \[-].
 const ROUNDING: f64 = 1e-6;
 
 /// The columns at the end of the pressure phase.
@@ -29,7 +29,7 @@ pub(crate) struct Columns {
     pressure: Vec<(DVec3, f64)>,
 }
 
-/// Lets every step leave its columns.
+/// Makes every step copy its columns.
 pub(crate) fn watch(simulation: &mut Simulation) {
     fn take(
         mut out: ResMut<Columns>,
@@ -69,7 +69,7 @@ pub(crate) fn watch(simulation: &mut Simulation) {
     });
 }
 
-/// The cubic spline as Monaghan 1992 writes it, with support h.
+/// The cubic spline as in Monaghan 1992, with support h.
 #[derive(Debug, Clone, Copy)]
 struct Kernel {
     h: f64,
@@ -115,25 +115,25 @@ impl Kernel {
 /// The fluid's constants, and the walls.
 pub(crate) struct BruteForce {
     kernel: Kernel,
-    /// Of a particle \[kg; kg/m in 2-D].
+    /// Mass of a particle \[kg; kg/m in 2-D].
     pub(crate) mass: f64,
     rest_density: f64,
     walls: Vec<(DVec3, f64)>,
     push: f64,
 }
 
-/// What was found.
+/// Results.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Errors {
-    /// Largest difference of a particle's density from the engine's, over the rest density.
+    /// Largest difference from the engine's density, divided by the rest density.
     pub(crate) density: f64,
-    /// Largest compression that remains, and the mean.
+    /// Largest and mean remaining compression.
     pub(crate) largest: f64,
     pub(crate) mean: f64,
 }
 
 impl BruteForce {
-    /// Of a scene in its simulation; and by how much volumes of walls differ from their definition, at most.
+    /// Sums for a scene in its simulation, and the largest difference of wall volumes from their definition.
     pub(crate) fn new(scene: &Scene, simulation: &Simulation) -> (Self, f64) {
         let material = *simulation.world().resource::<Material>();
         let kernel = Kernel::new(scene);
@@ -176,7 +176,7 @@ impl BruteForce {
         wrong.fold(0.0, f64::max)
     }
 
-    /// Everything that a step should have reported.
+    /// All values that a step should have reported.
     pub(crate) fn errors(&self, scene: &Scene, columns: &Columns) -> Errors {
         let Columns {
             positions,
@@ -250,8 +250,8 @@ impl BruteForce {
         }
     }
 
-    /// All energy of positions and velocities \[J; J/m in 2-D]: of motion and in gravity, of cohesion, and what an
-    /// equation of state stores.
+    /// Total energy of positions and velocities \[J; J/m in 2-D]: kinetic and potential energy, cohesion, and the
+    /// energy stored by an equation of state.
     pub(crate) fn energy(
         &self,
         scene: &Scene,
@@ -288,7 +288,7 @@ impl BruteForce {
         self.mass * energy
     }
 
-    /// Energy of the speeds that push the compression at the start of a step out within it \[J; J/m in 2-D].
+    /// Energy of the speeds that remove the initial compression within one step \[J; J/m in 2-D].
     pub(crate) fn pushed_out(&self, columns: &Columns) -> f64 {
         let speed = |rho: &f32| {
             let compression = (f64::from(*rho) / self.rest_density - 1.0).max(ROUNDING);
@@ -298,18 +298,18 @@ impl BruteForce {
         0.5 * self.mass * squares.sum::<f64>()
     }
 
-    /// What a particle so far from the origin \[m] stores whose density is off by rounding \[J; J/m in 2-D].
+    /// Energy of a particle at a distance from the origin \[m] whose density is affected by rounding \[J; J/m in 2-D].
     fn rounding(&self, scene: &Scene, farthest: f64) -> f64 {
         let PressureMethod::Sesph(sesph) = scene.pressure else {
             return 0.0;
         };
-        // Coordinates far from the origin are off by more, and densities with them.
+        // Coordinates far from the origin have larger rounding errors, and so have densities.
         let off = ROUNDING + f64::from(f32::EPSILON) * farthest / f64::from(scene.spacing);
         let density = (1.0 + 10.0 * off) * self.rest_density;
         self.mass * stored(sesph.equation, density, self.rest_density)
     }
 
-    /// What a rise of energy is compared with: motion and fall at the start, and what is stored \[J; J/m in 2-D].
+    /// Reference for a rise of energy: initial kinetic and potential energy, and stored energy \[J; J/m in 2-D].
     pub(crate) fn energy_scale(
         &self,
         scene: &Scene,
@@ -339,7 +339,7 @@ impl BruteForce {
     }
 }
 
-/// `∫ p/ρ² dρ` from the rest density on, where p is not below zero \[J/kg].
+/// `∫ p/ρ² dρ` from the rest density, over positive p \[J/kg].
 fn stored(equation: StateEquation, density: f64, rest: f64) -> f64 {
     if density <= rest {
         return 0.0;
@@ -357,7 +357,7 @@ fn stored(equation: StateEquation, density: f64, rest: f64) -> f64 {
     }
 }
 
-/// Energy of a pair that attracts, by its distance: the integral of κ r W(max(r, spacing)), by the trapezium rule.
+/// Energy of an attracting pair over its distance: the integral of κ r W(max(r, spacing)), by the trapezium rule.
 struct Cohesion {
     table: Vec<f64>,
     step: f64,
