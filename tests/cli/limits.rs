@@ -72,7 +72,10 @@ fn a_folder_that_is_removed_ends_the_run() {
         }
         let (status, errors) = wait(run);
         assert_eq!(status, Some(1), "{errors}");
-        assert!(errors.contains("history.csv: it was removed"), "{errors}");
+        assert!(
+            errors.contains("history.csv: the file or its folder was removed"),
+            "{errors}"
+        );
         if again {
             let kept = fs::read_to_string(out.join("history.csv")).expect("a file");
             assert_eq!(kept, "mine");

@@ -2,8 +2,30 @@
 
 use glam::{DVec3, Vec3};
 
-use super::{frame, tolerance};
 use crate::scene::{Dimension, Shape};
+
+/// Largest difference of two neighbouring coordinates in single precision \[spacings]; coarser ones are refused.
+pub(crate) const RESOLUTION: f64 = 0.01;
+
+/// Tolerance of counts and distances \[spacings], for the rounding of the file's numbers to f32. It grows with the
+/// ratio of the largest number \[m] to the spacing.
+pub(crate) fn tolerance(largest: f64, spacing: f64) -> f64 {
+    1e-3 + (f64::from(f32::EPSILON) * largest / spacing).min(RESOLUTION)
+}
+
+/// Two axes that form an orthonormal frame with the unit vector `axis`; along coordinate axes if possible.
+pub(super) fn frame(axis: DVec3) -> (DVec3, DVec3) {
+    let size = axis.abs();
+    let helper = if size.z >= size.x && size.z >= size.y {
+        DVec3::Y
+    } else if size.y >= size.x {
+        DVec3::X
+    } else {
+        DVec3::Z
+    };
+    let first = helper.cross(axis).normalize();
+    (first, axis.cross(first))
+}
 
 /// Largest coordinate of the two ends of a shape \[m].
 fn largest(shape: &Shape) -> f64 {
