@@ -14,6 +14,8 @@
 //! Everything is computed in f64 with IEEE operations alone, then rounded once: the same scene gives the same
 //! particles on every machine.
 
+use std::ops::Range;
+
 use glam::{DVec2, DVec3, Vec3};
 
 use super::{Dimension, FluidBody, Jitter, Scene, Shape};
@@ -206,12 +208,31 @@ impl Lattice {
         self.counts.iter().map(|&count| f64::from(count)).product()
     }
 
-    pub(crate) fn for_each(&self, mut visit: impl FnMut(DVec3)) {
-        let [across, up, deep] = self.counts;
-        for k in 0..deep {
-            for j in 0..up {
+    pub(crate) fn for_each(&self, visit: impl FnMut(DVec3)) {
+        self.for_each_of(self.counts.map(|count| 0..count), visit);
+    }
+
+    /// As [`for_each`](Self::for_each), without most of the points that are not in the box from `low` to `high` \[m].
+    pub(crate) fn for_each_near(&self, low: DVec3, high: DVec3, visit: impl FnMut(DVec3)) {
+        let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+        let rows = [0, 1, 2].map(|k| {
+            let (step, count) = (self.steps[k], f64::from(self.counts[k]));
+            let square = step.length_squared();
+            let at = (middle - self.origin).dot(step) / square;
+            let reach = half.dot(step.abs()) / square;
+            // A row more on either side, for rounding.
+            let first = (at - reach - 1.0).floor().clamp(0.0, count);
+            let end = (at + reach + 2.0).ceil().clamp(first, count);
+            first as u32..end as u32
+        });
+        self.for_each_of(rows, visit);
+    }
+
+    fn for_each_of(&self, [across, up, deep]: [Range<u32>; 3], mut visit: impl FnMut(DVec3)) {
+        for k in deep {
+            for j in up.clone() {
                 let row = self.origin + f64::from(k) * self.steps[2] + f64::from(j) * self.steps[1];
-                for i in 0..across {
+                for i in across.clone() {
                     let point = row + f64::from(i) * self.steps[0];
                     if self.keeps(point) {
                         visit(point);
@@ -319,6 +340,51 @@ mod tests {
             "(name: \"a\", spacing: 0.1, bodies: [(shape: Box(min: (0, 0, 0), max: (1, 1, 0.5)){rest})])"
         );
         Scene::parse(&text, "a.ron", &[]).unwrap_or_else(|e| panic!("{e}"))
+    }
+
+    #[test]
+    fn points_near_a_box_are_those_of_the_lattice_in_it() {
+        for shape in [
+            Shape::Box {
+                min: Vec3::new(-0.3, 0.1, 0.2),
+                max: Vec3::new(0.9, 0.8, 0.7),
+            },
+            Shape::Sphere {
+                center: Vec3::new(0.2, 0.3, 0.4),
+                radius: 0.55,
+            },
+            Shape::Cylinder {
+                start: Vec3::new(-0.2, 0.1, 0.0),
+                end: Vec3::new(0.7, 0.5, 0.9),
+                radius: 0.3,
+            },
+        ] {
+            let lattice = Lattice::new(&shape, 0.05, Dimension::Three);
+            let mut all = Vec::new();
+            lattice.for_each(|point| all.push(point));
+            for k in 0..200 {
+                let low =
+                    DVec3::new(f64::from(k % 7), f64::from(k % 5), f64::from(k % 11)) * 0.2 - 0.7;
+                let high = low + DVec3::new(0.05, 0.3, 0.6) * f64::from(1 + k % 4);
+                let is_in = |point: &DVec3| point.cmpge(low).all() && point.cmple(high).all();
+                let expected: Vec<DVec3> = all.iter().copied().filter(is_in).collect();
+                let mut found = Vec::new();
+                let mut asked = 0;
+                lattice.for_each_near(low, high, |point| {
+                    asked += 1;
+                    found.extend(is_in(&point).then_some(point));
+                });
+                assert_eq!(found, expected, "{shape:?} from {low} to {high}");
+                assert!(asked <= all.len());
+            }
+            let mut asked = 0;
+            lattice.for_each_near(DVec3::splat(2.0), DVec3::splat(3.0), |_| asked += 1);
+            assert!(
+                asked < all.len() / 10,
+                "{shape:?}: {asked} of {}",
+                all.len()
+            );
+        }
     }
 
     #[test]
