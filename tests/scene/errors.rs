@@ -113,6 +113,10 @@ fn every_spoilt_scene_is_refused_with_its_place_and_a_remedy() {
             &["0.05 s is shorter", "(100 steps)"]),
         ("duration: 1", "gauges: [(name: \"p\", kind: Pressure(at: (1, 1, 1), radius: 0))]", "9:64",
             &["the radius is 0 m"]),
+        ("duration: 1", "gauges: [(name: \"p\", kind: Velocity(at: (1, 1, 1), radius: 1e30))]", "9:64",
+            &["the radius is 10000000", "half a spacing"]),
+        ("duration: 1", "gauges: [(name: \"p\", kind: Front(direction: (1e30, 0, 0)))]", "9:49",
+            &["beyond single precision"]),
         ("duration: 1", "domain: (min: (0, 0, 0), max: (2, 2, 2)), gauges: [(name: \"p\", kind: Velocity(at: (1, 3, \
          1)))]", "9:87", &["(1, 3, 1) m is outside the domain"]),
         ("duration: 1", "domain: (min: (0, 0, 0), max: (2, 2, 2)), gauges: [(name: \"h\", kind: Height(at: (1, 9, \
@@ -257,6 +261,79 @@ fn text_that_is_no_scene_is_refused_without_a_panic() {
         refusal(&SCENE[..at]);
         let without = format!("{}{}", &SCENE[..at], &SCENE[at + c.len_utf8()..]);
         let _ = Scene::parse(&without, "s.ron", &[]);
+    }
+}
+
+/// What other languages, forms and habits write in a value's place is answered by what a scene writes there.
+#[test]
+fn slips_of_other_languages_are_answered_in_the_files_words() {
+    for (line, fragments) in [
+        ("pictures: yes", &["did you mean `true`?"][..]),
+        ("pictures: 0", &["did you mean `false`?"]),
+        ("pictures: True", &["did you mean `true`?"]),
+        ("formats: [\"vtu\"]", &["no quotes", "did you mean `Vtu`?"]),
+    ] {
+        let text = SCENE.replacen("duration:", &format!("output: (\n{line}),\n duration:"), 1);
+        let error = refusal(&text);
+        assert!(error.starts_with("s.ron:10:11: "), "{line}: {error}");
+        assert!(
+            fragments.iter().all(|part| error.contains(part)),
+            "{line}: {error}"
+        );
+    }
+    for (line, fragments) in [
+        (
+            "gravity: (0, -9,81, 0)",
+            &["decimal point", "4 numbers"][..],
+        ),
+        (
+            "gravity: (x: 0, y: -1, z: 0)",
+            &["did you mean `(0, -1, 0)`?"],
+        ),
+        (
+            "order: default",
+            &["double quotes", "did you mean `\"default\"`?"],
+        ),
+        ("order: 'mine.ron'", &["did you mean `\"mine.ron\"`?"]),
+        (
+            "reorder_interval: 1.5",
+            &["expected a whole number, found `1.5`"],
+        ),
+        ("reorder_interval: 1e2", &["did you mean `100`?"]),
+        ("support: 4/2", &["no division"]),
+        ("support: 2; kernel: CubicSpline", &["separated by commas"]),
+        ("# a comment\nsupport: 2", &["a comment begins with `//`"]),
+        ("\"support\": 2", &["the name of a field has no quotes"]),
+        (
+            "index: \"UniformGrid\"",
+            &["did you mean `(structure: UniformGrid)`?"],
+        ),
+        (
+            "gauges: [(name: e, kind: Energy)]",
+            &["did you mean `\"e\"`?"],
+        ),
+        (
+            "gauges: [(name: \"e\", kind: \"energy\")]",
+            &["did you mean `Energy`?"],
+        ),
+        (
+            "gauges: [(name: \"e\", kind: Energy, every: Steps(1.5))]",
+            &["whole number"],
+        ),
+        (
+            "gauges: [(name: \"e\", kind: Energy, every: Seconds(0,5))]",
+            &["did you mean `Seconds(0.5)`?"],
+        ),
+        (
+            "gauges: [(name: \"e\", kind: Energy, every: Seconds(5ms))]",
+            &["did you mean `0.005`?"],
+        ),
+    ] {
+        let error = refusal(&SCENE.replacen("duration:", &format!("{line}, duration:"), 1));
+        assert!(
+            fragments.iter().all(|part| error.contains(part)),
+            "{line}: {error}"
+        );
     }
 }
 
