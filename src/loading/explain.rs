@@ -63,7 +63,7 @@ fn explain_in_file<T: DeserializeOwned>(
                     message = slip.in_file(&text[node.span.clone()]);
                 } else if let Some(slip) = slip_within::<T>(text, around.span.clone()) {
                     message = slip.in_file(&text[around.span.clone()]);
-                } else if let Some(sign) = foreign_sign(&text[..end], &text[end..]) {
+                } else if let Some(sign) = foreign_sign(&error.code, &text[..end], &text[end..]) {
                     message = sign.to_owned();
                 } else if node.kind == Kind::Leaf
                     && node.span.end == end
@@ -84,7 +84,7 @@ fn explain_in_file<T: DeserializeOwned>(
                 start
             }
             None => {
-                if let Some(sign) = foreign_sign(&text[..end], &text[end..]) {
+                if let Some(sign) = foreign_sign(&error.code, &text[..end], &text[end..]) {
                     message = sign.to_owned();
                 }
                 end
@@ -103,17 +103,16 @@ fn explain_in_file<T: DeserializeOwned>(
 }
 
 /// A sign of another language right at the place of an error, and what would be right.
-fn foreign_sign(before: &str, rest: &str) -> Option<&'static str> {
+fn foreign_sign(code: &Error, before: &str, rest: &str) -> Option<&'static str> {
     let next = rest.trim_start().chars().next()?;
     let last = before.trim_end().chars().next_back();
     match (last, next) {
         (_, '#') => Some("a comment begins with `//`"),
-        (Some('/'), _) => {
-            Some("numbers are written out: there is no division, and a comment begins with `//`")
-        }
         (_, '*' | '+') => Some("numbers are written out: there is no arithmetic"),
         (_, ';') => Some("fields and values are separated by commas"),
-        (Some('(' | ','), '"' | '\'') => Some("the name of a field has no quotes"),
+        (Some('(' | ','), '"' | '\'') if *code == Error::ExpectedIdentifier => {
+            Some("the name of a field has no quotes")
+        }
         _ => None,
     }
 }
