@@ -14,7 +14,7 @@ pub(super) const SCENE: &str = r#"(
     duration: 1,
 )"#;
 
-fn refusal(text: &str) -> String {
+pub(super) fn refusal(text: &str) -> String {
     match Scene::parse(text, "s.ron", &[]) {
         Ok(_) => panic!("accepted: {text}"),
         Err(error) => error.to_string(),
@@ -118,6 +118,10 @@ const CASES: &[Case] = &[
         &["0.05 s is shorter", "(100 steps)"]),
     ("duration: 1", "gauges: [(name: \"p\", kind: Pressure(at: (1, 1, 1), radius: 0))]", "9:64",
         &["the radius is 0 m"]),
+    ("duration: 1", "gauges: [(name: \"p\", kind: Velocity(at: (1, 1, 1), radius: 1e30))]", "9:64",
+        &["the radius is 10000000", "half a spacing"]),
+    ("duration: 1", "gauges: [(name: \"p\", kind: Front(direction: (1e30, 0, 0)))]", "9:49",
+        &["beyond single precision"]),
     ("duration: 1", "domain: (min: (0, 0, 0), max: (2, 2, 2)), gauges: [(name: \"p\", kind: Velocity(at: (1, 3, \
      1)))]", "9:87", &["(1, 3, 1) m is outside the domain"]),
     ("duration: 1", "domain: (min: (0, 0, 0), max: (2, 2, 2)), gauges: [(name: \"h\", kind: Height(at: (1, 9, \

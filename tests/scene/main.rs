@@ -13,3 +13,4 @@ mod mesh_files;
 mod mesh_sampling;
 mod overrides;
 mod readers;
+mod slips;

@@ -1,5 +1,7 @@
 //! The lattice of one shape.
 
+use std::ops::Range;
+
 use glam::{DVec3, Vec3};
 
 use crate::scene::{Dimension, Shape};
@@ -149,12 +151,31 @@ impl Lattice {
         self.counts.iter().map(|&count| f64::from(count)).product()
     }
 
-    pub(crate) fn for_each(&self, mut visit: impl FnMut(DVec3)) {
-        let [across, up, deep] = self.counts;
-        for k in 0..deep {
-            for j in 0..up {
+    pub(crate) fn for_each(&self, visit: impl FnMut(DVec3)) {
+        self.for_each_of(self.counts.map(|count| 0..count), visit);
+    }
+
+    /// As [`for_each`](Self::for_each), without most of the points that are not in the box from `low` to `high` \[m].
+    pub(crate) fn for_each_near(&self, low: DVec3, high: DVec3, visit: impl FnMut(DVec3)) {
+        let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+        let rows = [0, 1, 2].map(|k| {
+            let (step, count) = (self.steps[k], f64::from(self.counts[k]));
+            let square = step.length_squared();
+            let at = (middle - self.origin).dot(step) / square;
+            let reach = half.dot(step.abs()) / square;
+            // A row more on either side, for rounding.
+            let first = (at - reach - 1.0).floor().clamp(0.0, count);
+            let end = (at + reach + 2.0).ceil().clamp(first, count);
+            first as u32..end as u32
+        });
+        self.for_each_of(rows, visit);
+    }
+
+    fn for_each_of(&self, [across, up, deep]: [Range<u32>; 3], mut visit: impl FnMut(DVec3)) {
+        for k in deep {
+            for j in up.clone() {
                 let row = self.origin + f64::from(k) * self.steps[2] + f64::from(j) * self.steps[1];
-                for i in 0..across {
+                for i in across.clone() {
                     let point = row + f64::from(i) * self.steps[0];
                     if self.keeps(point) {
                         visit(point);
