@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use crate::{
     scene::{Bounds, Limits},
     state::{
-        Accelerations, CHUNK, ChunkResults, Clock, Densities, Execution, Failure, FailureCause,
+        Accelerations, BodyForces, CHUNK, ChunkResults, Clock, Densities, Execution, Failure, FailureCause,
         Material, Positions, PredictedPositions, PressureAccelerations, Pressures, Velocities,
     },
 };
@@ -26,7 +26,8 @@ pub struct Motion {
     pub max_pressure: f32,
     /// Kinetic energy [J; J/m in 2-D].
     pub kinetic_energy: f64,
-    /// Potential energy in the scene's gravity, zero at the origin [J; J/m in 2-D].
+    /// Potential energy in the scene's gravity, zero at the origin, and in its central forces, zero at their centres [J;
+    /// J/m in 2-D].
     pub potential_energy: f64,
     /// Largest pressure of the step before [Pa].
     pressure_before: f32,
@@ -162,7 +163,7 @@ pub fn measure(
     mut motion: ResMut<Motion>,
     positions: Res<Positions>,
     domain: Option<Res<Domain>>,
-    material: Res<Material>,
+    (material, body_forces): (Res<Material>, Option<Res<BodyForces>>),
     execution: Res<Execution>,
 ) {
     let bounds = domain.map(|domain| domain.0);
@@ -181,6 +182,9 @@ pub fn measure(
                 let position = x.truncate();
                 end.speed_squared_sum += f64::from(v.truncate().length_squared());
                 end.height_sum += f64::from(material.gravity.dot(position));
+                if let Some(forces) = &body_forces {
+                    end.height_sum -= f64::from(forces.potential(position));
+                }
                 if let Some(Bounds { min, max }) = bounds
                     && !(position.cmpge(min).all() && position.cmple(max).all())
                 {

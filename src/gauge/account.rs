@@ -4,7 +4,8 @@
 //! what compression took up. So what a host does between steps, pouring, moving or removing, is no dissipation; what
 //! viscosity, the pressure solve, walls at rest and the scheme take away (or add, if it is negative) is.
 //!
-//! Gravity is constant and walls are at rest: no work comes from outside.
+//! Gravity and central forces have a potential. What walls that move and tables of accelerations do comes from outside:
+//! it is booked with the rest, as a dissipation below zero.
 
 use bevy_ecs::prelude::*;
 
@@ -12,7 +13,7 @@ use crate::{
     integrate::Motion,
     pressure::sesph::EquationOfState,
     state::{
-        Densities, Material, in_order,
+        BodyForces, Densities, Material, in_order,
         particle::{Fluid, Position, Velocity},
     },
 };
@@ -60,7 +61,7 @@ impl EnergyAccount {
 pub(crate) fn note_start(
     mut account: ResMut<EnergyAccount>,
     fluid: Query<(Entity, &Position, &Velocity), With<Fluid>>,
-    material: Res<Material>,
+    (material, body_forces): (Res<Material>, Option<Res<BodyForces>>),
 ) {
     let (mut squares, mut heights) = (0.0, 0.0);
     let tables = fluid.contiguous_iter().into_iter().flatten();
@@ -68,6 +69,9 @@ pub(crate) fn note_start(
         for (x, v) in x.iter().zip(v.iter()) {
             squares += f64::from(v.0.length_squared());
             heights += f64::from(material.gravity.dot(x.0));
+            if let Some(forces) = &body_forces {
+                heights -= f64::from(forces.potential(x.0));
+            }
         }
     }
     account.at_start = f64::from(material.particle_mass) * (0.5 * squares - heights);

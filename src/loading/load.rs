@@ -9,7 +9,7 @@ use super::explain::{place_of, read};
 use super::overrides::Override;
 use super::ron_text::{options, plain_names};
 use crate::input::{read_text, without_mark};
-use crate::scene::{BoundaryShape, Place, Scene, SceneError};
+use crate::scene::{BodyForce, BoundaryShape, Place, Scene, SceneError};
 
 impl Scene {
     /// Reads the scene file at `path`, applies `overrides` in their order and checks the result.
@@ -61,7 +61,7 @@ impl Scene {
     }
 
     /// Paths of the files that belong to the scene: the order's, if it names one, then those of the meshes, then those
-    /// that gauges are compared with.
+    /// that gauges are compared with, then tables of accelerations.
     pub fn files_mut(&mut self) -> impl Iterator<Item = &mut String> {
         let meshes = self.boundaries.iter_mut().filter_map(|shape| match shape {
             BoundaryShape::Mesh(mesh) => Some(&mut mesh.file),
@@ -71,7 +71,12 @@ impl Scene {
             let reference = gauge.reference.as_mut()?;
             Some(&mut reference.file)
         });
-        self.order.iter_mut().chain(meshes).chain(references)
+        let tables = self.body_forces.iter_mut().filter_map(|force| match force {
+            BodyForce::Table(table) => Some(&mut table.file),
+            BodyForce::Central(_) => None,
+        });
+        let files = self.order.iter_mut().chain(meshes).chain(references);
+        files.chain(tables)
     }
 
     /// Checks a scene that was built in code, as [`load`](Self::load) checks a file.

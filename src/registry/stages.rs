@@ -23,6 +23,7 @@ const STAGES: &[Stage] = &[
     pressure::DIVERGENCE,
     force::CLEAR_FORCES,
     force::GRAVITY,
+    force::BODY_FORCES,
     force::VISCOSITY,
     force::SURFACE_TENSION,
     pressure::PRESSURE,

@@ -3,6 +3,8 @@
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
+use super::VelocityField;
+
 /// The number of space dimensions, 2 or 3 in the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(try_from = "u8", into = "u8")]
@@ -37,6 +39,9 @@ pub struct FluidBody {
     /// centre. `((0, -w, 0), (w, 0, 0), (0, 0, 0))` turns by w about z.
     #[serde(default)]
     pub velocity_gradient: [Vec3; 3],
+    /// Velocities at the start that come to these: rotation about a point, vortices; none if absent.
+    #[serde(default)]
+    pub velocity_field: Option<VelocityField>,
     /// Random displacement of the particles; none if absent.
     #[serde(default)]
     pub jitter: Option<Jitter>,
@@ -207,14 +212,18 @@ impl FluidBody {
     pub fn velocity_at(&self, point: DVec3) -> DVec3 {
         let arm = point - self.shape.center();
         let rows = self.velocity_gradient.map(|row| row.as_dvec3().dot(arm));
-        self.velocity.as_dvec3() + DVec3::from_array(rows)
+        let field = self.velocity_field.map_or(DVec3::ZERO, |field| field.at(point));
+        self.velocity.as_dvec3() + DVec3::from_array(rows) + field
     }
 
-    /// A bound on the speeds at the start [m/s]: exact for a body without a gradient.
+    /// A bound on the speeds at the start [m/s]: exact for a body without a gradient or a field.
     pub fn greatest_speed(&self) -> f32 {
         let squares = self.velocity_gradient.map(Vec3::length_squared);
         let gradient = squares.iter().sum::<f32>().sqrt();
-        self.velocity.length() + gradient * self.shape.reach()
+        let (center, reach) = (self.shape.center(), self.shape.reach());
+        let field = self.velocity_field;
+        let field = field.map_or(0.0, |field| field.greatest_speed(center, reach));
+        self.velocity.length() + gradient * reach + field
     }
 }
 

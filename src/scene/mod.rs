@@ -6,6 +6,7 @@
 //! In a file `Some(…)` around a value, the names of structs, and the second bracket of `Pcisph((…))` may be left out;
 //! a variant whose fields all have defaults may stand alone, `Pcisph`.
 
+mod body_force;
 mod error;
 mod gauge;
 mod geometry;
@@ -13,7 +14,9 @@ mod output;
 mod physics;
 mod pressure;
 pub mod shapes;
+mod velocity_field;
 
+pub use body_force::*;
 pub(crate) use error::unknown_name;
 pub use error::{Place, SceneError};
 pub use gauge::*;
@@ -21,6 +24,7 @@ pub use geometry::*;
 pub use output::*;
 pub use physics::*;
 pub use pressure::*;
+pub use velocity_field::*;
 
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
@@ -46,6 +50,9 @@ pub struct Scene {
     /// Acceleration of every particle [m/s²].
     #[serde(default = "default_gravity")]
     pub gravity: Vec3,
+    /// Forces on the fluid beside gravity.
+    #[serde(default)]
+    pub body_forces: Vec<BodyForce>,
     /// What the fluid is made of.
     #[serde(default)]
     pub fluid: Fluid,

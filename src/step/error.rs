@@ -6,6 +6,7 @@ use glam::Vec3;
 
 use super::order::OrderError;
 use crate::{
+    measure::CurveError,
     mesh::MeshError,
     scene::{Place, SceneError},
     state::DomainTooLarge,
@@ -53,6 +54,9 @@ pub enum InstallError {
     /// The file of a mesh is gone or has become unusable since the scene was checked.
     #[error(transparent)]
     Mesh(#[from] MeshError),
+    /// The file of a table is gone or has become unusable since the scene was checked.
+    #[error(transparent)]
+    Table(#[from] CurveError),
     /// The system gave no threads.
     #[error("could not start threads: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),

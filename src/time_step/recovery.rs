@@ -59,7 +59,7 @@ impl RecoveryTime {
             SPEED_FACTOR,
             h,
             scene.max_initial_speed(),
-            scene.gravity.length(),
+            scene.greatest_acceleration(),
         );
         Some(Self {
             share,

@@ -2,6 +2,7 @@
 
 mod bodies;
 mod carried;
+mod forces;
 mod gauges;
 mod numbers;
 mod problem;
