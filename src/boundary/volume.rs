@@ -14,50 +14,71 @@ use crate::{
     state::{Execution, Material, SENTINEL},
 };
 
-/// Volumes [m³; m² in 2-D] of the particles of `index`, at `packed` without its sentinel.
-pub fn volumes(
-    scene: &Scene,
-    index: &dyn SpatialIndex,
-    packed: &[Vec4],
-    execution: &Execution,
-) -> Vec<f32> {
-    let pass = BoundaryVolumeSum {
-        kernel: Kernel::of(scene),
-    };
-    let points = &packed[..packed.len() - 1];
-    let search = Search {
-        of: index,
-        points,
-        among: index,
-        among_points: points,
-        same: true,
-    };
-    let mut volumes = vec![0.0; points.len()];
-    pairs::sum(
-        &pass,
-        Source::OnTheSpot(search, None),
-        Places {
-            fluid: packed,
-            boundary: &[SENTINEL],
-            kernel: &pass.kernel,
-        },
-        &mut volumes,
-        execution,
-    );
-    if let BoundaryHandling::DirectForcing(_) = scene.boundary_handling {
-        let material = Material::new(scene);
-        let layer: f32 = (pass.kernel)
-            .lattice(scene.dimension, scene.spacing)
-            .filter(|x| x.y.abs() < 0.5 * scene.spacing)
-            .map(|x| pass.kernel.value(x.length()))
-            .sum();
-        let particle = material.particle_mass / material.rest_density;
-        for volume in &mut volumes {
-            // Not more at a border, where samples are fewer.
-            *volume = particle * (*volume * layer).min(1.0);
-        }
+/// How the volumes of a scene's boundary particles are found.
+#[derive(Debug, Clone, Copy)]
+pub struct VolumeRule {
+    kernel: Kernel,
+    /// With direct forcing: the volume of a fluid particle [m³; m² in 2-D], and the sum of a flat layer's kernels.
+    layer: Option<[f32; 2]>,
+}
+
+impl VolumeRule {
+    /// The rule of a scene.
+    pub fn new(scene: &Scene) -> Self {
+        let kernel = Kernel::of(scene);
+        let layer = match scene.boundary_handling {
+            BoundaryHandling::Akinci => None,
+            BoundaryHandling::DirectForcing(_) => {
+                let material = Material::new(scene);
+                let layer: f32 = kernel
+                    .lattice(scene.dimension, scene.spacing)
+                    .filter(|x| x.y.abs() < 0.5 * scene.spacing)
+                    .map(|x| kernel.value(x.length()))
+                    .sum();
+                Some([material.particle_mass / material.rest_density, layer])
+            }
+        };
+        Self { kernel, layer }
     }
-    volumes
+
+    /// Volumes [m³; m² in 2-D] of the particles of `index`, at `packed` without its sentinel.
+    pub fn volumes(
+        &self,
+        index: &dyn SpatialIndex,
+        packed: &[Vec4],
+        execution: &Execution,
+    ) -> Vec<f32> {
+        let pass = BoundaryVolumeSum {
+            kernel: self.kernel,
+        };
+        let points = &packed[..packed.len() - 1];
+        let search = Search {
+            of: index,
+            points,
+            among: index,
+            among_points: points,
+            same: true,
+        };
+        let mut volumes = vec![0.0; points.len()];
+        pairs::sum(
+            &pass,
+            Source::OnTheSpot(search, None),
+            Places {
+                fluid: packed,
+                boundary: &[SENTINEL],
+                kernel: &pass.kernel,
+            },
+            &mut volumes,
+            execution,
+        );
+        if let Some([particle, layer]) = self.layer {
+            for volume in &mut volumes {
+                // Not more at a border, where samples are fewer.
+                *volume = particle * (*volume * layer).min(1.0);
+            }
+        }
+        volumes
+    }
 }
 
 #[derive(Clone, Copy)]

@@ -60,13 +60,11 @@ impl Scene {
         Ok(plain_names(&text) + "\n")
     }
 
-    /// Paths of the files that belong to the scene: the order's, if it names one, then those of the meshes, then those
-    /// that gauges are compared with, then tables of accelerations.
+    /// Paths of the files that belong to the scene: the order's, if it names one, then those of the walls, meshes and
+    /// tables of motion, then those that gauges are compared with, then tables of accelerations.
     pub fn files_mut(&mut self) -> impl Iterator<Item = &mut String> {
-        let meshes = self.boundaries.iter_mut().filter_map(|shape| match shape {
-            BoundaryShape::Mesh(mesh) => Some(&mut mesh.file),
-            _ => None,
-        });
+        let walls = self.boundaries.iter_mut();
+        let walls = walls.flat_map(BoundaryShape::files_mut);
         let references = self.gauges.iter_mut().filter_map(|gauge| {
             let reference = gauge.reference.as_mut()?;
             Some(&mut reference.file)
@@ -75,7 +73,7 @@ impl Scene {
             BodyForce::Table(table) => Some(&mut table.file),
             BodyForce::Central(_) => None,
         });
-        let files = self.order.iter_mut().chain(meshes).chain(references);
+        let files = self.order.iter_mut().chain(walls).chain(references);
         files.chain(tables)
     }
 

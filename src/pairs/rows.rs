@@ -194,7 +194,7 @@ fn row<P: PairSum, S: Simd, L: Slopes>(
         let rows = simd.rows(boundary);
         let slopes = (places.kernel, &mut Computed);
         let pair = pair(simd, own, places.boundary, rows, slopes);
-        pass.boundary(simd, &pair, &mut sums);
+        pass.boundary(simd, &pair, rows, &mut sums);
         boundary = boundary.get(LANES..).unwrap_or_default();
     }
     pass.finish(simd, neighbours, sums)

@@ -3,10 +3,10 @@
 //! With the pressure force of [`force`](super::force), pressure terms `t = p/ρ²` and the velocities v* without
 //! pressure, `ρ_i + dt Dρ_i/Dt(v* + dt a(t)) = ρ0` is linear in t, with
 //!
-//! `Dρ_i/Dt(v) = Σ_j m (v_i − v_j)·∇W_ij + Σ_b ρ0 V_b v_i·∇W_ib`.
+//! `Dρ_i/Dt(v) = Σ_j m (v_i − v_j)·∇W_ij + Σ_b ρ0 V_b (v_i − v_b)·∇W_ib`.
 //!
 //! What particle i answers to its own term is `dt² D_i`, `D_i = |Σ_j m ∇W_ij + Σ_b ρ0 V_b ∇W_ib|² + Σ_j |m ∇W_ij|²`:
-//! walls count in the particle's own motion and not in that of its neighbours, as they do not move (see
+//! walls count in the particle's own motion and not in that of its neighbours, as they answer no pressure (see
 //! [`response`](super::response)). A relaxed Jacobi iteration
 //! is `t_i ← max(0, t_i + ω (ρ*_i − ρ0)/(dt² D_i))`: two passes over the neighbours, force and rate.
 //!
@@ -365,7 +365,7 @@ pub struct DensityRateSums<S: Simd> {
     own: [S::F; 2],
     /// A number in every lane, or a vector in each half.
     sum: S::F,
-    /// `Σ_b ρ0 V_b v_i·∇W_ib` [kg/(m³ s)].
+    /// `Σ_b ρ0 V_b (v_i − v_b)·∇W_ib` [kg/(m³ s)].
     walls: f32,
 }
 
@@ -381,7 +381,7 @@ impl<const SHARED: bool> PairSum for DensityRate<'_, SHARED> {
             velocity: broadcast(simd, velocity),
             own: [own, velocity].map(|vector| simd.splat_vector(vector)),
             sum: simd.splat(0.0),
-            walls: self.rest_density * self.walls.gradient(i).dot(velocity.truncate()),
+            walls: self.rest_density * self.walls.rate(i, velocity.truncate()),
         }
     }
 

@@ -4,6 +4,7 @@ use bevy_ecs::prelude::*;
 
 use super::{advance, columns::columns, gather};
 use crate::{
+    boundary::moving,
     force, index,
     lattice::Lattice,
     neighbours,
@@ -17,6 +18,7 @@ use crate::{
 /// The engine's stages, in the order in which they run by default.
 const STAGES: &[Stage] = &[
     gather::STAGE,
+    moving::STAGE,
     index::STAGE,
     neighbours::STAGE,
     pressure::DENSITY,

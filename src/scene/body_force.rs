@@ -5,7 +5,6 @@ use std::path::Path;
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
-use super::{Scene, Shape};
 use crate::measure::{Curve, CurveError};
 
 /// An acceleration of the fluid beside gravity. Several add up.
@@ -37,7 +36,7 @@ pub struct CentralForce {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AccelerationFile {
-    /// The file, relative to the scene file's folder (after [`load`](Scene::load): to the working directory). Between
+    /// The file, relative to the scene file's folder (after [`load`](super::Scene::load): to the working directory). Between
     /// its times accelerations are linear; before the first and after the last they stay as they are there.
     pub file: String,
 }
@@ -86,9 +85,10 @@ impl AccelerationTable {
                 Err(error) => return Err(error),
             }
         }
-        match missing {
-            Some(error) if rows.is_empty() => return Err(error),
-            _ => {}
+        if rows.is_empty()
+            && let Some(error) = missing
+        {
+            return Err(error);
         }
         for k in 1..rows.len() {
             let (before, now) = (rows[k - 1], rows[k]);
@@ -131,29 +131,6 @@ impl AccelerationTable {
     }
 }
 
-/// Distance from a point to the farthest of a shape, or more [m].
-fn farthest(shape: &Shape, point: Vec3) -> f32 {
-    shape.center().as_vec3().distance(point) + shape.reach()
-}
-
-impl Scene {
-    /// A bound on the acceleration by all forces on the fluid as a whole [m/s²]: at the start for central forces, at
-    /// any time for gravity and tables. A file that cannot be read counts for nothing: the scene's check names it.
-    pub fn greatest_acceleration(&self) -> f32 {
-        let of_force = |force: &BodyForce| match force {
-            BodyForce::Central(central) => {
-                let distances = self.bodies.iter();
-                let distances = distances.map(|body| farthest(&body.shape, central.center));
-                let distance = distances.fold(0.0, f32::max);
-                (central.linear * distance).abs() + central.constant.abs()
-            }
-            BodyForce::Table(table) => AccelerationTable::load(Path::new(&table.file))
-                .map_or(0.0, |table| table.greatest() as f32),
-        };
-        self.gravity.length() + self.body_forces.iter().map(of_force).sum::<f32>()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -175,34 +152,55 @@ mod tests {
             let y = [(0.0, 0.0), (1.0, 2.0), (3.0, -2.0)];
             let linear = |points: [(f64, f64); 3]| {
                 let points = points.to_vec();
-                let curve = Curve { points, notes: Vec::new() };
+                let curve = Curve {
+                    points,
+                    notes: Vec::new(),
+                };
                 curve.at(time.clamp(0.0, 3.0)).expect("a value")
             };
             DVec3::new(linear(x), linear(y), 0.0)
         };
-        for (from, to) in [(-1.0, 0.5), (0.2, 0.9), (0.5, 2.5), (0.0, 3.0), (2.0, 4.0), (5.0, 6.0)] {
+        for (from, to) in [
+            (-1.0, 0.5),
+            (0.2, 0.9),
+            (0.5, 2.5),
+            (0.0, 3.0),
+            (2.0, 4.0),
+            (5.0, 6.0),
+        ] {
             let count = 10_000;
             let dt = (to - from) / f64::from(count);
             let fine = (0..count).map(|k| dt * at(from + (f64::from(k) + 0.5) * dt));
             let fine: DVec3 = fine.sum();
             let found = (to - from) * table.mean(from, to - from);
-            assert!(found.distance(fine) < 1e-6, "{from} to {to}: {found}, not {fine}");
+            assert!(
+                found.distance(fine) < 1e-6,
+                "{from} to {to}: {found}, not {fine}"
+            );
         }
     }
 
     #[test]
     fn a_table_without_accelerations_is_refused() {
         let error = table("t,x\n0,1\n").expect_err("refused").to_string();
-        assert!(error.contains("no column `az`; the columns are t, x"), "{error}");
+        assert!(
+            error.contains("no column `az`; the columns are t, x"),
+            "{error}"
+        );
         assert!(table("t,ax\n0,a\n").is_err());
     }
 
     #[test]
     fn a_central_force_is_the_gradient_of_its_potential() {
-        let force = CentralForce { center: Vec3::new(1.0, 0.0, -1.0), linear: 3.0, constant: 0.5 };
+        let force = CentralForce {
+            center: Vec3::new(1.0, 0.0, -1.0),
+            linear: 3.0,
+            constant: 0.5,
+        };
         let x = Vec3::new(0.2, 0.7, 0.1);
         for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
-            let slope = (force.potential(x + 1e-2 * axis) - force.potential(x - 1e-2 * axis)) / 2e-2;
+            let slope =
+                (force.potential(x + 1e-2 * axis) - force.potential(x - 1e-2 * axis)) / 2e-2;
             assert!((slope + force.acceleration(x).dot(axis)).abs() < 1e-3);
         }
         assert_eq!(force.acceleration(force.center), Vec3::ZERO);

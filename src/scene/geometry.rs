@@ -1,9 +1,11 @@
 //! Where things are: dimension, boxes, bodies of fluid, solid boundaries.
 
+use std::path::Path;
+
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
-use super::VelocityField;
+use super::{MotionTable, VelocityField, WallMotion};
 
 /// The number of space dimensions, 2 or 3 in the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -109,6 +111,9 @@ pub enum BoundaryShape {
         /// What gauges call it; boundaries of one name are one body to them.
         #[serde(default)]
         name: Option<String>,
+        /// How it moves; it stands if absent.
+        #[serde(default)]
+        motion: Option<WallMotion>,
     },
     /// A solid box.
     Box {
@@ -119,6 +124,9 @@ pub enum BoundaryShape {
         /// What gauges call it; boundaries of one name are one body to them.
         #[serde(default)]
         name: Option<String>,
+        /// How it moves; it stands if absent.
+        #[serde(default)]
+        motion: Option<WallMotion>,
     },
     /// A solid sphere (a disc in 2-D).
     Sphere {
@@ -129,6 +137,9 @@ pub enum BoundaryShape {
         /// What gauges call it; boundaries of one name are one body to them.
         #[serde(default)]
         name: Option<String>,
+        /// How it moves; it stands if absent.
+        #[serde(default)]
+        motion: Option<WallMotion>,
     },
     /// A flat rectangular wall (a line in 2-D) that is solid on the far side of its normal.
     Plane {
@@ -141,6 +152,9 @@ pub enum BoundaryShape {
         /// What gauges call it; boundaries of one name are one body to them.
         #[serde(default)]
         name: Option<String>,
+        /// How it moves; it stands if absent.
+        #[serde(default)]
+        motion: Option<WallMotion>,
     },
     /// A surface of triangles; 3-D only.
     Mesh(MeshBoundary),
@@ -171,6 +185,9 @@ pub struct MeshBoundary {
     /// What gauges call it; boundaries of one name are one body to them.
     #[serde(default)]
     pub name: Option<String>,
+    /// How it moves; it stands if absent.
+    #[serde(default)]
+    pub motion: Option<WallMotion>,
 }
 
 fn one() -> f64 {
@@ -205,6 +222,77 @@ impl BoundaryShape {
             Self::Mesh(mesh) => mesh.name.as_deref(),
         }
     }
+
+    /// Its motion; none for walls that stand.
+    pub fn motion(&self) -> Option<&WallMotion> {
+        match self {
+            Self::Tank { motion, .. }
+            | Self::Box { motion, .. }
+            | Self::Sphere { motion, .. }
+            | Self::Plane { motion, .. } => motion.as_ref(),
+            Self::Mesh(mesh) => mesh.motion.as_ref(),
+        }
+    }
+
+    /// Paths of the files that it names.
+    pub(crate) fn files_mut(&mut self) -> impl Iterator<Item = &mut String> {
+        let (mesh, motion) = match self {
+            Self::Tank { motion, .. }
+            | Self::Box { motion, .. }
+            | Self::Sphere { motion, .. }
+            | Self::Plane { motion, .. } => (None, motion),
+            Self::Mesh(mesh) => (Some(&mut mesh.file), &mut mesh.motion),
+        };
+        let table = motion.as_mut().and_then(WallMotion::file_mut);
+        mesh.into_iter().chain(table)
+    }
+
+    /// Distance from a point to the farthest of the shape [m]; a mesh's is not known without its file.
+    fn farthest_from(&self, point: Vec3, axes: Vec3) -> Option<f32> {
+        let of_box = |min: Vec3, max: Vec3| {
+            let arm = (min - point).abs().max((max - point).abs());
+            Some((arm * axes).length())
+        };
+        match *self {
+            Self::Tank { min, max, .. } | Self::Box { min, max, .. } => of_box(min, max),
+            Self::Sphere { center, radius, .. } => Some(center.distance(point) + radius),
+            Self::Plane {
+                center, half_size, ..
+            } => Some(center.distance(point) + half_size * std::f32::consts::SQRT_2),
+            Self::Mesh(_) => None,
+        }
+    }
+
+    /// Largest speed of a point of it in the whole motion [m/s]. None for a mesh that turns. A table that cannot be
+    /// read counts as standing: the scene's check names it.
+    pub(crate) fn greatest_speed(&self, in_plane: bool) -> Option<f32> {
+        let motion = self.motion()?;
+        let axes = if in_plane {
+            Vec3::X + Vec3::Y
+        } else {
+            Vec3::ONE
+        };
+        match *motion {
+            WallMotion::Velocity { velocity, .. } => Some(velocity.length()),
+            WallMotion::Rotation {
+                center,
+                angular_velocity,
+                ..
+            } => {
+                let farthest = self.farthest_from(center, axes)?;
+                Some(angular_velocity.length() * farthest)
+            }
+            WallMotion::Oscillation {
+                amplitude,
+                frequency,
+                ..
+            } => Some(amplitude.length() * std::f32::consts::TAU * frequency.abs()),
+            WallMotion::Table { ref file, .. } => {
+                let table = MotionTable::load(Path::new(file)).ok()?;
+                Some(table.greatest_speed() as f32)
+            }
+        }
+    }
 }
 
 impl FluidBody {
@@ -212,7 +300,9 @@ impl FluidBody {
     pub fn velocity_at(&self, point: DVec3) -> DVec3 {
         let arm = point - self.shape.center();
         let rows = self.velocity_gradient.map(|row| row.as_dvec3().dot(arm));
-        let field = self.velocity_field.map_or(DVec3::ZERO, |field| field.at(point));
+        let field = self
+            .velocity_field
+            .map_or(DVec3::ZERO, |field| field.at(point));
         self.velocity.as_dvec3() + DVec3::from_array(rows) + field
     }
 

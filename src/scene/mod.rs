@@ -15,6 +15,7 @@ mod physics;
 mod pressure;
 pub mod shapes;
 mod velocity_field;
+mod wall_motion;
 
 pub use body_force::*;
 pub(crate) use error::unknown_name;
@@ -25,6 +26,9 @@ pub use output::*;
 pub use physics::*;
 pub use pressure::*;
 pub use velocity_field::*;
+pub use wall_motion::*;
+
+use std::path::Path;
 
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
@@ -135,6 +139,23 @@ impl Scene {
     pub fn forces_directly(&self) -> bool {
         matches!(self.boundary_handling, BoundaryHandling::DirectForcing(_))
             && !self.boundaries.is_empty()
+    }
+
+    /// A bound on the acceleration by all forces on the fluid as a whole [m/s²]: at the start for central forces, at
+    /// any time for gravity and tables. A file that cannot be read counts for nothing: the scene's check names it.
+    pub fn greatest_acceleration(&self) -> f32 {
+        let of_force = |force: &BodyForce| match force {
+            BodyForce::Central(central) => {
+                let shapes = self.bodies.iter().map(|body| &body.shape);
+                let distances = shapes
+                    .map(|shape| shape.center().as_vec3().distance(central.center) + shape.reach());
+                let distance = distances.fold(0.0, f32::max);
+                (central.linear * distance).abs() + central.constant.abs()
+            }
+            BodyForce::Table(table) => AccelerationTable::load(Path::new(&table.file))
+                .map_or(0.0, |table| table.greatest() as f32),
+        };
+        self.gravity.length() + self.body_forces.iter().map(of_force).sum::<f32>()
     }
 
     /// Largest speed that a particle starts with [m/s].

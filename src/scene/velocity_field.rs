@@ -38,9 +38,7 @@ impl VelocityField {
             Self::Rotation {
                 center,
                 angular_velocity,
-            } => angular_velocity
-                .as_dvec3()
-                .cross(point - center.as_dvec3()),
+            } => angular_velocity.as_dvec3().cross(point - center.as_dvec3()),
             Self::TaylorGreen {
                 speed,
                 wavelength,
@@ -62,6 +60,49 @@ impl VelocityField {
                 angular_velocity,
             } => angular_velocity.length() * (axis.distance(center.as_vec3()) + reach),
             Self::TaylorGreen { speed, .. } => speed.abs(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// By differences at points without a pattern: no divergence, the right rotation, no speed above the bound.
+    #[test]
+    fn fields_are_free_of_divergence_and_within_their_bounds() {
+        let omega = Vec3::new(0.5, -1.0, 2.0);
+        let rotation = VelocityField::Rotation {
+            center: Vec3::new(0.1, 0.2, -0.3),
+            angular_velocity: omega,
+        };
+        let vortices = VelocityField::TaylorGreen {
+            speed: -0.7,
+            wavelength: 0.4,
+            origin: Vec3::new(0.1, 0.0, 0.05),
+        };
+        let step = 1e-5;
+        for k in 0..50 {
+            let k = f64::from(k);
+            let x = DVec3::new((1.3 * k).sin(), (2.1 * k).cos(), (0.7 * k).sin());
+            for field in [rotation, vortices] {
+                let slope = |axis: DVec3| {
+                    (field.at(x + step * axis) - field.at(x - step * axis)) / (2.0 * step)
+                };
+                let [dx, dy, dz] = [DVec3::X, DVec3::Y, DVec3::Z].map(slope);
+                assert!((dx.x + dy.y + dz.z).abs() < 1e-6);
+                let most = f64::from(field.greatest_speed(DVec3::ZERO, x.length() as f32));
+                assert!(field.at(x).length() <= most * (1.0 + 1e-6));
+                if field == rotation {
+                    let curl = DVec3::new(dy.z - dz.y, dz.x - dx.z, dx.y - dy.x);
+                    assert!(curl.distance(2.0 * omega.as_dvec3()) < 1e-6);
+                }
+            }
+        }
+        // Slip walls may stand at half the wavelength.
+        for y in [0.03, 0.2] {
+            let at_wall = vortices.at(DVec3::new(0.3, y, 0.0));
+            assert!(at_wall.x.abs() < 1e-7, "{at_wall}");
         }
     }
 }

@@ -37,6 +37,9 @@ impl BodyForces {
     /// Potential energy of a mass of 1 in the central forces, zero at their centres [m²/s²].
     #[inline]
     pub fn potential(&self, point: Vec3) -> f32 {
-        self.central.iter().map(|force| force.potential(point)).sum()
+        self.central
+            .iter()
+            .map(|force| force.potential(point))
+            .sum()
     }
 }

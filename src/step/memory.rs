@@ -1,7 +1,9 @@
 //! What a scene needs in memory, by what holds it, and whether the machine has it.
 
 use super::error::InstallError;
-use crate::{index, loading::Size, memory, registry::Stages, scene::Scene, state::Material};
+use crate::{
+    boundary::moving, index, loading::Size, memory, registry::Stages, scene::Scene, state::Material,
+};
 
 /// A candidate for a sample of a mesh, with its place in the lists of the front [bytes].
 const BYTES_A_CANDIDATE: f64 = 60.0;
@@ -73,12 +75,17 @@ fn enough(scene: &Scene, size: &Size, need: &Need, machine: f64) -> Result<(), I
 }
 
 pub(super) fn bytes_per_boundary_particle(scene: &Scene) -> Vec<(&'static str, f64)> {
-    vec![
+    let mut bytes = vec![
         // Three columns of 28 bytes, 8 bytes of change ticks each, and the entity's own entries.
         ("tables: position, normal, volume", 28.0 + 3.0 * 8.0 + 24.0),
         ("packed positions and normals", 16.0 + 12.0),
         ("spatial index", index::bytes_per_particle(scene)),
-    ]
+    ];
+    if moving::is_wanted(scene) {
+        // Places at the end of the step, velocities, and poses in columns and in rows.
+        bytes.push(("walls in motion", 32.0 + 28.0 + 8.0 + 32.0));
+    }
+    bytes
 }
 
 #[cfg(test)]

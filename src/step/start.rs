@@ -7,6 +7,7 @@ use crate::{
     boundary::{
         self,
         direct_forcing::DirectForcing,
+        moving::{MovingWalls, RestPose},
         owners::{Owners, SampleOf},
         sums::WallSums,
     },
@@ -68,6 +69,8 @@ pub(super) struct Walls {
     /// Numbers of the samples' boundaries, where a gauge wants them.
     owners: Option<Vec<u32>>,
     pub(super) samples: BoundarySamples,
+    /// Those that move, and the poses of all samples.
+    moving: Option<(MovingWalls, Vec<Option<RestPose>>)>,
 }
 
 impl Walls {
@@ -81,11 +84,24 @@ impl Walls {
             sampled.push(sample);
             owners.push(owner);
         })?;
+        let moving = MovingWalls::new(scene)?.map(|(mut walls, courses)| {
+            let pose = |(sample, &owner): (&BoundarySample, &u32)| {
+                courses[owner as usize].map(|course| RestPose {
+                    course,
+                    position: sample.position,
+                    normal: sample.normal,
+                })
+            };
+            let poses: Vec<_> = sampled.iter().zip(&owners).map(pose).collect();
+            walls.take(poses.iter().copied());
+            (walls, poses)
+        });
         let samples = boundary::pack(scene, &sampled, execution).map_err(InstallError::Boundary)?;
         Ok(Some(Self {
             sampled,
             owners: gauge::measures_forces(scene).then_some(owners),
             samples,
+            moving,
         }))
     }
 
@@ -94,6 +110,7 @@ impl Walls {
             sampled,
             owners,
             samples,
+            moving,
         } = self;
         let volumes: Vec<f32> = samples.points().iter().map(|sample| sample.w).collect();
         let spawned =
@@ -105,13 +122,17 @@ impl Walls {
                     BoundaryVolume(volume),
                 )
             }));
+        let particles: Vec<Entity> = spawned.collect();
+        if let Some((walls, poses)) = moving {
+            let moved = particles.iter().zip(poses);
+            let moved = moved.filter_map(|(&particle, pose)| Some((particle, pose?)));
+            world.insert_batch(moved.collect::<Vec<_>>());
+            world.insert_resource(walls);
+        }
         if let Some(owners) = owners {
-            let particles: Vec<Entity> = spawned.collect();
             let of = owners.iter().map(|&owner| SampleOf(owner));
             world.insert_batch(particles.into_iter().zip(of));
             world.insert_resource(Owners(owners));
-        } else {
-            drop(spawned);
         }
         world.insert_resource(samples);
         world.insert_resource(WallSums::new(scene.pressure.solver().beside_wall(scene)));

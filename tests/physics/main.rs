@@ -18,6 +18,7 @@ mod mesh_rims;
 mod mesh_shots;
 mod meshes;
 mod momentum;
+mod moving_walls;
 mod random_scenes;
 mod rest;
 mod robustness;

@@ -60,6 +60,14 @@ fn every_spoilt_scene_is_refused_with_its_place_and_a_remedy() {
         ("duration: 1", "output: (formats: Ply)", "9:23", &["did you mean `[Ply]`?"]),
         ("duration: 1", "executor: \"Parallel\"", "9:15", &["did you mean `Parallel`?"]),
         ("duration: 1", "executor: 4", "9:15", &["one of Auto, Parallel, SingleThreaded", "`4`"]),
+        // Motions, forces and fields.
+        ("max: (2, 2, 1))", "max: (2, 2, 1), motion: Velocity(velocity: (0, 0, 0)))", "6:82", &["the velocity is zero", "leave `motion` out"]),
+        ("max: (2, 2, 1))", "max: (2, 2, 1), motion: Velocity(velocity: (1, 0, 0), start: 2, end: 1))", "6:108", &["stops at 1 s", "`end` must be above"]),
+        ("max: (2, 2, 1))", "max: (2, 2, 1), motion: Oscillation(amplitude: (1, 0, 0), frequency: 0))", "6:108", &["must be above 0"]),
+        ("max: (2, 2, 1))", "max: (2, 2, 1), motion: Table(file: \"none.csv\", direction: (1, 0, 0)))", "6:75", &["none.csv"]),
+        ("duration: 1,", "duration: 1, body_forces: [Central(center: (0, 0, 0))],", "9:32", &["zero everywhere", "`linear`"]),
+        ("duration: 1,", "duration: 1, body_forces: [Table(file: \"none.csv\")],", "9:44", &["none.csv"]),
+        ("max: (1, 1, 1))", "max: (1, 1, 1)), velocity_field: TaylorGreen(speed: 1, wavelength: 0.1)", "5:109", &["four spacings"]),
         // Single numbers.
         ("\"spoilt\"", "\"a/b\"", "2:11", &["without slashes"]),
         ("spacing: 0.1", "spacing: -0.1", "3:14", &["`spacing` is -0.1 m; it must be above 0"]),

@@ -4,6 +4,7 @@ mod bodies;
 mod carried;
 mod forces;
 mod gauges;
+mod motions;
 mod numbers;
 mod problem;
 mod proper;

@@ -1,7 +1,7 @@
 //! All checks of a scene in their order.
 
 use super::{
-    bodies, carried, forces, gauges, numbers,
+    bodies, carried, forces, gauges, motions, numbers,
     problem::Problem,
     size::{self, Size},
     solids, stability,
@@ -19,6 +19,7 @@ pub(in crate::loading) fn check(scene: &Scene) -> Result<Size, Problem> {
     forces::velocity_fields(scene)?;
     forces::body_forces(scene)?;
     solids::shapes(scene)?;
+    motions::motions(scene)?;
     gauges::gauges(scene)?;
     let meshes = solids::meshes(scene)?;
     let size = size::count(scene, &meshes)?;

@@ -1,0 +1,173 @@
+//! Walls in prescribed motion.
+//!
+//! Where a wall is follows from the time alone, so a step that is taken back takes its walls back, too. In a step from t
+//! to t + dt a sample goes from its place at t to that at t + dt; its velocity is the mean of the step, so Dρ/Dt with it
+//! leads to the density beside the wall where that will be, and contact holds the fluid off there. Places are computed
+//! in double precision from the shape, and nothing adds up.
+//!
+//! The index takes over what changed its cell. Volumes are summed anew where walls move past each other.
+
+use bevy_ecs::prelude::*;
+use glam::Vec3;
+
+use super::volume::VolumeRule;
+use crate::{
+    index::BoundarySamples,
+    measure::CurveError,
+    scene::{Dimension, Scene, WallCourse},
+    state::{
+        Clock, Execution, Failure, FailureCause, Limit, Material, Phase, Product, Stage,
+        particle::{Boundary, BoundaryNormal, Position},
+    },
+};
+
+/// Walls in motion, before anything is searched among them.
+pub(crate) const STAGE: Stage = Stage {
+    needs: &[Product::Columns],
+    makes: &[Product::Walls],
+    wanted: is_wanted,
+    limits,
+    ..Stage::new("move_walls", Phase::RebuildIndex, |_| {
+        move_walls.into_configs()
+    })
+};
+
+/// Whether a wall of the scene moves.
+pub(crate) fn is_wanted(scene: &Scene) -> bool {
+    let mut walls = scene.boundaries.iter();
+    walls.any(|wall| wall.motion().is_some())
+}
+
+/// Part of the support radius that a wall may move in a step [-], as the fluid of an adaptive step.
+const FARTHEST: f32 = 0.4;
+
+fn limits(scene: &Scene) -> Vec<Limit> {
+    let in_plane = scene.dimension == Dimension::Two;
+    let walls = scene.boundaries.iter();
+    let speeds = walls.filter_map(|wall| wall.greatest_speed(in_plane));
+    let speed = speeds.fold(0.0, f32::max);
+    vec![(
+        "the speed of walls",
+        FARTHEST * scene.support_radius() / speed,
+    )]
+}
+
+/// Where a boundary particle was before it moved, and the course that it takes. A host that moves one changes this.
+#[derive(Component, Debug, Clone, Copy, PartialEq)]
+pub struct RestPose {
+    /// Index in [`MovingWalls::courses`].
+    pub course: u32,
+    /// [m]
+    pub position: Vec3,
+    /// Unit vector from the solid into the fluid.
+    pub normal: Vec3,
+}
+
+/// The walls that move.
+#[derive(Resource, Debug, Clone)]
+pub struct MovingWalls {
+    /// Their motions.
+    pub courses: Vec<WallCourse>,
+    /// Rows of the samples that move.
+    samples: Vec<(u32, RestPose)>,
+    /// How volumes are summed, if walls move past each other.
+    volumes: Option<VolumeRule>,
+}
+
+impl MovingWalls {
+    /// Reads the motions of a scene; `None` if nothing moves. With them comes the course of every boundary.
+    pub fn new(scene: &Scene) -> Result<Option<(Self, Vec<Option<u32>>)>, CurveError> {
+        let mut courses = Vec::new();
+        let mut of_boundary = Vec::new();
+        for wall in &scene.boundaries {
+            let course = wall.motion().map(WallCourse::new).transpose()?;
+            of_boundary.push(course.as_ref().map(|_| courses.len() as u32));
+            courses.extend(course);
+        }
+        let same = courses.windows(2).all(|pair| pair[0] == pair[1]);
+        let together = same && courses.len() == scene.boundaries.len();
+        let walls = Self {
+            courses,
+            samples: Vec::new(),
+            volumes: (!together).then(|| VolumeRule::new(scene)),
+        };
+        Ok((!walls.courses.is_empty()).then_some((walls, of_boundary)))
+    }
+
+    /// Takes the poses of all boundary particles, in the order of their rows.
+    pub fn take(&mut self, poses: impl Iterator<Item = Option<RestPose>>) {
+        let rows = (0..).zip(poses);
+        self.samples = rows
+            .filter_map(|(row, pose)| pose.map(|pose| (row, pose)))
+            .collect();
+    }
+}
+
+/// Puts walls where they are at the start of the step, and says where they will be at its end (phase `RebuildIndex`).
+pub fn move_walls(
+    mut boundary: ResMut<BoundarySamples>,
+    mut failure: ResMut<Failure>,
+    walls: Res<MovingWalls>,
+    material: Res<Material>,
+    clock: Res<Clock>,
+    execution: Res<Execution>,
+) {
+    let boundary = &mut *boundary;
+    let dt = f64::from(clock.dt);
+    let poses: Vec<_> = (walls.courses.iter())
+        .map(|course| (course.pose(clock.time), course.pose(clock.time + dt)))
+        .collect();
+    boundary.ahead.clone_from(&boundary.packed);
+    boundary.velocities.clear();
+    boundary
+        .velocities
+        .resize(boundary.packed.len(), Default::default());
+    let mut farthest = 0.0_f64;
+    for (row, rest) in &walls.samples {
+        let row = *row as usize;
+        let (now, then) = &poses[rest.course as usize];
+        let (from, to) = (now.place(rest.position), then.place(rest.position));
+        let volume = boundary.packed[row].w;
+        boundary.packed[row] = from.as_vec3().extend(volume);
+        boundary.ahead[row] = to.as_vec3().extend(volume);
+        boundary.velocities[row] = ((to - from) / dt).as_vec3().extend(0.0);
+        boundary.normals[row] = now.turn(rest.normal);
+        farthest = farthest.max(from.distance(to));
+    }
+    let (displacement, limit) = (farthest as f32, 0.5 * material.kernel.support_radius);
+    if displacement > limit {
+        let cause = FailureCause::WallTooFast {
+            displacement,
+            limit,
+        };
+        return failure.record(cause, None);
+    }
+    let points = &boundary.packed[..boundary.packed.len() - 1];
+    if let Err(error) = boundary.index.update(points, &execution) {
+        return failure.record(FailureCause::DomainTooLarge(error), None);
+    }
+    if let Some(rule) = &walls.volumes {
+        let volumes = rule.volumes(&*boundary.index, &boundary.packed, &execution);
+        let rows = boundary.packed.iter_mut().zip(&mut boundary.ahead);
+        for ((now, then), volume) in rows.zip(volumes) {
+            (now.w, then.w) = (volume, volume);
+        }
+    }
+}
+
+/// Puts the boundary particles where they are at the end of the step (phase `Integrate`, when the step is good).
+pub fn show_walls(
+    mut particles: Query<(&mut Position, &mut BoundaryNormal, &RestPose), With<Boundary>>,
+    walls: Res<MovingWalls>,
+    clock: Res<Clock>,
+) {
+    let poses: Vec<_> = (walls.courses.iter())
+        .map(|course| course.pose(clock.time))
+        .collect();
+    for (mut position, mut normal, rest) in &mut particles {
+        if let Some(pose) = poses.get(rest.course as usize) {
+            position.0 = pose.place(rest.position).as_vec3();
+            normal.0 = pose.turn(rest.normal);
+        }
+    }
+}
