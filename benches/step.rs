@@ -123,7 +123,7 @@ impl Timed {
     }
 }
 
-/// Every method: ms a step and by phase, on one thread and on two.
+/// Every method: ms per step and by phase, on one thread and on two.
 fn methods(particles: usize) -> Result<(), Failure> {
     print!(
         "\n{particles} particles, ms a step\n{:8} {:>7} {:>7}",
@@ -205,7 +205,7 @@ fn peak_arithmetic(execution: &Execution) -> f64 {
     median(&mut rates)
 }
 
-/// Billions of bytes a second, read and written, of a copy that no cache holds.
+/// Billions of bytes per second, read and written, of a copy that no cache holds.
 fn stream_bandwidth(execution: &Execution) -> f64 {
     let from = vec![Vec4::ONE; 8 << 20];
     let mut to = vec![Vec4::ZERO; from.len()];

@@ -13,7 +13,6 @@ use glam::{DMat3, DVec3};
 use crate::{
     kernel::Kernel,
     scene::{Dimension, KernelFunction, Scene},
-    state::Material,
 };
 
 /// Neighbours of a particle on the lattice, and what the kernel says of them. Lengths in spacings.
@@ -44,12 +43,6 @@ impl Lattice {
     /// The lattice of a scene.
     pub fn of(scene: &Scene) -> Self {
         Self::new(scene.kernel(), scene.dimension, scene.support())
-    }
-
-    /// The lattice of a material.
-    pub fn of_material(material: &Material) -> Self {
-        let support = material.kernel.support_radius / material.spacing;
-        Self::new(material.kernel.function, material.dimension, support)
     }
 
     /// The lattice for a kernel with a support in spacings.

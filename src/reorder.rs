@@ -1,9 +1,9 @@
 //! Reordering along the Z-curve (paper 4.5.4), by moving rows: an entity goes on naming its particle, with every
 //! component a host gave it.
 //!
-//! Option 1: permute the values of the columns, 13–22 ns a row; but then an entity names a place and no particle, and a
+//! Option 1: permute the values of the columns, 13–22 ns per row; but then an entity names a place and no particle, and a
 //! host's own components stay behind. Option 2: move rows. A table marker that is inserted (or removed) in the wanted
-//! order moves each row to the end of another table, which is then in that order, about 350 ns a row: 1 to 5 % of
+//! order moves each row to the end of another table, which is then in that order, about 350 ns per row: 1 to 5 % of
 //! twenty-five steps. We use 2. Rows are taken last first, which saves the swap that fills a hole, so the Z-curve runs
 //! through the table upwards and downwards in turn.
 

@@ -62,7 +62,7 @@ impl VolumeRule {
         let mut volumes = vec![0.0; points.len()];
         pairs::sum(
             &pass,
-            Source::OnTheSpot(search, None),
+            Source::Recomputed(search, None),
             Places {
                 fluid: packed,
                 boundary: &[SENTINEL],

@@ -1,11 +1,11 @@
-//! The boundary particles with an index of their own.
+//! The boundary particles and their own index.
 
 use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};
 
 use super::structure::SpatialIndex;
 
-/// The boundary particles as loops read them.
+/// Boundary particles in the form that loops over neighbours read.
 #[derive(Resource)]
 pub struct BoundarySamples {
     /// Position [m] and volume [m³; m² in 2-D] of every particle; a sentinel without volume ends them.
@@ -18,7 +18,7 @@ pub struct BoundarySamples {
     pub velocities: Vec<Vec4>,
     /// Depth of the layer of samples behind the walls' faces [m].
     pub layer_depth: f32,
-    /// Who is where.
+    /// Spatial index of the boundary particles.
     pub index: Box<dyn SpatialIndex>,
 }
 

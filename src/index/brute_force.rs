@@ -1,4 +1,4 @@
-//! Every point against every other: the reference that the structures are compared with.
+//! Tests every pair: the reference that the other structures are compared with.
 
 use super::structure::Structure;
 use glam::{IVec3, Vec4};
@@ -10,10 +10,10 @@ use super::{
 use crate::state::DomainTooLarge;
 use crate::state::Execution;
 
-/// Points that one task queries.
+/// Points per parallel task.
 const BLOCK: usize = 64;
 
-/// No structure at all.
+/// A structure without cells: all points are candidates.
 #[derive(Debug, Clone)]
 pub struct BruteForce {
     grid: Grid,
@@ -29,7 +29,7 @@ pub(in crate::index) const ROW: Structure = Structure {
 };
 
 impl BruteForce {
-    /// The grid serves its support radius alone.
+    /// The grid only provides the support radius.
     pub fn new(grid: Grid) -> Self {
         Self {
             grid,
@@ -38,8 +38,8 @@ impl BruteForce {
         }
     }
 
-    fn block(&self, place: usize) -> &[u32] {
-        &self.entries.all_rows()[place * BLOCK..self.len.min((place + 1) * BLOCK)]
+    fn block(&self, partition: usize) -> &[u32] {
+        &self.entries.all_rows()[partition * BLOCK..self.len.min((partition + 1) * BLOCK)]
     }
 }
 
@@ -62,16 +62,16 @@ impl SpatialIndex for BruteForce {
         &self.grid
     }
 
-    fn places(&self) -> usize {
+    fn partitions(&self) -> usize {
         self.len.div_ceil(BLOCK)
     }
 
-    fn place_len(&self, place: usize) -> usize {
-        self.block(place).len()
+    fn partition_len(&self, partition: usize) -> usize {
+        self.block(partition).len()
     }
 
-    fn group(&self, place: usize, from: usize) -> Option<(IVec3, &[u32])> {
-        let rows = &self.block(place)[from..];
+    fn next_cell(&self, partition: usize, from: usize) -> Option<(IVec3, &[u32])> {
+        let rows = &self.block(partition)[from..];
         (!rows.is_empty()).then_some((IVec3::ZERO, rows))
     }
 

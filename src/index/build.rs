@@ -1,4 +1,4 @@
-//! The structure of a scene: the only place that tells structures apart.
+//! Builds the structure that a scene selects. No other place distinguishes structures.
 
 use glam::DVec3;
 
@@ -40,8 +40,8 @@ pub fn build(scene: &Scene) -> Box<dyn SpatialIndex> {
     (row(scene.index.structure).build)(grid(scene), per_cell)
 }
 
-/// What the tables of a scene's structure take for the cells of a box, used or not [bytes]. Fails if they are too many;
-/// the corners of the box are in metres.
+/// Memory of the structure's tables for all cells of a box, used or empty [bytes]. The corners of the box are in
+/// metres. Fails if there are too many cells.
 pub(crate) fn table_bytes(scene: &Scene, low: DVec3, high: DVec3) -> Result<u64, DomainTooLarge> {
     let Some(table) = row(scene.index.structure).table else {
         return Ok(0);
@@ -52,7 +52,7 @@ pub(crate) fn table_bytes(scene: &Scene, low: DVec3, high: DVec3) -> Result<u64,
     Ok(4 * table(cells))
 }
 
-/// What the structure of a scene takes besides such tables [bytes per particle].
+/// Memory of the structure besides these tables [bytes per particle].
 pub(crate) fn bytes_per_particle(scene: &Scene) -> f64 {
     row(scene.index.structure).bytes_per_particle
 }

@@ -1,36 +1,36 @@
-//! Queries that go through the particles and not through the cells, as the paper's basic uniform grid does: blocks of
-//! rows, and in them rows of one cell that follow each other, which share their candidates.
+//! Queries that iterate over particles instead of cells, as the paper's basic uniform grid does. A block holds
+//! consecutive rows; consecutive rows of one cell share their candidates.
 
-/// Rows that one place stands for.
+/// Rows per partition.
 const BLOCK: usize = 64;
 
-/// Every row with the cell that it is in.
+/// The cell of every row.
 #[derive(Debug, Default)]
 pub(super) struct ByRow<K> {
-    /// The cell of every row, in whatever form the structure has it.
+    /// The cell of every row, in the structure's own representation.
     pub(super) cells: Vec<K>,
     /// 0, 1, 2, …
     rows: Vec<u32>,
 }
 
 impl<K: Copy + PartialEq> ByRow<K> {
-    /// Takes over that `cells` has changed its length.
+    /// Adapts to a new length of `cells`.
     pub(super) fn count_rows(&mut self) {
         self.rows.truncate(self.cells.len());
         self.rows
             .extend(self.rows.len() as u32..self.cells.len() as u32);
     }
 
-    pub(super) fn places(&self) -> usize {
+    pub(super) fn partitions(&self) -> usize {
         self.rows.len().div_ceil(BLOCK)
     }
 
-    pub(super) fn place(&self, place: usize) -> std::ops::Range<usize> {
-        place * BLOCK..self.rows.len().min((place + 1) * BLOCK)
+    pub(super) fn partition(&self, partition: usize) -> std::ops::Range<usize> {
+        partition * BLOCK..self.rows.len().min((partition + 1) * BLOCK)
     }
 
-    pub(super) fn group(&self, place: usize, from: usize) -> Option<(K, &[u32])> {
-        let range = self.place(place);
+    pub(super) fn next_cell(&self, partition: usize, from: usize) -> Option<(K, &[u32])> {
+        let range = self.partition(partition);
         let cells = &self.cells[range.clone()][from..];
         let &cell = cells.first()?;
         let len = cells.iter().take_while(|&&other| other == cell).count();

@@ -9,13 +9,13 @@ use crate::state::{CHUNK, DomainTooLarge, Execution, MAX_CELLS};
 /// A box of cells.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Domain {
-    /// Its first cell.
+    /// First cell.
     pub(super) origin: IVec3,
-    /// Cells along x, y and z; none before there are points.
+    /// Cells along x, y and z; zero before the first points.
     pub(super) size: [u32; 3],
 }
 
-/// What a box of so many cells takes in a table; for tables padded to powers of two that is more than their product.
+/// Number of table entries for a box of cells; padding to powers of two can make it more than the product.
 pub(super) type TableSize = fn([u64; 3]) -> u64;
 
 /// Cells of a table without padding.
@@ -23,14 +23,14 @@ pub(super) fn unpadded([x, y, z]: [u64; 3]) -> u64 {
     x.saturating_mul(y).saturating_mul(z)
 }
 
-/// Cells along x, y and z of the box between two cells. Fails if a table cannot have as many; the row is not known.
+/// Number of cells along x, y and z between two cells. Fails if a table cannot hold them; the error's row is 0.
 pub(super) fn needed(
     grid: &Grid,
     low: IVec3,
     high: IVec3,
     table_size: TableSize,
 ) -> Result<[u64; 3], DomainTooLarge> {
-    // The cell of a point that is too far away for a number of a cell wraps around.
+    // Cell coordinates wrap around for points that are too far away.
     let extent = |axis: usize| {
         let cells = i64::from(high[axis]) - i64::from(low[axis]) + 1;
         u64::try_from(cells).unwrap_or(u32::MAX.into())
@@ -47,8 +47,8 @@ pub(super) fn needed(
 }
 
 impl Domain {
-    /// Makes sure that the box holds all finite `points`, and says whether it changed. A box that fits is kept while
-    /// it is not eight times too large, and a new one has a margin: keys stay comparable from step to step.
+    /// Ensures that the box covers all finite `points`. Returns whether the box changed. A box that fits is kept
+    /// unless it is eight times too large, and a new box has a margin, so that keys stay comparable between steps.
     pub(super) fn fit(
         &mut self,
         grid: &Grid,
@@ -73,7 +73,7 @@ impl Domain {
         if covers && table_size(size) / 8 <= table_size(needed) {
             return Ok(false);
         }
-        // An axis without extent, as z in the plane, gets none.
+        // An axis with one cell, such as z in 2-D, gets no margin.
         let margin = needed.map(|cells| if cells > 1 { 2 + cells / 16 } else { 0 });
         let roomy: [u64; 3] = std::array::from_fn(|axis| needed[axis] + 2 * margin[axis]);
         let margin = if table_size(roomy) > MAX_CELLS {
@@ -87,7 +87,7 @@ impl Domain {
         Ok(true)
     }
 
-    /// Coordinates of a cell from the first, if it is in the box.
+    /// Coordinates of a cell relative to the first cell, if the cell is in the box.
     #[inline]
     fn relative(&self, cell: IVec3) -> Option<[u32; 3]> {
         let relative = cell.wrapping_sub(self.origin).to_array().map(|c| c as u32);
@@ -95,14 +95,14 @@ impl Domain {
         inside.then_some(relative)
     }
 
-    /// As [`relative`](Self::relative), with a cell outside brought to the first: it holds a point that is not finite
-    /// and has no neighbours.
+    /// As [`relative`](Self::relative), but a cell outside maps to the first cell: its points are not finite and have
+    /// no neighbours.
     #[inline]
     pub(super) fn place(&self, cell: IVec3) -> [u32; 3] {
         self.relative(cell).unwrap_or_default()
     }
 
-    /// The coordinates within `reach` of `center` along an axis, cut to the box.
+    /// The coordinates within `reach` of `center` along an axis, clipped to the box.
     #[inline]
     pub(super) fn span(&self, center: IVec3, reach: IVec3, axis: usize) -> std::ops::Range<u32> {
         let middle = i64::from(center[axis]) - i64::from(self.origin[axis]);
@@ -110,7 +110,7 @@ impl Domain {
         cut(middle - i64::from(reach[axis]))..cut(middle + i64::from(reach[axis]) + 1)
     }
 
-    /// Row-major index of a place.
+    /// Row-major index of relative coordinates.
     #[inline]
     pub(super) fn row_major(&self, [x, y, z]: [u32; 3]) -> u32 {
         x + self.size[0] * (y + self.size[1] * z)
@@ -126,7 +126,7 @@ impl Domain {
     }
 }
 
-/// Least and largest coordinates of the finite points; an empty box if there are none.
+/// Minimum and maximum coordinates of the finite points; an empty box if there are none.
 fn bounds(points: &[Vec4], execution: &Execution) -> (Vec4, Vec4) {
     let empty = (Vec4::INFINITY, Vec4::NEG_INFINITY);
     let chunk = |points: &[Vec4]| {
@@ -146,7 +146,7 @@ fn bounds(points: &[Vec4], execution: &Execution) -> (Vec4, Vec4) {
     })
 }
 
-/// The finite point furthest from the mean of all.
+/// The finite point farthest from the mean of all points.
 fn outermost(points: &[Vec4]) -> usize {
     let finite = || {
         let points = points.iter().map(|point| point.truncate()).enumerate();

@@ -1,16 +1,15 @@
-//! Rows side by side with the other rows of their cell, and a copy of where they are.
+//! Rows sorted by cell, with a copy of their positions.
 //!
-//! Around a cell of eight points lie about 216 candidates, so every position would be fetched 27 times by its row. It
-//! is fetched once, into the order of the cells, and candidates are whole vectors from then on. It costs 12 bytes an
-//! entry.
+//! A cell with eight points has about 216 candidates around it, so a query would gather each position 27 times through
+//! its row. Instead, positions are copied once into cell order (12 bytes per entry), and candidates are loaded as
+//! whole vectors.
 //!
-//! Positions and rows are columns in blocks: all of x, then of y, z and the rows. A dense structure has one block, so
-//! that cells side by side are one run. Compact hashing has a block for every used cell, a structure of arrays per
-//! cell: a cell is one stretch of memory and not four. Moving points between cells took a third less time for it; the
-//! query did not change beyond the noise.
+//! Positions and rows are stored as columns in blocks: all x, then y, z and rows. A dense structure has one block, so
+//! that adjacent cells form one run. Compact hashing has one block per used cell; contiguous cells made moving points
+//! between cells a third faster and left the query unchanged.
 //!
-//! To sort the rows themselves in every step instead would make the copy superfluous, but an entity's row costs 400 ns
-//! to move (see `reorder.rs`), thirty times the copy.
+//! Sorting the rows themselves in every step would avoid the copy, but moving an entity's row costs 400 ns
+//! (`reorder.rs`), thirty times the copy.
 
 use std::ops::{Deref, DerefMut};
 
@@ -24,36 +23,36 @@ use crate::{
     state::{CHUNK, Execution},
 };
 
-/// Rows in the order of their cells.
+/// Rows in cell order.
 #[derive(Debug, Default, Clone)]
 pub struct Entries {
-    /// Blocks of four columns, positions as the bits of `f32`, or rows alone if `pitch` is 0; then [`PADDING`].
+    /// Blocks of four columns: positions as bit patterns of `f32`, and rows. Rows alone if `pitch` is 0. Followed by
+    /// [`PADDING`].
     pub(super) words: Words,
     /// Length of a column [entries].
     pub(super) pitch: usize,
 }
 
-/// Words behind the last, so that whole vectors can be read from any.
+/// Words behind the last entry, so that a whole vector can be read from any entry.
 pub(super) const PADDING: usize = CANDIDATE_ALIGNMENT;
 
-/// Rows of entries without a point.
-pub(super) const NOBODY: u32 = u32::MAX;
+/// Marks what does not exist: an entry without a point, a block without an owner, a hash value without a used cell.
+pub(super) const NONE: u32 = u32::MAX;
 
 /// A cache line.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C, align(64))]
-struct Line([u32; WORDS_A_LINE]);
+struct Line([u32; WORDS_PER_LINE]);
 
-const WORDS_A_LINE: usize = 16;
+const WORDS_PER_LINE: usize = 16;
 
-/// Hints that a block of [`Words`] is about to be read.
+/// Prefetches a block of [`Words`].
 #[inline(always)]
 pub(super) fn prefetch_block(block: &[u32]) {
-    block.iter().step_by(WORDS_A_LINE).for_each(prefetch);
+    block.iter().step_by(WORDS_PER_LINE).for_each(prefetch);
 }
 
-/// Words that begin with a cache line, so that a vector of a block's column, which is one of 16 words where a cell has
-/// eight points, is one line and not two.
+/// Words aligned to cache lines, so that a vector of a block's column touches one line instead of two.
 #[derive(Debug, Default, Clone)]
 pub(super) struct Words {
     lines: Vec<Line>,
@@ -61,20 +60,20 @@ pub(super) struct Words {
 }
 
 impl Words {
-    /// Makes them so many; new ones are [`NOBODY`].
+    /// Sets the number of words; new ones are [`NONE`].
     pub(super) fn resize(&mut self, len: usize) {
-        let lines = len.div_ceil(WORDS_A_LINE);
+        let lines = len.div_ceil(WORDS_PER_LINE);
         if self.lines.capacity() < lines {
-            // An eighth ahead, not twice as much.
+            // Reserves an eighth more, instead of doubling.
             self.lines
                 .reserve_exact(lines + lines / 8 - self.lines.len());
         }
-        self.lines.resize(lines, Line([NOBODY; WORDS_A_LINE]));
+        self.lines.resize(lines, Line([NONE; WORDS_PER_LINE]));
         let before = std::mem::replace(&mut self.len, len);
         if before < len {
-            // The rest of a line that was the last.
-            let end = len.min(before.next_multiple_of(WORDS_A_LINE));
-            self[before..end].fill(NOBODY);
+            // The rest of the former last line.
+            let end = len.min(before.next_multiple_of(WORDS_PER_LINE));
+            self[before..end].fill(NONE);
         }
     }
 
@@ -108,19 +107,19 @@ impl Entries {
         &self.words[start..start + run.len as usize]
     }
 
-    /// Whether positions are held, too.
+    /// Whether positions are stored.
     #[inline(always)]
     pub(crate) fn with_positions(&self) -> bool {
         self.pitch > 0
     }
 
-    /// The blocks and the length of their columns, for loops over vectors.
+    /// The blocks and the length of their columns, for vectorised loops.
     #[inline(always)]
     pub(crate) fn blocks(&self) -> (&[u32], usize) {
         (&self.words, self.pitch)
     }
 
-    /// One block of `len` entries with positions.
+    /// Sets the length of a single block with positions.
     pub(super) fn resize(&mut self, len: usize) {
         self.pitch = len;
         self.words.resize(4 * len + PADDING);

@@ -12,20 +12,20 @@ pub struct Grid {
     /// Cell edge d [m].
     pub cell_size: f64,
     inverse_size: f64,
-    /// How many cells the support radius reaches along x, y and z.
+    /// Number of cells that the support radius reaches along x, y and z.
     pub reach: IVec3,
-    /// Cells within reach of a cell, its own included, as offsets.
+    /// Offsets of the cells within reach of a cell, including the cell itself.
     pub neighbourhood: Vec<IVec3>,
 }
 
-/// Cells are so much larger than asked for: a pair that the distance test in `f32` accepts, rounding and all, is never
-/// further apart than the neighbourhood reaches.
+/// Cells are larger than requested by this factor, so that a pair accepted by the distance test in `f32` always lies
+/// within the neighbourhood despite rounding.
 const SAFETY: f64 = 1.0 + 1e-6;
 
 impl Grid {
-    /// Cells of `cell_size` support radii; the reach grows as they shrink.
+    /// Cells of `cell_size` support radii; smaller cells increase the reach.
     pub fn new(dimension: Dimension, support_radius: f32, cell_size: f32) -> Self {
-        // 1/3 in f32 is a little more than a third, which must not cost another layer of cells.
+        // 1/3 in f32 is slightly more than a third, which must not add a layer of cells.
         let reach = (1.0 / f64::from(cell_size) - 1e-6).ceil().max(1.0) as i32;
         let size =
             f64::from(support_radius) * f64::from(cell_size).max(1.0 / f64::from(reach)) * SAFETY;
@@ -48,12 +48,12 @@ impl Grid {
         }
     }
 
-    /// The points that are certainly in `cell`, by a test in `f32`: all but those so near its border that rounding
-    /// might decide. Two million cells from the origin there are none.
+    /// The region whose points are certainly in `cell` by a test in `f32`: the cell without the zone at its border
+    /// where rounding decides. The region is empty two million cells from the origin.
     #[inline(always)]
     pub(super) fn interior(&self, cell: IVec3) -> Cube {
-        // Four roundings of half a last place each, of the edge, the product, the centre and the distance from it; as
-        // much is kept in reserve for the cell itself.
+        // Four rounding errors of half a unit in the last place: edge, product, centre and distance. The same amount
+        // is reserved for the computation of the cell itself.
         let center = cell.as_vec3() + 0.5;
         let border = 2.0 * f32::EPSILON * (center.abs().max_element() + 2.0);
         let size = self.cell_size as f32;
@@ -63,11 +63,11 @@ impl Grid {
         }
     }
 
-    /// The cell of a point. In `f64`: ten kilometres from the origin a product in `f32` is off by a hundredth of a
-    /// cell. Points that are not finite land in some cell and have no neighbours.
+    /// The cell of a point, computed in `f64`: ten kilometres from the origin a product in `f32` is off by a hundredth
+    /// of a cell. Points that are not finite get an arbitrary cell and have no neighbours.
     #[inline(always)]
     pub fn cell_of(&self, point: Vec4) -> IVec3 {
-        // Rounding down by hand: without SSE 4.1, which the build target need not have, `floor` is a call.
+        // Explicit rounding down: without SSE 4.1, which the build target may lack, `floor` is a function call.
         let coordinate = |x: f32| {
             let scaled = f64::from(x) * self.inverse_size;
             let toward_zero = scaled as i32;

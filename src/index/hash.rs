@@ -4,20 +4,20 @@ use glam::IVec3;
 
 /// The primes of equation 3.
 const PRIMES: [u32; 3] = [73_856_093, 19_349_663, 83_492_791];
-/// Size of the smallest table, so that a scene of one particle has one too.
+/// Size of the smallest table; also used for a single particle.
 pub(super) const MIN_TABLE: usize = 16;
 
-/// Equation 3 before the remainder is taken.
+/// Equation 3 before the modulo operation.
 #[inline(always)]
 pub(super) fn mix(cell: IVec3) -> u32 {
     let [x, y, z] = cell.to_array().map(|c| c as u32);
     x.wrapping_mul(PRIMES[0]) ^ y.wrapping_mul(PRIMES[1]) ^ z.wrapping_mul(PRIMES[2])
 }
 
-/// Maps cells to the places of a table.
+/// Maps cells to positions in a table.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct CellHash {
-    /// Places of the table.
+    /// Number of positions.
     pub(super) size: usize,
     /// ⌈2⁶⁴ / size⌉: the remainder by the size is computed by multiplication (Lemire, Kaser & Kurz 2019).
     reciprocal: u64,
@@ -32,9 +32,10 @@ impl CellHash {
         }
     }
 
-    /// A table of `places_a_point`; this one if it is at most half as large or four times as large as that.
-    pub(super) fn resized(self, points: usize, places_a_point: f32) -> Self {
-        let wanted = (points as f64 * f64::from(places_a_point)) as usize;
+    /// A table with `places_per_point` positions per point. The present table is kept if its size is between half and
+    /// four times of that.
+    pub(super) fn resized(self, points: usize, places_per_point: f32) -> Self {
+        let wanted = (points as f64 * f64::from(places_per_point)) as usize;
         let wanted = wanted.max(MIN_TABLE);
         if wanted > 2 * self.size || 4 * wanted < self.size {
             Self::new(wanted)

@@ -1,15 +1,13 @@
-//! Index sort (paper 4.2): handles sorted by row-major cell index, every cell refers to the first of its points.
+//! Index sort (paper 4.2): handles sorted by row-major cell index; every cell refers to its first handle.
 //!
-//! Needs a box: 4 bytes for every cell between the outermost points, in use or not, at most
-//! [`MAX_CELLS`](super::MAX_CELLS).
+//! Requires a bounding box: 4 bytes for every cell in it, used or empty, at most [`MAX_CELLS`](super::MAX_CELLS).
 //!
-//! - Handles are built and sorted anew every step, by a parallel radix sort (6.1.2).
+//! - Handles are sorted in every step by a parallel radix sort (6.1.2).
 //! - A parallel reduction inserts the references into the grid (4.2.1).
-//! - The query goes through the sorted handles in parallel (4.2.2); points of a cell share their candidates.
+//! - The query runs over the sorted handles in parallel (4.2.2); points of a cell share their candidates.
 //!
-//! Deviations. The handles are sorted, not the particles with all their attributes: rows are reordered along the
-//! Z-curve as for the other structures, not by cell index. The table is complete (see `table.rs`), and positions are
-//! copied into the order of the cells (see `entries.rs`).
+//! Deviations. Only handles are sorted, not particles with all attributes; rows follow the Z-curve as for the other
+//! structures. The table is complete (`table.rs`), and positions are copied into cell order (`entries.rs`).
 
 use super::structure::Structure;
 use glam::{IVec3, Vec4};
@@ -76,16 +74,16 @@ impl SpatialIndex for IndexSort {
         &self.grid
     }
 
-    fn places(&self) -> usize {
-        self.cells.places()
+    fn partitions(&self) -> usize {
+        self.cells.partitions()
     }
 
-    fn place_len(&self, place: usize) -> usize {
-        self.cells.place(place).len()
+    fn partition_len(&self, partition: usize) -> usize {
+        self.cells.partition(partition).len()
     }
 
-    fn group(&self, place: usize, from: usize) -> Option<(IVec3, &[u32])> {
-        let (key, rows) = self.cells.group(place, from)?;
+    fn next_cell(&self, partition: usize, from: usize) -> Option<(IVec3, &[u32])> {
+        let (key, rows) = self.cells.next_cell(partition, from)?;
         Some((self.domain.cell(key), rows))
     }
 

@@ -1,7 +1,7 @@
-//! Spatial indices: who may be near whom (paper section 4).
+//! Spatial indices: candidates for neighbours (paper section 4).
 //!
-//! One trait, a file for each structure. An index sorts rows into cells; [`crate::neighbours`] asks it for the rows
-//! of a cell and for the candidates around it, tests distances and writes lists.
+//! One trait, and one file or folder per structure. An index sorts rows into cells. [`crate::neighbours`] requests the
+//! rows of a cell and the candidates around it, tests distances and writes the lists.
 
 mod boundary;
 mod brute_force;

@@ -1,8 +1,8 @@
 //! Parallel radix sort of handles (paper 4.2, 6.1.2), least significant digit first.
 //!
-//! Each pass counts digits in chunks, sums the counts into places, and moves every handle to its place. Chunks write
-//! into each other's neighbourhood, but every place once: relaxed atomics, plain moves on every machine, say so
-//! without `unsafe`. The order is the one order there is, whatever the threads.
+//! Each pass counts digits per chunk, computes destinations by a prefix sum, and moves the handles. Chunks write to
+//! interleaved destinations, but each destination is written once: relaxed atomics, which compile to plain moves,
+//! express this without `unsafe`. The sorted order is unique, so it does not depend on the number of threads.
 
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
@@ -11,22 +11,22 @@ use rayon::prelude::*;
 use super::table::{Handle, key_of};
 use crate::state::Execution;
 
-/// Handles that one task counts and moves.
+/// Handles per task.
 const CHUNK: usize = 8192;
-/// Bits of a digit at most: places of 2 KiB, which a chunk writes to, stay in the first cache.
+/// Maximum bits of a digit: the 2 KiB of write positions of a chunk stay in the first-level cache.
 const DIGIT: u32 = 9;
 
-/// Handles and the room that sorting needs.
+/// Handles and the buffers for sorting.
 #[derive(Debug, Default)]
 pub(super) struct RadixSort {
     handles: Vec<AtomicU64>,
     spare: Vec<AtomicU64>,
-    /// For every chunk and digit how many, then where to.
+    /// For every chunk and digit the count, later the next destination.
     places: Vec<u32>,
 }
 
 impl RadixSort {
-    /// The handle at a place of the sorted order.
+    /// The handle at a position of the sorted order.
     #[inline(always)]
     pub(super) fn get(&self, k: usize) -> Handle {
         self.handles[k].load(Relaxed)

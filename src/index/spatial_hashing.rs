@@ -1,14 +1,13 @@
-//! Spatial hashing (paper 4.4; Teschner et al. 2003): a hash table whose cells have memory for k entries each.
+//! Spatial hashing (paper 4.4; Teschner et al. 2003): a hash table whose cells reserve memory for k entries each.
 //!
-//! - The table has two hash cells a point, placed by equation 3, and each reserves k entries, used or not: O(m k) memory.
-//! - The table is emptied and filled serially every step.
-//! - The query goes over the particles: the paper found that faster than going through the table (6.1.4: 50 ms for 86).
-//! - Points of different spatial cells may share a hash cell. All are candidates, distances tell them apart; a hash cell
-//!   that several of the cells around hash to is taken once.
+//! The table has two hash cells per point, addressed by equation 3, each with k reserved entries: O(m k) memory. It is
+//! cleared and filled serially in every step. The query iterates over particles, which the paper found faster than
+//! over the table (6.1.4: 50 ms instead of 86). Points of different spatial cells may share a hash cell; the distance
+//! test rejects them, and each hash cell is visited once per query.
 //!
-//! Deviations. Entries beyond k, of which the paper does not speak, go to a list sorted by hash cell. Rows of one
-//! cell that follow each other share their candidates. Positions are not copied to the entries, as the other
-//! structures do: it would quadruple the memory of a table that is nine tenths empty.
+//! Deviations. Entries beyond k, which the paper does not discuss, go to a list sorted by hash cell. Consecutive rows
+//! of one cell share their candidates. Positions are not copied to the entries: this would quadruple the memory of a
+//! table that is 90 % empty.
 
 use super::structure::Structure;
 use glam::{IVec3, Vec4};
@@ -23,21 +22,21 @@ use super::{
 use crate::state::DomainTooLarge;
 use crate::state::Execution;
 
-/// Hash cells a point (4.4: "a hash table size of two times the number of particles is appropriate").
-const CELLS_A_POINT: f32 = 2.0;
+/// Hash cells per point (4.4: "a hash table size of two times the number of particles is appropriate").
+const CELLS_PER_POINT: f32 = 2.0;
 
 /// The structure of section 4.4.
 pub struct SpatialHashing {
     grid: Grid,
     hash: CellHash,
-    cells_a_point: f32,
+    cells_per_point: f32,
     /// The paper's k.
     reserved: usize,
-    /// Points in every hash cell.
+    /// Number of points in every hash cell.
     lengths: Vec<u32>,
-    /// k entries of every hash cell, then those that found no room, in the order of `overflow`.
+    /// k entries per hash cell, then the overflowing entries, in the order of `overflow`.
     entries: Entries,
-    /// Hash cell and row of points that found no room, sorted.
+    /// Hash cell and row of points beyond k, sorted.
     overflow: Vec<(u32, u32)>,
     by_row: ByRow<IVec3>,
 }
@@ -46,19 +45,19 @@ pub struct SpatialHashing {
 pub(in crate::index) const ROW: Structure = Structure {
     build: |grid, expected| Box::new(SpatialHashing::new(grid, expected)),
     table: None,
-    // Two hash cells of 1.5 times a full cell.
+    // Two hash cells, each with 1.5 times the points of a full cell.
     bytes_per_particle: 216.0,
 };
 
 impl SpatialHashing {
-    /// An empty index that expects `particles_a_cell` where there is fluid.
-    pub fn new(grid: Grid, particles_a_cell: f32) -> Self {
+    /// An empty index for `particles_per_cell` particles in a cell filled with fluid.
+    pub fn new(grid: Grid, particles_per_cell: f32) -> Self {
         Self {
             grid,
             hash: CellHash::new(MIN_TABLE),
-            cells_a_point: CELLS_A_POINT,
-            // Half as many again: a compressed or unlucky cell need not move.
-            reserved: (1.5 * particles_a_cell).ceil().clamp(2.0, 1024.0) as usize,
+            cells_per_point: CELLS_PER_POINT,
+            // Half as many again, so that a compressed cell rarely overflows.
+            reserved: (1.5 * particles_per_cell).ceil().clamp(2.0, 1024.0) as usize,
             lengths: Vec::new(),
             entries: Entries::default(),
             overflow: Vec::new(),
@@ -66,11 +65,11 @@ impl SpatialHashing {
         }
     }
 
-    /// As [`new`](Self::new), with the smallest table whatever the number of points: nearly every cell collides.
+    /// As [`new`](Self::new), but always with the smallest table, so that nearly every cell collides.
     #[cfg(test)]
-    pub(crate) fn with_smallest_table(grid: Grid, particles_a_cell: f32) -> Self {
-        let mut index = Self::new(grid, particles_a_cell);
-        index.cells_a_point = 0.0;
+    pub(crate) fn with_smallest_table(grid: Grid, particles_per_cell: f32) -> Self {
+        let mut index = Self::new(grid, particles_per_cell);
+        index.cells_per_point = 0.0;
         index
     }
 
@@ -110,7 +109,7 @@ impl SpatialHashing {
 
 impl SpatialIndex for SpatialHashing {
     fn update(&mut self, points: &[Vec4], execution: &Execution) -> Result<(), DomainTooLarge> {
-        self.hash = self.hash.resized(points.len(), self.cells_a_point);
+        self.hash = self.hash.resized(points.len(), self.cells_per_point);
         let grid = &self.grid;
         execution.install(|| {
             points
@@ -131,16 +130,16 @@ impl SpatialIndex for SpatialHashing {
         &self.grid
     }
 
-    fn places(&self) -> usize {
-        self.by_row.places()
+    fn partitions(&self) -> usize {
+        self.by_row.partitions()
     }
 
-    fn place_len(&self, place: usize) -> usize {
-        self.by_row.place(place).len()
+    fn partition_len(&self, partition: usize) -> usize {
+        self.by_row.partition(partition).len()
     }
 
-    fn group(&self, place: usize, from: usize) -> Option<(IVec3, &[u32])> {
-        self.by_row.group(place, from)
+    fn next_cell(&self, partition: usize, from: usize) -> Option<(IVec3, &[u32])> {
+        self.by_row.next_cell(partition, from)
     }
 
     fn entries(&self) -> &Entries {

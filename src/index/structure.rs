@@ -1,4 +1,4 @@
-//! What a spatial structure does for the search.
+//! The interface between spatial structures and the neighbour search.
 
 use glam::{IVec3, Vec4};
 
@@ -9,11 +9,11 @@ use super::{
 };
 use crate::state::{DomainTooLarge, Execution};
 
-/// A spatial structure: how it is made, and what it takes. Declared beside its code.
+/// A spatial structure: its constructor and its memory. Declared beside its code.
 pub(super) struct Structure {
-    /// An empty index over a grid, which expects so many particles in a cell where there is fluid.
+    /// An empty index over a grid, given the expected number of particles in a cell filled with fluid.
     pub(super) build: fn(Grid, f32) -> Box<dyn SpatialIndex>,
-    /// Cells of the table that covers a box of cells, 4 bytes each; none if empty cells take no memory.
+    /// Number of table entries (4 bytes each) for a box of cells; none if empty cells take no memory.
     pub(super) table: Option<TableSize>,
     /// Memory, measured with eight particles per cell [bytes per particle].
     pub(super) bytes_per_particle: f64,
@@ -21,44 +21,46 @@ pub(super) struct Structure {
 
 /// A structure that sorts points into cells. Rows are indices into the slice of points given last.
 pub trait SpatialIndex: Send + Sync + 'static {
-    /// Takes over new positions. Rows may have come, gone or changed what they name. A dense structure fails if the
-    /// points lie too far apart; it holds the points before, then.
+    /// Updates the index for new positions. Rows may have been added, removed or renamed. A dense structure fails if
+    /// the points are too far apart; it then keeps the previous points.
     fn update(&mut self, points: &[Vec4], execution: &Execution) -> Result<(), DomainTooLarge>;
 
-    /// Takes over positions whose rows were put into another order: builds everything anew.
+    /// Rebuilds the index for positions whose rows were permuted.
     fn rebuild(&mut self, points: &[Vec4], execution: &Execution) -> Result<(), DomainTooLarge>;
 
-    /// The cells' geometry.
+    /// Geometry of the cells.
     fn grid(&self) -> &Grid;
 
-    /// Number of places that a search goes through: cells, or blocks of entries or rows. They hold all points.
-    fn places(&self) -> usize;
+    /// Number of partitions that a search iterates over: cells, or blocks of entries or rows. Together they hold all
+    /// points.
+    fn partitions(&self) -> usize;
 
-    /// Number of points in `place`.
-    fn place_len(&self, place: usize) -> usize;
+    /// Number of points in `partition`.
+    fn partition_len(&self, partition: usize) -> usize;
 
-    /// The `from`-th point of `place` and those after it that lie in the same spatial cell, which comes first;
-    /// `None` behind the last. A pull and no callback: the search that asks is compiled for an instruction set, and a
-    /// callback would not be.
-    fn group(&self, place: usize, from: usize) -> Option<(IVec3, &[u32])>;
+    /// The spatial cell of the `from`-th point of `partition`, and that point with those after it in the same cell;
+    /// `None` behind the last. A pull instead of a callback: the calling search is compiled for an instruction set,
+    /// and a callback would not be.
+    fn next_cell(&self, partition: usize, from: usize) -> Option<(IVec3, &[u32])>;
 
-    /// All rows in the order of the cells.
+    /// All rows in cell order.
     fn entries(&self) -> &Entries;
 
-    /// Appends runs of entries that hold every point within reach of spatial cell `center`, each once. Points further
-    /// away may be among them.
+    /// Appends runs of entries that contain every point within reach of spatial cell `center`, each once. Points
+    /// farther away may be among them.
     fn runs(&self, center: IVec3, out: &mut Vec<Run>);
 
-    /// The same around the cell of a group of `place`, by what a structure knows of its places: to look up even the
-    /// cell itself takes compact hashing 13 % of a query.
-    fn runs_around(&self, place: usize, center: IVec3, out: &mut Vec<Run>) {
-        let _ = place;
+    /// As [`runs`](Self::runs), for a cell that [`next_cell`](Self::next_cell) returned for `partition`. Saves
+    /// look-ups: even that of the cell itself takes compact hashing 13 % of a query.
+    fn runs_around(&self, partition: usize, center: IVec3, out: &mut Vec<Run>) {
+        let _ = partition;
         self.runs(center, out);
     }
 
-    /// Hints that a search comes to `place` next. Worth it where the points around a place are scattered in memory.
-    fn prefetch_around(&self, place: usize) {
-        let _ = place;
+    /// Prefetches data for the next search of `partition`. Useful if the points around a partition are scattered in
+    /// memory.
+    fn prefetch_around(&self, partition: usize) {
+        let _ = partition;
     }
 
     /// Memory held [bytes].

@@ -1,8 +1,8 @@
-//! The table of a dense structure (paper 4.2, Figure 1): for every cell of the box the first of its entries.
+//! The table of a dense structure (paper 4.2, Figure 1): the first entry of every cell of the box.
 //!
 //! Deviation: an empty cell refers to where its entries would be. A cell then ends where the next begins, and in
-//! row-major order cells side by side along x are one run of entries: nine runs instead of 27. The price is that
-//! a step writes all of the table, not only the cells in use.
+//! row-major order adjacent cells along x form one run of entries: nine runs instead of 27. In return, every step
+//! writes the whole table instead of the used cells.
 
 use glam::{IVec3, Vec4};
 use rayon::prelude::*;
@@ -13,13 +13,13 @@ use super::{
 };
 use crate::state::{CHUNK, Execution};
 
-/// Entries whose references one task writes.
+/// Entries per task.
 const SERIAL: usize = 4096;
 
-/// Entries that one place of a search stands for.
+/// Entries per partition.
 const BLOCK: usize = 64;
 
-/// A (cell key, row) pair, as the paper's handle, in one word: sorted as a number, rows of a cell ascend.
+/// A (cell key, row) pair, the paper's handle, in one word. Sorted as numbers, the rows of a cell ascend.
 pub(super) type Handle = u64;
 
 #[inline(always)]
@@ -32,7 +32,7 @@ pub(super) fn key_of(handle: Handle) -> u32 {
     (handle >> 32) as u32
 }
 
-/// Entries sorted by the key of their cell, and where each cell begins.
+/// Entries sorted by the key of their cell, and the first entry of each cell.
 #[derive(Debug, Default)]
 pub(super) struct SortedCells {
     /// Keys in the order of the entries.
@@ -42,7 +42,7 @@ pub(super) struct SortedCells {
 }
 
 impl SortedCells {
-    /// Takes over handles that are sorted: entries with positions, and the references to them.
+    /// Stores sorted handles as entries with positions, and the references to them.
     pub(super) fn take(
         &mut self,
         handle: impl Fn(usize) -> Handle + Sync,
@@ -81,13 +81,13 @@ impl SortedCells {
         Run { start, len }
     }
 
-    /// Blocks of entries that a search goes through.
-    pub(super) fn places(&self) -> usize {
+    /// Number of partitions: blocks of entries.
+    pub(super) fn partitions(&self) -> usize {
         self.keys.len().div_ceil(BLOCK)
     }
 
-    /// The entries of a block: those whose cell begins in it.
-    pub(super) fn place(&self, place: usize) -> std::ops::Range<usize> {
+    /// The entries of a partition: those of the cells that begin in the block.
+    pub(super) fn partition(&self, partition: usize) -> std::ops::Range<usize> {
         let border = |k: usize| {
             let Some(&key) = self.keys.get(k) else {
                 return self.keys.len();
@@ -98,12 +98,12 @@ impl SortedCells {
                 k
             }
         };
-        border(place * BLOCK)..border((place + 1) * BLOCK)
+        border(partition * BLOCK)..border((partition + 1) * BLOCK)
     }
 
-    /// See [`SpatialIndex::group`](super::SpatialIndex::group), with the key of the cell.
-    pub(super) fn group(&self, place: usize, from: usize) -> Option<(u32, &[u32])> {
-        let range = self.place(place);
+    /// See [`SpatialIndex::next_cell`](super::SpatialIndex::next_cell); returns the key instead of the cell.
+    pub(super) fn next_cell(&self, partition: usize, from: usize) -> Option<(u32, &[u32])> {
+        let range = self.partition(partition);
         let start = range.start + from;
         if start >= range.end {
             return None;
@@ -118,9 +118,9 @@ impl SortedCells {
     }
 }
 
-/// Parallel reduction into the table (paper 4.2.1): where the key of an entry differs from the one before, its cell,
-/// and the empty ones between, begin there. `first` is the part of the table from `first_cell` on, up to the cell of
-/// the last of `keys`, or to the table's end behind the last entry of all.
+/// Parallel reduction into the table (paper 4.2.1). Where the key of an entry differs from the previous one, its cell,
+/// and the empty cells between, begin there. `first` is the part of the table from `first_cell` to the cell of the
+/// last of `keys`, or to the table's end.
 fn refer(keys: &[u32], first_entry: usize, first: &mut [u32], first_cell: usize) {
     if keys.len() <= SERIAL {
         let mut written = 0;

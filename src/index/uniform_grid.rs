@@ -1,16 +1,14 @@
-//! Basic uniform grid (paper 4.1): a dense grid over the box around all points, filled serially, queried in parallel
-//! over the particles.
+//! Basic uniform grid (paper 4.1): a dense grid over the bounding box, filled serially, queried in parallel over
+//! particles.
 //!
-//! Needs a box: 4 bytes for every cell between the outermost points, in use or not, at most
-//! [`MAX_CELLS`](super::MAX_CELLS).
+//! Requires a bounding box: 4 bytes for every cell in it, used or empty, at most [`MAX_CELLS`](super::MAX_CELLS).
 //!
-//! - Points are inserted one after the other, since two threads that insert into one cell would race. Only the cells'
-//!   indices (eq. 2) are calculated in parallel.
-//! - The query goes over the particles, "we do not have to traverse the whole, sparsely filled grid" (6.1.1).
+//! Points are inserted serially, because two threads that insert into one cell would race; only cell indices (eq. 2)
+//! are computed in parallel. The query iterates over particles: "we do not have to traverse the whole, sparsely filled
+//! grid" (6.1.1).
 //!
-//! Deviations. Option 1: every cell holds a growing list, one allocation each; option 2: points are counted first,
-//! and a cell is a stretch of one array. We use 2. Rows of one cell that follow each other share their candidates,
-//! and candidates come from positions copied into the order of the cells, as in the other structures.
+//! Deviations. Instead of a growing list per cell, with one allocation each, points are counted first and a cell is a
+//! part of one array. Consecutive rows of one cell share their candidates, and positions are copied into cell order.
 
 use super::structure::Structure;
 use glam::{IVec3, Vec4};
@@ -67,7 +65,7 @@ impl UniformGrid {
         for &cell in cells {
             ends[cell as usize] += 1;
         }
-        // Places where the cells begin; inserting moves them to where they end.
+        // Start of every cell; insertion turns it into the end.
         let mut begin = 0;
         for end in ends.iter_mut() {
             begin += std::mem::replace(end, begin);
@@ -107,16 +105,16 @@ impl SpatialIndex for UniformGrid {
         &self.grid
     }
 
-    fn places(&self) -> usize {
-        self.by_row.places()
+    fn partitions(&self) -> usize {
+        self.by_row.partitions()
     }
 
-    fn place_len(&self, place: usize) -> usize {
-        self.by_row.place(place).len()
+    fn partition_len(&self, partition: usize) -> usize {
+        self.by_row.partition(partition).len()
     }
 
-    fn group(&self, place: usize, from: usize) -> Option<(IVec3, &[u32])> {
-        let (cell, rows) = self.by_row.group(place, from)?;
+    fn next_cell(&self, partition: usize, from: usize) -> Option<(IVec3, &[u32])> {
+        let (cell, rows) = self.by_row.next_cell(partition, from)?;
         Some((self.domain.cell(cell), rows))
     }
 

@@ -1,4 +1,4 @@
-//! The index of the fluid, brought up to date in every step.
+//! The index of the fluid, updated in every step.
 
 use bevy_ecs::prelude::*;
 
@@ -27,13 +27,13 @@ pub(crate) const STAGE: Stage = Stage {
 /// Index of the fluid particles.
 #[derive(Resource)]
 pub struct FluidIndex {
-    /// The structure that the scene asks for.
+    /// The structure that the scene selects.
     pub structure: Box<dyn SpatialIndex>,
     /// Whether the rows were reordered since the last update.
     pub reordered: bool,
 }
 
-/// Brings the index up to date with the rows (phase `RebuildIndex`).
+/// Updates the index for the present rows (phase `RebuildIndex`).
 pub fn update_index(
     mut index: ResMut<FluidIndex>,
     mut failure: ResMut<Failure>,

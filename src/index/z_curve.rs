@@ -9,8 +9,8 @@ use crate::state::{CHUNK, Execution};
 /// Bits of one coordinate in a key.
 const BITS: u32 = 21;
 
-/// Key of a cell along the Z-curve, coordinates counted from `origin`. Cells more than 2²¹ away share keys with
-/// others, which costs locality and nothing else.
+/// Key of a cell along the Z-curve, relative to `origin`. Cells more than 2²¹ away share keys with others, which only
+/// reduces locality.
 #[inline]
 pub fn key(cell: IVec3, origin: IVec3) -> u64 {
     let spread = |x: i32| {
@@ -29,7 +29,7 @@ pub fn key(cell: IVec3, origin: IVec3) -> u64 {
 /// A (cell key, row) pair, as the paper's handle.
 pub type Handle = (u64, u32);
 
-/// Fills `handles` with the rows of `points` in Z-curve order of their cells; rows of one cell stay in their order.
+/// Fills `handles` with the rows of `points` in Z-curve order of their cells; rows of one cell keep their order.
 pub fn sort_handles(
     points: &[Vec4],
     grid: &Grid,

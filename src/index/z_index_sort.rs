@@ -1,27 +1,13 @@
-//! Z-index sort (paper 4.3): as index sort, but with keys along the Z-curve, and handles that stay sorted from step to
-//! step.
+//! Z-index sort (paper 4.3): as index sort, but keys follow the Z-curve and handles stay sorted between steps.
 //!
-//! Needs a box, whose edges are padded to powers of two: up to 32 bytes for every cell between the outermost points, in
-//! use or not, at most [`MAX_CELLS`](super::MAX_CELLS) with the padding.
+//! Requires a bounding box whose edges are padded to powers of two: up to 32 bytes for every cell in the unpadded box,
+//! at most [`MAX_CELLS`](super::MAX_CELLS) with padding. Keys interleave the bits of the coordinates (4.3.1), as many
+//! bits as each axis needs, so that a long flat box is not padded to a cube.
 //!
-//! - Keys interleave the bits of the coordinates (4.3.1), as many bits of each as its axis needs: a box that is long and
-//!   flat is not padded to a cube. The dilated coordinates of an axis are a small table.
-//! - Handles are nearly sorted in the order of the last step (4.3.2: about 2 % of the points change their cell), and are
-//!   brought back into order by insertion.
-//!
-//! Deviation: insertion in one sweep. Option 1: insertion sort as it stands; a point that crosses a high-order plane of
-//! the Z-curve is shifted through much of the array, 69 shifts a point where 2 % change. Option 2: handles whose key
-//! changed are taken out, sorted, and merged with the rest. Option 3: all are sorted anew. One thread, 131 072 points,
-//! ns a point:
-//!
-//! | changed | 1: insertion sort | 2: one sweep | 3: full sort |
-//! | --- | --- | --- | --- |
-//! | 2 % | 78 | 4 | 20 |
-//! | 10 % | | 8 | 20 |
-//! | 25 % | | 14 | 21 |
-//! | 50 % | | 22 | 21 |
-//!
-//! We use 2, and 3 where half of the points or more changed: after a reordering of the rows, or when the box has moved.
+//! Handles are nearly sorted in the order of the last step (4.3.2: about 2 % of the points change their cell).
+//! Deviation: instead of an insertion sort, changed handles are removed, sorted and merged in one sweep (4 ns per
+//! point instead of 78 where 2 % change; `docs/decisions/z_index_sort.md`). If half of the points or more changed, all
+//! handles are sorted.
 
 use super::structure::Structure;
 use glam::{IVec3, Vec4};
@@ -36,19 +22,19 @@ use super::{
 use crate::state::DomainTooLarge;
 use crate::state::{CHUNK, Execution};
 
-/// The share of changed handles from which all are sorted: there both cost the same (see above).
+/// Fraction of changed handles from which all are sorted: there both variants cost the same.
 const DISORDER: f32 = 0.5;
 
 /// The structure of section 4.3.
 pub struct ZIndexSort {
     grid: Grid,
     domain: Domain,
-    /// For every axis and coordinate its bits, spread to their places in a key.
+    /// For every axis and coordinate its bits, spread to their positions in a key.
     dilated: [Vec<u32>; 3],
-    /// The bits of a key that are an axis'.
+    /// The bits of a key that belong to each axis.
     masks: [u32; 3],
     handles: Vec<Handle>,
-    /// Handles whose key changed, by chunk, and all of them sorted.
+    /// Handles whose key changed, per chunk; `moved` has all of them, sorted.
     changed: Vec<Vec<Handle>>,
     moved: Vec<Handle>,
     cells: SortedCells,
@@ -81,7 +67,8 @@ impl ZIndexSort {
         }
     }
 
-    /// Spreads the coordinates of every axis: bit by bit, axes in turn, each until its bits are used up.
+    /// Spreads the coordinates of every axis: bit by bit, alternating between the axes until the bits of each are used
+    /// up.
     fn dilate(&mut self) {
         let bits = self
             .domain
@@ -119,7 +106,7 @@ impl ZIndexSort {
         self.domain.origin.wrapping_add(relative)
     }
 
-    /// Brings the handles up to date with the points and into order.
+    /// Updates the handles for the points, and sorts them.
     fn sort(&mut self, points: &[Vec4], anew: bool, execution: &Execution) {
         let (grid, domain, dilated) = (&self.grid, &self.domain, &self.dilated);
         let key = |row: u32| {
@@ -140,7 +127,7 @@ impl ZIndexSort {
         if anew || known == 0 {
             return all(&mut self.handles);
         }
-        // Handles whose key is as before, in their order; changed ones aside. Rows that are gone are left out.
+        // Handles with an unchanged key keep their order; changed ones are collected. Removed rows are skipped.
         self.changed.resize_with(known.div_ceil(CHUNK), Vec::new);
         self.handles.resize(known, 0);
         execution.install(|| {
@@ -215,16 +202,16 @@ impl SpatialIndex for ZIndexSort {
         &self.grid
     }
 
-    fn places(&self) -> usize {
-        self.cells.places()
+    fn partitions(&self) -> usize {
+        self.cells.partitions()
     }
 
-    fn place_len(&self, place: usize) -> usize {
-        self.cells.place(place).len()
+    fn partition_len(&self, partition: usize) -> usize {
+        self.cells.partition(partition).len()
     }
 
-    fn group(&self, place: usize, from: usize) -> Option<(IVec3, &[u32])> {
-        let (key, rows) = self.cells.group(place, from)?;
+    fn next_cell(&self, partition: usize, from: usize) -> Option<(IVec3, &[u32])> {
+        let (key, rows) = self.cells.next_cell(partition, from)?;
         Some((self.cell(key), rows))
     }
 

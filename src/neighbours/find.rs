@@ -1,4 +1,4 @@
-//! The lists of the fluid, found in every step.
+//! The neighbour lists of the fluid, computed in every step.
 
 use bevy_ecs::prelude::*;
 
@@ -12,7 +12,7 @@ use crate::{
     state::{Execution, Failure, FailureCause, ListsTooLong, Phase, Positions, Product, Stage},
 };
 
-/// Neighbour lists, where a scene stores them.
+/// Neighbour lists, if the scene stores them.
 pub(crate) const STAGE: Stage = Stage {
     needs: &[Product::Columns, Product::Index, Product::Walls],
     makes: &[Product::Neighbours],
@@ -48,7 +48,7 @@ pub(crate) const STAGE: Stage = Stage {
 pub struct FluidNeighbours {
     /// The lists.
     pub lists: NeighbourLists,
-    /// How often they were found.
+    /// Number of searches so far.
     pub(crate) generation: u64,
 }
 
@@ -88,7 +88,7 @@ pub fn find_boundary_neighbours(
     note(search(&task, &mut lists.0, &execution), &mut failure);
 }
 
-/// Makes lists that are too long the step's failure.
+/// Records lists that are too long as the step's failure.
 fn note(result: Result<(), ListsTooLong>, failure: &mut Failure) {
     if let Err(error) = result {
         let row = match error {

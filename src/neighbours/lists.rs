@@ -1,4 +1,4 @@
-//! Lists in one flat array, each where its row's span says.
+//! Neighbour lists in one flat array, with a span for every row.
 
 use std::sync::{
     Mutex, PoisonError,
@@ -7,55 +7,55 @@ use std::sync::{
 
 use crate::{index::SpatialIndex, simd::prefetch, state::CHUNK};
 
-/// Neighbours of a particle within the fluid at the default support, roughly: what a list is expected to need
-/// before its first search.
+/// Approximate number of neighbours of a particle inside the fluid at the default support: the expected length of a
+/// list before its first search.
 const FULL_NEIGHBOURHOOD: u16 = 30;
 
-/// Room for lists of so many entries that grow a little from step to step and shall not be moved in every one.
+/// Reserve for an array of `len` entries that grows slightly between steps and should not be reallocated in each.
 fn room(len: usize) -> usize {
     len / 256 + 1024
 }
 
 /// Neighbour lists of all rows.
 ///
-/// Memory: 4 bytes a neighbour and 6 a row, and one in a hundred more. Every block has as much of the array as it
-/// needed in the last search, so that few entries are left over, and a list that finds no room goes behind the last
-/// block's. A sixteenth of room for every block and spans of 8 bytes took 17 % more.
+/// Memory: 4 bytes per neighbour and 6 per row, plus one percent. Every block gets the part of the array that it
+/// needed in the last search, so that few entries are unused; a list that does not fit is appended at the end. A
+/// reserve of a sixteenth per block with spans of 8 bytes needed 17 % more.
 #[derive(Debug, Default)]
 pub struct NeighbourLists {
     pub(super) spans: Spans,
     /// The lists.
     pub(super) rows: Vec<u32>,
-    /// One for every block of places.
+    /// One per block of partitions.
     pub(super) regions: Vec<Region>,
-    /// So that a block has some [`CHUNK`] rows. The more they are the less their number changes, and with it the room.
-    pub(super) places_a_block: usize,
-    /// Lists that found no room, each behind its row and its length.
+    /// Chosen such that a block has about [`CHUNK`] rows. Larger blocks vary less in length, and need less reserve.
+    pub(super) partitions_per_block: usize,
+    /// Lists that did not fit their region, each preceded by its row and length.
     pub(super) strays: Mutex<Vec<u32>>,
-    /// How long lists are expected to be after rows were put into another order; empty if they were not.
+    /// Expected lengths of the lists after rows were permuted; otherwise empty.
     expected: Vec<AtomicU16>,
 }
 
-/// Where the lists begin and how long they are. The rows of a cell are scattered and each is written by one cell alone:
-/// relaxed atomics, plain moves on every machine, say so without `unsafe`.
+/// Start and length of every list. The rows of a cell are scattered, and each is written by one cell only: relaxed
+/// atomics, which compile to plain moves, express this without `unsafe`.
 #[derive(Debug, Default)]
 pub(super) struct Spans {
     starts: Vec<AtomicU32>,
     lengths: Vec<AtomicU16>,
 }
 
-/// Part of the flat array that a block of places writes.
+/// Part of the flat array that a block of partitions writes.
 #[derive(Debug, Default, Clone, Copy)]
 pub(super) struct Region {
     pub(super) start: usize,
-    /// Entries that are expected.
+    /// Expected number of entries.
     pub(super) len: usize,
-    /// Entries found, which may be more.
+    /// Number of entries found, which may be larger.
     pub(super) found: usize,
 }
 
 impl Spans {
-    /// Sets the span of a row; where it says more than it can, the search finds out at its end.
+    /// Sets the span of a row. Values out of range are detected at the end of the search.
     #[inline(always)]
     pub(super) fn set(&self, row: u32, start: usize, len: usize) {
         self.starts[row as usize].store(start as u32, Relaxed);
@@ -70,18 +70,18 @@ impl Spans {
 }
 
 impl NeighbourLists {
-    /// Neighbours of `row`; none if it came after the search, in an order that keeps stale lists.
+    /// Neighbours of `row`; empty if the row was added after the search (possible if an order keeps stale lists).
     #[inline(always)]
     pub fn of(&self, row: usize) -> &[u32] {
         let (start, len) = self.spans.get(row).unwrap_or_default();
         &self.rows[start..start + len]
     }
 
-    /// Hints that the list of `row` is about to be read: 48 of its entries at most.
+    /// Prefetches the list of `row`, at most 48 entries.
     ///
-    /// Lists lie in the order of the cells, rows in that of the last reordering, and as particles move the one goes
-    /// ever less along with the other: a loop over rows waited for the lists half of its time. Of a dam break's first
-    /// 0.45 s (PCISPH, two threads, 103 ms a step) asking ahead took 28 %.
+    /// Lists are stored in cell order, rows in the order of the last reordering, and the two diverge as particles
+    /// move: loops over rows waited for the lists half of the time. Prefetching reduced the time of a dam break's
+    /// first 0.45 s (PCISPH, two threads, 103 ms per step) by 28 %.
     #[inline(always)]
     pub(crate) fn prefetch(&self, row: usize) {
         let (start, len) = self.spans.get(row).unwrap_or_default();
@@ -93,7 +93,7 @@ impl NeighbourLists {
         }
     }
 
-    /// Pairs of a row and a neighbour in all lists.
+    /// Number of pairs of a row and a neighbour in all lists.
     pub fn pairs(&self) -> usize {
         self.regions.iter().map(|region| region.found).sum()
     }
@@ -108,7 +108,7 @@ impl NeighbourLists {
             + self.regions.capacity() * size_of::<Region>()
     }
 
-    /// Forgets all lists.
+    /// Removes all lists.
     pub(super) fn clear(&mut self) {
         self.spans = Spans::default();
         self.expected.clear();
@@ -116,7 +116,7 @@ impl NeighbourLists {
         self.strays = Mutex::default();
     }
 
-    /// Rows will be in another order at the next search: the `k`-th was `old_rows[k]`. The lists stay as they are.
+    /// Announces a permutation of rows before the next search: row k was `old_rows[k]`. The lists stay as they are.
     pub fn expect_order(&mut self, old_rows: impl Iterator<Item = usize>) {
         let lengths = &self.spans.lengths;
         let length = |row: usize| {
@@ -129,15 +129,15 @@ impl NeighbourLists {
             .extend(old_rows.map(length).map(AtomicU16::new));
     }
 
-    /// Gives every block a region as long as its lists were; if there are other blocks or rows now, as the lists of its
-    /// rows were: to ask every row takes 3 to 5 ns.
+    /// Gives every block a region as long as its lists were. If the number of blocks or rows changed, the lengths are
+    /// summed over the rows of each block, which costs 3 to 5 ns per row.
     pub(super) fn lay_out(&mut self, index: &dyn SpatialIndex, points: usize) {
-        let places = index.places();
-        let blocks = |places_a_block: usize| places.div_ceil(places_a_block.max(1));
+        let partitions = index.partitions();
+        let blocks = |partitions_per_block: usize| partitions.div_ceil(partitions_per_block.max(1));
         let Spans { starts, lengths } = &mut self.spans;
         let as_before = self.expected.is_empty()
             && lengths.len() == points
-            && self.regions.len() == blocks(self.places_a_block);
+            && self.regions.len() == blocks(self.partitions_per_block);
         if !self.expected.is_empty() {
             *lengths = std::mem::take(&mut self.expected);
         }
@@ -148,21 +148,21 @@ impl NeighbourLists {
                 region.len = region.found;
             }
         } else {
-            self.places_a_block = (CHUNK * places / points.max(1)).max(1);
+            self.partitions_per_block = (CHUNK * partitions / points.max(1)).max(1);
             self.regions
-                .resize(blocks(self.places_a_block), Region::default());
-            let expected = |place: usize| {
+                .resize(blocks(self.partitions_per_block), Region::default());
+            let expected = |partition: usize| {
                 let (mut done, mut expected) = (0, 0);
-                while let Some((_, rows)) = index.group(place, done) {
+                while let Some((_, rows)) = index.next_cell(partition, done) {
                     done += rows.len();
                     let len = |&row: &u32| usize::from(lengths[row as usize].load(Relaxed));
                     expected += rows.iter().map(len).sum::<usize>();
                 }
                 expected
             };
-            let first_places = (0..places).step_by(self.places_a_block);
-            for (region, first) in self.regions.iter_mut().zip(first_places) {
-                let block = first..places.min(first + self.places_a_block);
+            let first_partitions = (0..partitions).step_by(self.partitions_per_block);
+            for (region, first) in self.regions.iter_mut().zip(first_partitions) {
+                let block = first..partitions.min(first + self.partitions_per_block);
                 region.len = block.map(expected).sum();
             }
         }
@@ -175,7 +175,7 @@ impl NeighbourLists {
         self.set_len(start);
     }
 
-    /// Makes the array so long.
+    /// Sets the length of the array.
     fn set_len(&mut self, len: usize) {
         self.rows.truncate(len);
         if self.rows.capacity() > len + 2 * room(len) {
@@ -187,7 +187,7 @@ impl NeighbourLists {
         self.rows.resize(len, 0);
     }
 
-    /// Brings the lists that found no room behind the others, and says how long the array is then.
+    /// Appends the lists that did not fit, and returns the resulting length of the array.
     pub(super) fn gather_strays(&mut self) -> usize {
         let mut strays = std::mem::take(
             self.strays

@@ -1,4 +1,4 @@
-//! The search: candidates around every cell, tested and written into lists.
+//! The neighbour search: tests the candidates around every cell and writes the lists.
 
 use std::{
     cell::RefCell,
@@ -19,23 +19,23 @@ use crate::{
     state::ListsTooLong,
 };
 
-/// What a search reads.
+/// Input of a search.
 #[derive(Clone, Copy)]
 pub struct Search<'a> {
-    /// Index of the particles whose neighbours are wanted.
+    /// Index of the particles whose neighbours are searched.
     pub of: &'a dyn SpatialIndex,
-    /// Where they are, by row.
+    /// Their positions, by row.
     pub points: &'a [Vec4],
     /// Index of the particles that may be neighbours.
     pub among: &'a dyn SpatialIndex,
-    /// Where they are, by row.
+    /// Their positions, by row.
     pub among_points: &'a [Vec4],
-    /// Whether both are the same particles, so that a row is not its own neighbour.
+    /// Whether both sets are the same particles, so that a row is not its own neighbour.
     pub same: bool,
 }
 
 impl<'a> Search<'a> {
-    /// The points of an index among each other.
+    /// Neighbours among the points of one index.
     pub fn among_themselves(index: &'a dyn SpatialIndex, points: &'a [Vec4]) -> Self {
         Self {
             of: index,
@@ -53,14 +53,14 @@ impl Search<'_> {
         h * h
     }
 
-    /// Within reach of the box around `rows`. Of the 216 candidates in 27 cells around a cell of eight these are 110
-    /// to 170, and the test costs no more than the copy that has to be made anyway.
+    /// The support radius around the bounding box of `rows`. Of the 216 candidates in 27 cells around a cell of eight
+    /// points, 110 to 170 pass; the test is free, because the candidates must be copied anyway.
     #[inline(always)]
     fn near(&self, rows: &[u32]) -> Near {
         let (mut low, mut high) = (Vec4::INFINITY, Vec4::NEG_INFINITY);
         for &row in rows {
             let point = self.points[row as usize];
-            // In this order a coordinate that is not a number leaves the box as it is.
+            // With this order of arguments, NaN coordinates do not change the box.
             (low, high) = (point.min(low), point.max(high));
         }
         Near {
@@ -80,10 +80,10 @@ impl Search<'_> {
     }
 }
 
-/// Runs that there is room for at once: the 125 cells around a point with cells of h/2.
+/// Runs reserved at once: the 125 cells around a point with cells of h/2.
 const FIRST_RUNS: usize = 128;
 
-/// Buffers of one thread, warm after the first step.
+/// Buffers of one thread, reused between steps.
 #[derive(Default)]
 struct Scratch {
     runs: Vec<Run>,
@@ -97,21 +97,23 @@ thread_local! {
 }
 
 impl Scratch {
-    /// Takes the candidates around `cell` that are near enough to any of `members`, points of that cell, and room for
-    /// as many hits. Without members all are.
+    /// Collects the candidates around `cell` that are near any of `members`, the points of that cell, and reserves as
+    /// many hits. Without members it collects all candidates.
     #[inline(always)]
     fn fetch<S: Simd>(
         &mut self,
         simd: S,
         search: &Search,
-        (place, cell): (Option<usize>, IVec3),
+        (partition, cell): (Option<usize>, IVec3),
         members: &[u32],
     ) {
         self.candidates.clear();
         self.runs.clear();
         self.runs.reserve(FIRST_RUNS);
-        match place {
-            Some(place) if search.same => search.among.runs_around(place, cell, &mut self.runs),
+        match partition {
+            Some(partition) if search.same => {
+                search.among.runs_around(partition, cell, &mut self.runs)
+            }
             _ => search.among.runs(cell, &mut self.runs),
         }
         let entries = search.among.entries();
@@ -134,22 +136,23 @@ impl Scratch {
         }
     }
 
-    /// Room that hits may need while they are written.
+    /// Buffer length that `collect_hits` needs.
     fn room(&self) -> usize {
         self.candidates.padded_len() + CANDIDATE_ALIGNMENT
     }
 }
 
-/// Bytes of memory a pair at most: an entry that found no room is held thrice for a moment, and each has a slope.
-const BYTES_A_PAIR: u64 = 16;
+/// Maximum memory per pair [bytes]: an entry that did not fit exists three times for a moment, and each has a kernel
+/// gradient.
+const BYTES_PER_PAIR: u64 = 16;
 
-/// Pairs that lists can hold: what a span can say, and what the machine has memory for.
+/// Maximum number of pairs: limited by the range of a span and by the machine's memory.
 fn most_pairs() -> usize {
-    let fitting = memory::of_machine() / BYTES_A_PAIR;
+    let fitting = memory::of_machine() / BYTES_PER_PAIR;
     usize::try_from(fitting.min(u32::MAX.into())).unwrap_or(usize::MAX)
 }
 
-/// Writes the lists of all rows. Where they are too long there are none.
+/// Computes the lists of all rows. If they are too long, all lists are empty.
 pub fn search(
     search: &Search,
     lists: &mut NeighbourLists,
@@ -161,7 +164,7 @@ pub fn search(
         rows,
         regions,
         strays,
-        places_a_block,
+        partitions_per_block,
         ..
     } = &mut *lists;
     let too_long = Mutex::new(None);
@@ -175,8 +178,8 @@ pub fn search(
         too_long: &too_long,
         base: 0,
         first_block: 0,
-        places: search.of.places(),
-        places_a_block: *places_a_block,
+        partitions: search.of.partitions(),
+        partitions_per_block: *partitions_per_block,
         execution,
     };
     execution.install(|| task.split(rows, regions));
@@ -192,16 +195,17 @@ pub fn search(
     Err(too_long.unwrap_or(ListsTooLong::Together { pairs, most }))
 }
 
-/// Distances that the paper's query computes: for every row all candidates around its cell, the row itself among them.
-/// Ours computes fewer, since it first drops candidates that none of the cell's points reaches.
+/// Number of distances that the paper's query computes: for every row all candidates around its cell, including the
+/// row itself. This implementation computes fewer, since it first rejects candidates that no point of the cell
+/// reaches.
 pub fn tested_pairs(search: &Search) -> usize {
     let mut scratch = Scratch::default();
     let mut tested = 0;
-    for place in 0..search.of.places() {
+    for partition in 0..search.of.partitions() {
         let mut done = 0;
-        while let Some((coordinates, members)) = search.of.group(place, done) {
+        while let Some((coordinates, members)) = search.of.next_cell(partition, done) {
             done += members.len();
-            scratch.fetch(Portable, search, (Some(place), coordinates), &[]);
+            scratch.fetch(Portable, search, (Some(partition), coordinates), &[]);
             tested += members.len() * scratch.candidates.len();
         }
     }
@@ -215,21 +219,21 @@ struct Task<'a> {
     spans: &'a Spans,
     /// See [`NeighbourLists::strays`].
     strays: &'a Mutex<Vec<u32>>,
-    /// Entries of lists that found no room, and the most that are taken: with more there will be no lists.
+    /// Number of entries that did not fit, and the most that are kept: beyond it the search fails.
     strayed: &'a AtomicUsize,
     most: usize,
-    /// The list of the first row that is too long.
+    /// The first row whose list is too long.
     too_long: &'a Mutex<Option<ListsTooLong>>,
-    /// Place of the first entry in the flat array.
+    /// Position of the first entry in the flat array.
     base: usize,
     first_block: usize,
-    places: usize,
-    places_a_block: usize,
+    partitions: usize,
+    partitions_per_block: usize,
     execution: &'a Execution,
 }
 
 impl Task<'_> {
-    /// Takes a list that found no room.
+    /// Keeps a list that did not fit.
     #[cold]
     fn stray(&self, row: u32, list: &[u32]) {
         if list.len() > usize::from(u16::MAX)
@@ -242,7 +246,7 @@ impl Task<'_> {
         strays.extend(list);
     }
 
-    /// Takes note of a list that is too long.
+    /// Records a list that is too long.
     #[cold]
     fn refuse(&self, row: u32, count: usize) {
         let row = row as usize;
@@ -253,7 +257,7 @@ impl Task<'_> {
         }
     }
 
-    /// Halves the blocks and the array with them until one is left: disjoint regions without a list of slices.
+    /// Splits blocks and array recursively, which gives disjoint regions without a list of slices.
     fn split(self, rows: &mut [u32], regions: &mut [Region]) {
         match regions {
             [] => {}
@@ -296,18 +300,18 @@ impl Vectorised for Block<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         let Self { task, region, rows } = self;
-        let first = task.first_block * task.places_a_block;
+        let first = task.first_block * task.partitions_per_block;
         let mut scratch = SCRATCH.take();
-        // Where the next list goes.
+        // Position of the next list.
         let mut end = 0;
-        for place in first..task.places.min(first + task.places_a_block) {
+        for partition in first..task.partitions.min(first + task.partitions_per_block) {
             let mut done = 0;
             if task.search.same {
-                task.search.among.prefetch_around(place + 1);
+                task.search.among.prefetch_around(partition + 1);
             }
-            while let Some((cell, members)) = task.search.of.group(place, done) {
+            while let Some((cell, members)) = task.search.of.next_cell(partition, done) {
                 done += members.len();
-                scratch.fetch(simd, task.search, (Some(place), cell), members);
+                scratch.fetch(simd, task.search, (Some(partition), cell), members);
                 if scratch.candidates.is_empty() {
                     for &row in members {
                         task.spans.set(row, 0, 0);
@@ -317,7 +321,7 @@ impl Vectorised for Block<'_> {
                 for &row in members {
                     let probe = task.search.probe(row);
                     let room = &mut rows[end..region.len];
-                    // With room to spare hits go straight into the list.
+                    // If the region has enough space, hits are written directly into the list.
                     let count = if room.len() >= scratch.room() {
                         simd.collect_hits(&scratch.candidates, probe, room)
                     } else {
@@ -344,16 +348,15 @@ impl Vectorised for Block<'_> {
     }
 }
 
-/// Neighbours found on the spot and not stored (paper 5.3.1): rows asked for in an order that stays within a cell, or
-/// near it, share the candidates.
-pub struct OnTheSpot<'a> {
+/// Neighbours that are recomputed instead of stored (paper 5.3.1). Consecutive rows of one cell share the candidates.
+pub struct Recomputed<'a> {
     search: Search<'a>,
     scratch: Scratch,
     cell: Option<IVec3>,
 }
 
-impl<'a> OnTheSpot<'a> {
-    /// Nothing found yet.
+impl<'a> Recomputed<'a> {
+    /// No candidates yet.
     pub fn new(search: Search<'a>) -> Self {
         Self {
             search,
@@ -362,7 +365,7 @@ impl<'a> OnTheSpot<'a> {
         }
     }
 
-    /// Neighbours of `row`, the same in the same order as a stored list would hold.
+    /// Neighbours of `row`, the same and in the same order as in a stored list.
     #[inline(always)]
     pub fn of<S: Simd>(&mut self, simd: S, row: usize) -> &[u32] {
         let cell = self.search.of.grid().cell_of(self.search.points[row]);
@@ -376,7 +379,7 @@ impl<'a> OnTheSpot<'a> {
     }
 }
 
-impl Drop for OnTheSpot<'_> {
+impl Drop for Recomputed<'_> {
     fn drop(&mut self) {
         SPARE.with_borrow_mut(|spare| spare.push(std::mem::take(&mut self.scratch)));
     }

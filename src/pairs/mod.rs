@@ -26,7 +26,7 @@ pub use self::{
 };
 use crate::{
     index::{BoundarySamples, FluidIndex},
-    neighbours::{BoundaryNeighbours, FluidNeighbours, OnTheSpot, Search},
+    neighbours::{BoundaryNeighbours, FluidNeighbours, Recomputed, Search},
     simd::{Simd, Vectorised},
     state::{CHUNK, Execution, Material, Positions, Rows, SENTINEL},
 };
@@ -169,7 +169,7 @@ impl Pairs<'_> {
                                 }
                             }
                         }
-                        Source::OnTheSpot(_, Some(boundary)) => {
+                        Source::Recomputed(_, Some(boundary)) => {
                             execution.instruction_set.dispatch(BoundaryChunk {
                                 boundary,
                                 first: rows.start,
@@ -178,7 +178,7 @@ impl Pairs<'_> {
                                 work,
                             });
                         }
-                        Source::Stored(_, None) | Source::OnTheSpot(_, None) => {}
+                        Source::Stored(_, None) | Source::Recomputed(_, None) => {}
                     }
                 });
         });
@@ -204,7 +204,7 @@ impl Pairs<'_> {
                     same: false,
                     ..fluid
                 });
-                Source::OnTheSpot(fluid, boundary)
+                Source::Recomputed(fluid, boundary)
             }
         }
     }
@@ -224,7 +224,7 @@ impl<A, B, F: Fn(usize, &[u32], &mut A, &mut B)> Vectorised for BoundaryChunk<'_
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let mut boundary = OnTheSpot::new(self.boundary);
+        let mut boundary = Recomputed::new(self.boundary);
         for ((i, a), b) in (self.first..).zip(self.a).zip(self.b) {
             let near = boundary.of(simd, i);
             if !near.is_empty() {

@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{
     kernel::Kernel,
-    neighbours::{NeighbourLists, OnTheSpot, Search},
+    neighbours::{NeighbourLists, Recomputed, Search},
     simd::{LANES, Simd, Vectorised},
     state::{CHUNK, Execution},
 };
@@ -52,7 +52,7 @@ pub enum Source<'a> {
     /// Lists.
     Stored(&'a NeighbourLists, Option<&'a NeighbourLists>),
     /// Searches.
-    OnTheSpot(Search<'a>, Option<Search<'a>>),
+    Recomputed(Search<'a>, Option<Search<'a>>),
 }
 
 /// Runs `pass` over all rows into `out`.
@@ -95,7 +95,7 @@ pub(super) fn over_rows<P: PairSum, T: FnMut(usize, P::Output)>(
                     None => set.arithmetic().dispatch(chunk),
                 }
             }
-            Source::OnTheSpot(fluid, boundary) => {
+            Source::Recomputed(fluid, boundary) => {
                 set.dispatch(SpotChunk {
                     pass,
                     places,
@@ -273,8 +273,8 @@ impl<P: PairSum, T: FnMut(usize, P::Output)> Vectorised for SpotChunk<'_, P, T> 
             order.push((grid.cell_of(point), k));
         }
         order.sort_unstable_by_key(|&(cell, k)| (cell.to_array(), k));
-        let mut fluid = OnTheSpot::new(self.fluid);
-        let mut boundary = self.boundary.map(OnTheSpot::new);
+        let mut fluid = Recomputed::new(self.fluid);
+        let mut boundary = self.boundary.map(Recomputed::new);
         for &(_, k) in &order {
             let i = self.rows.start + k;
             let near_boundary = match &mut boundary {

@@ -1,4 +1,4 @@
-//! When iterations end.
+//! Convergence criteria of the pressure iterations.
 
 use bevy_ecs::prelude::*;
 
@@ -7,39 +7,39 @@ use crate::{
     state::PressureSolve,
 };
 
-/// When a method's iterations end.
+/// Convergence criterion of a method.
 #[derive(Resource, Debug, Clone, Copy, PartialEq)]
 pub struct Convergence {
     /// Limit η on the density error `(ρ − ρ0)/ρ0` [-].
     pub max_density_error: f32,
     /// Whether η limits the largest or the mean error.
     pub criterion: Criterion,
-    /// Limit on the mean error beside that on the largest [-], if there is one.
+    /// Additional limit on the mean error [-], if the criterion limits the largest one.
     pub mean_density_error: Option<f32>,
-    /// At least so many iterations.
+    /// Minimum number of iterations.
     pub min_iterations: u32,
-    /// At most so many.
+    /// Maximum number of iterations.
     pub max_iterations: u32,
-    /// What happens when `max_iterations` do not reach η.
+    /// What happens if `max_iterations` do not reach η.
     pub not_converged: NotConverged,
 }
 
 impl Convergence {
-    /// The error that is limited, and the row that has the largest.
+    /// The error that the criterion limits, and the row with the largest error.
     ///
-    /// Pressures that start at zero come from below; those of the last step, or with momentum, may be too high, and a
-    /// step that takes them as long as nothing is compressed pumps energy: a dam break had 0.2 % more of it after 0.05
-    /// s. There a particle with a pressure must not be under its rest density either.
-    pub(super) fn judged(&self, solve: &PressureSolve) -> (f32, usize) {
+    /// Pressures that start at zero converge from below. Pressures of the last step, or iterations with momentum, may
+    /// be too high; a solver that accepts them as long as nothing is compressed adds energy (0.2 % after 0.05 s of a
+    /// dam break). Therefore a particle with pressure must not be below its rest density either.
+    pub(super) fn measured_error(&self, solve: &PressureSolve) -> (f32, usize) {
         let error = solve.residual;
-        let judged = match self.criterion {
+        let measured = match self.criterion {
             Criterion::Largest => error.largest,
             Criterion::Mean => error.mean,
         };
-        // In the same measure: the mean over its own limit as the other over η.
+        // Scaled to the same limit: η times the mean error over the mean's own limit.
         let by_mean = self
             .mean_density_error
             .map_or(0.0, |limit| error.mean * self.max_density_error / limit);
-        (judged.max(by_mean), error.row)
+        (measured.max(by_mean), error.row)
     }
 }

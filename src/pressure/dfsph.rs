@@ -1,19 +1,14 @@
-//! DFSPH (Bender & Koschier 2015, *Divergence-Free SPH*; 2017): the velocities are freed of compression before the
-//! forces act on them, and then of the density error that they would lead to.
+//! DFSPH (Bender & Koschier 2015, *Divergence-Free SPH*; 2017): a divergence solve before the forces, and a density
+//! solve after them. Both are the Jacobi iteration of [`implicit`].
 //!
-//! Both solves are the Jacobi iteration of [`implicit`]. The first ([`solve_divergence`], their Algorithm 2) solves
-//! `Dρ_i/Dt(v + dv(τ)) ≤ 0` for impulses τ = dt p/ρ² and changes the velocities of the step; the second (their
-//! Algorithm 3) is IISPH's. Density, diagonal and Dρ/Dt of the velocities come from one pass over the neighbours, so
-//! that velocities without much divergence cost nothing more. The pressure of a particle is that of both.
+//! [`solve_divergence`] (their Algorithm 2) solves `Dρ_i/Dt(v + dv(τ)) ≤ 0` for impulses τ = dt p/ρ²; the density
+//! solve (their Algorithm 3) is IISPH's. A particle's pressure is the sum of both.
 //!
-//! Deviations. The solves follow each other in another place of the loop: neighbours are found at the start of a step,
-//! so what is the end of the paper's is the start of ours. A correction may be taken back by a later one, as long as
-//! the sum does not pull: with every correction bounded by itself, an overshoot stays. So the iteration is relaxed, and
-//! has momentum: the ω = 1 of the paper lets the shortest waves grow (see [`implicit`]). The divergence solve starts
-//! from zero: what a step has to remove has little to do with what the last one removed. Particles keep the pressures
-//! of both solves together, and the second starts from a share of those before (see
-//! [`warm_start`](super::warm_start)). A dam break gains no energy by that, whatever the share, since too little density is
-//! judged too (see [`solve`](super::solve)).
+//! Deviations. The divergence solve runs at the start of a step, where the neighbours are found, and starts from zero.
+//! Single corrections may be negative as long as their sum is not; iterations are relaxed and have momentum, since the
+//! paper's ω = 1 lets the shortest waves grow. The density solve starts from a share of the last pressures of both
+//! solves ([`warm_start`](super::warm_start)) and also limits densities that are too low (see
+//! [`solve`](super::solve)), so a dam break gains no energy for any share.
 
 use std::mem;
 
@@ -25,13 +20,13 @@ use glam::Vec4;
 
 use super::{
     convergence::Convergence,
+    diagonal::{DensitiesAndDiagonals, InverseDiagonals},
     force::pressure_force,
     implicit::{
         self, DensityRate, DensityRates, Iterate, Jacobi, PredictedVelocities, predict_rates,
-        take_pressures,
+        store_pressures,
     },
     iterate::{PressureIteration, iterate, solve_pressure},
-    response::{AnsweringDensities, Responses},
     solver::{Iterations, PressureSolver, Requirement},
     warm_start::WarmStart,
 };
@@ -109,7 +104,7 @@ impl PressureSolver for Dfsph {
             max_density_error: self.max_divergence_error,
             mean_density_error: None,
             criterion: self.criterion,
-            // The first measures the velocities as they are, without a force.
+            // The first iteration measures the divergence of the given velocities; no force acts yet.
             min_iterations: self.min_divergence_iterations.saturating_add(1),
             max_iterations: self.max_divergence_iterations.saturating_add(1),
             not_converged: self.not_converged,
@@ -125,7 +120,7 @@ impl PressureSolver for Dfsph {
     }
 
     fn solve(&self, _: &Scene) -> Systems {
-        (solve_pressure, take_pressures, add_divergence_pressure).chain()
+        (solve_pressure, store_pressures, add_divergence_pressure).chain()
     }
 
     fn schedules(&self, _: &Scene) -> Vec<(InternedScheduleLabel, Systems)> {
@@ -136,20 +131,21 @@ impl PressureSolver for Dfsph {
     }
 }
 
-/// One iteration of the divergence solve: it measures the divergence of the predicted velocities and corrects the
+/// One iteration of the divergence solve: measures the divergence of the predicted velocities and corrects the
 /// impulses.
 #[derive(ScheduleLabel, Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct DivergenceIteration;
 
-/// Iterations that the momentum is ahead by, after the second, or at once if the solve starts from means. The density
-/// error that is left from step to step is a long wave, which first iterations without momentum hardly touch. The
-/// corner dam break of 130 000 particles, 0.5 s in steps of 1 ms at 0.01 %, takes 11.4 iterations a step at 0 and 9.1
-/// at 10. From the first iteration on it takes 8.1, but what ends at two, as steps do at 1 %, then leaves more
-/// divergence than it removed, and still water moves with 0.28 % of sqrt(g H), not 0.16. IISPH, which iterates three or
-/// four times, cannot have it: its still water moves with 3 % of sqrt(g H).
+/// Head start of the momentum [iterations], from the second iteration on, or from the first if the solve starts from
+/// mean pressures. The density error left between steps is a long wave, which iterations without momentum hardly
+/// reduce.
+///
+/// Tuned on: corner dam break of 130 000 particles, 0.5 s in steps of 1 ms at 0.01 %: 11.4 iterations per step with 0,
+/// 9.1 with 10. From the first iteration on it would be 8.1, but solves of two iterations then leave more divergence
+/// than they remove: still water moves with 0.28 % of sqrt(g H) instead of 0.16 %, with IISPH 3 %.
 const HEAD_START: i32 = 10;
 
-/// When the divergence solve ends.
+/// Convergence criterion of the divergence solve.
 #[derive(Resource, Debug, Clone, Copy)]
 pub struct DivergenceConvergence(Convergence);
 
@@ -157,12 +153,12 @@ pub struct DivergenceConvergence(Convergence);
 #[derive(Resource, Debug, Default)]
 pub struct DivergenceTerms(Vec<Iterate>);
 
-/// Numbers of neighbours, fluid and boundary.
+/// Number of neighbours, fluid and boundary.
 #[derive(Resource, Debug, Default)]
 pub struct NeighbourCounts(Vec<u32>);
 
-/// Neighbours below which a particle keeps its divergence: at a surface, or in spray, Dρ/Dt says how the particle meets
-/// others and not that it is compressed (2015, section 3.4).
+/// Particles with fewer neighbours keep their divergence: at a surface or in spray, Dρ/Dt describes how particles meet
+/// and not their compression (2015, section 3.4).
 fn least_neighbours(dimension: Dimension) -> u32 {
     match dimension {
         Dimension::Two => 7,
@@ -181,9 +177,9 @@ fn divergence_iteration() -> Systems {
         .chain()
 }
 
-/// Densities, what the particles answer to their pressure, and Dρ/Dt of their velocities (phase `Density`).
+/// Densities, inverse diagonals and Dρ/Dt (phase `Density`).
 pub fn compute_density(
-    mut columns: AnsweringDensities,
+    mut columns: DensitiesAndDiagonals,
     mut rates: ResMut<DensityRates>,
     mut counts: ResMut<NeighbourCounts>,
     mut slopes: Option<ResMut<PairSlopes>>,
@@ -197,7 +193,7 @@ pub fn compute_density(
     counts.0.resize(rows, 0);
     let walls = Walls::of(walls.as_deref());
     let sums = (
-        AnsweringDensities::sums(&material, walls),
+        DensitiesAndDiagonals::sums(&material, walls),
         (
             DensityRate::<true>::new(&material, &pairs.positions().0, &velocities.0, walls),
             NeighbourCount,
@@ -208,7 +204,7 @@ pub fn compute_density(
     pairs.sum_and_keep(&sums, slopes.as_deref_mut(), takers);
 }
 
-/// Frees the velocities of compression (phase `Forces`, before the forces).
+/// Makes the velocities free of compression (phase `Forces`, before the forces).
 pub fn solve_divergence(world: &mut World) {
     let rows = world.resource::<Positions>().rows();
     let mut terms = world.resource_mut::<DivergenceTerms>();
@@ -239,7 +235,7 @@ fn predict_corrected_velocities(
     pressure_accelerations: Res<PressureAccelerations>,
     execution: Res<Execution>,
 ) {
-    // Of an impulse the force is a change of velocity.
+    // The force of an impulse is a change of velocity.
     predicted.write(&velocities, &pressure_accelerations, &execution, |_, dv| dv);
 }
 
@@ -247,13 +243,17 @@ fn update_impulses(
     mut terms: ResMut<DivergenceTerms>,
     mut positions: ResMut<Positions>,
     mut solve: ResMut<PressureSolve>,
-    columns: (Res<NeighbourCounts>, Res<DensityRates>, Res<Responses>),
+    columns: (
+        Res<NeighbourCounts>,
+        Res<DensityRates>,
+        Res<InverseDiagonals>,
+    ),
     mut jacobi: ResMut<Jacobi>,
     material: Res<Material>,
     clock: Res<Clock>,
     execution: Res<Execution>,
 ) {
-    let (counts, rates, responses) = columns;
+    let (counts, rates, diagonals) = columns;
     let least = least_neighbours(material.dimension);
     let to_error = clock.dt / material.rest_density;
     let first = solve.iterations == 0;
@@ -267,9 +267,9 @@ fn update_impulses(
         } else {
             rates.0[row]
         };
-        // Beside the positions are the terms of the last step until the first correction.
+        // Before the first correction, the positions still carry the terms of the last step.
         let acted = if first { 0.0 } else { term };
-        let (term, step) = jacobi.correct(impulse, acted, (responses.0[row], rate), first);
+        let (term, step) = jacobi.correct(impulse, acted, (diagonals.0[row], rate), first);
         Corrected {
             term,
             error: to_error * rate,
@@ -280,8 +280,8 @@ fn update_impulses(
     jacobi.advance(solve.progress);
 }
 
-/// Adds to the pressures of the second solve what the impulses of the first come to over the step, `ρ² τ/dt` (phase
-/// `Pressure`), and forgets them: in an order that skips the first solve the next step has none.
+/// Adds the pressures that the impulses correspond to, `ρ² τ/dt`, to those of the density solve (phase `Pressure`),
+/// and resets the impulses: an order may skip the divergence solve in the next step.
 pub fn add_divergence_pressure(
     mut pressures: ResMut<Pressures>,
     mut terms: ResMut<DivergenceTerms>,

@@ -1,14 +1,13 @@
-//! The first pressure force of a step, summed along with viscosity where the pressure solve follows that.
+//! The first pressure force of a step, summed in the same pass as viscosity.
 //!
-//! Iterations that start from a share of earlier pressures start with their force, and nothing between viscosity and
-//! the solve changes it. Both passes want the same pairs, so one fetches lists, slopes and positions for both; the sums
-//! are the same to the bit. The corner dam break of 130 000 particles, a step in alternating runs: IISPH 26.9 : 24.9
-//! ms, DFSPH at a mean error of 1 % 26.0 : 24.9.
+//! Iterations that start from earlier pressures begin with their force, which nothing between viscosity and the solve
+//! changes. One pass loads lists, kernel gradients and positions for both; the sums are bitwise the same. Corner dam
+//! break of 130 000 particles, time per step: IISPH 26.9 ms apart and 24.9 ms together, DFSPH at a mean error of 1 %
+//! 26.0 and 24.9 ms.
 //!
-//! The time of the force is then booked to the phase of viscosity. Each has its own pass where an order runs either
-//! more than once or not in every step, or has a stage between them that makes more than forces, and where iterations
-//! start from nothing. Pressures or densities that a host changes between the two phases count from the first
-//! correction on.
+//! The time is booked to the phase of viscosity. The passes stay separate if an order repeats or skips one of them, if
+//! a stage between them changes more than forces, or if iterations start from zero. Changes that a host makes to
+//! pressures or densities between the two phases take effect from the first correction on.
 
 use bevy_ecs::{prelude::*, system::SystemParam};
 use glam::Vec3;
@@ -31,7 +30,7 @@ use crate::{
 /// In worlds whose scene and order let viscosity sum the first force.
 #[derive(Resource, Debug)]
 pub struct FirstForce {
-    /// Whether it has, in this step.
+    /// Whether the first force of this step is summed already.
     known: bool,
 }
 
@@ -40,7 +39,7 @@ pub(crate) fn install(world: &mut World) {
     world.insert_resource(FirstForce { known: false });
 }
 
-/// Whether a scene has viscosity, and iterations that start with a force.
+/// Whether a scene has viscosity and iterations that start with a force.
 pub(crate) fn is_possible(scene: &Scene) -> bool {
     scene.fluid.viscosity != Viscosity::None
         && scene
@@ -49,8 +48,8 @@ pub(crate) fn is_possible(scene: &Scene) -> bool {
             .is_some_and(|iterations| iterations.warm_start.share > 0.0)
 }
 
-/// What puts the terms that the solve starts from beside the positions, before viscosity (phase `Forces`). A host's
-/// system that wants no order against it may read positions: they stay what they are.
+/// Writes the initial terms of the solve beside the positions, before viscosity (phase `Forces`). Systems of a host
+/// that only read positions need no order against it: positions do not change.
 pub(crate) fn start() -> Systems {
     start_solve
         .run_if(resource_exists::<FirstForce>)
@@ -78,14 +77,14 @@ fn start_solve(
     solve.begin(start.share > 0.0, overshoots);
 }
 
-/// Whether the force is known; from now on it is not.
+/// Returns whether the force is summed already, and resets the mark.
 pub(super) fn take(world: &mut World) -> bool {
     world
         .get_resource_mut::<FirstForce>()
         .is_some_and(|mut first| std::mem::take(&mut first.known))
 }
 
-/// A force over the pairs, and the first pressure force along with it if it may come.
+/// A force over the pairs, together with the first pressure force if possible.
 #[derive(SystemParam)]
 pub struct WithFirstForce<'w> {
     first: Option<ResMut<'w, FirstForce>>,
@@ -98,7 +97,7 @@ pub struct WithFirstForce<'w> {
 }
 
 impl WithFirstForce<'_> {
-    /// Share of the last step's pressure terms that is beside the positions [-].
+    /// Share of the last step's pressure terms that is stored beside the positions [-].
     pub fn share_of_terms(&self) -> f32 {
         match (&self.first, &self.start) {
             (Some(_), Some(start)) => start.share,
@@ -106,7 +105,7 @@ impl WithFirstForce<'_> {
         }
     }
 
-    /// Adds the sums of `pass` to `out`, which has one entry a row.
+    /// Adds the sums of `pass` to `out`, which has one entry per row.
     pub fn add<P: PairSum<Output = Vec3>>(&mut self, pass: P, out: &mut [Vec3]) {
         let Some(first) = &mut self.first else {
             return self.pairs.add(&pass, out);

@@ -1,10 +1,10 @@
 //! The symmetric pressure force: `a_i = −Σ_j m (p_i/ρ_i² + p_j/ρ_j²) ∇W_ij − Σ_b ρ0 V_b (p_i/ρ_i²) ∇W_ib`.
 //!
-//! Between two fluid particles the terms are equal and opposite to the bit, so linear momentum is kept to rounding. The
-//! boundary pushes only, since pressures are not negative, and takes the particle's own term once (Akinci et al. 2012),
-//! times the walls' push (see [`sums`](crate::boundary::sums)). Without that push the force is the gradient of the
-//! densities that pressure acts against; with it it is the gradient of those that Dρ/Dt predicts, whose wall part has
-//! the same factor. Along a wall the fluid's force is made up for what the wall leaves out ([`Walls::made_up`]).
+//! The terms of two fluid particles are bitwise equal and opposite, so momentum is conserved up to rounding. Boundary
+//! particles use the fluid particle's own term (Akinci et al. 2012), times the walls' push (see
+//! [`sums`](crate::boundary::sums)), and only repel, since pressures are not negative. With the same factor in Dρ/Dt,
+//! the force is the gradient of the predicted densities. [`Walls::made_up`] corrects the fluid's force along a wall
+//! for the missing part of the kernel.
 
 use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};
@@ -42,7 +42,7 @@ impl<'a> PressureForce<'a> {
     }
 }
 
-/// A particle's term, and the sums.
+/// A particle's pressure term, and the sums.
 pub struct ForceSums<S: Simd> {
     term: S::F,
     sum: [S::F; 3],

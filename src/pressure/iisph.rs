@@ -1,17 +1,14 @@
-//! IISPH (Ihmsen, Cornelis, Solenthaler, Horvath & Teschner 2014, *Implicit Incompressible SPH*, Algorithm 1): the
-//! pressures whose force brings the density, predicted from the velocities, to the rest density.
+//! IISPH (Ihmsen, Cornelis, Solenthaler, Horvath & Teschner 2014, *Implicit Incompressible SPH*, Algorithm 1): solves
+//! for the pressures whose force brings the predicted density to the rest density.
 //!
-//! Density and the diagonal of the linear system come from one pass over the neighbours
-//! ([`compute_density`](super::response::compute_density)); each iteration, one run of
-//! [`PressureIteration`](super::solve::PressureIteration), takes two. See [`implicit`] for the system. At least two
-//! iterations are done, and the mean error ends them.
+//! One pass over the neighbours sums density and diagonal ([`compute_density`](super::diagonal::compute_density));
+//! each iteration takes two. The system is described in [`implicit`]. A limit on the mean error and at least two
+//! iterations end the solve.
 //!
-//! Deviations. ω is 0.4 and corrections have momentum; iterations start from 0.8 of the last pressures, and a step
-//! removes a part of the compression that it finds ([`recovery`](super::recovery)). The paper's method is `momentum:
-//! false, relaxation: 0.5, warm_start: 0.5, recovery: 1, max_density_error: 1e-3`. The mean is of compressions only:
-//! where particles at the surface have too few neighbours, the signed mean falls below zero and every limit is met. It
-//! counts too little density, too, in particles that have a pressure (see [`solve`](super::solve)). Walls act by the
-//! particle's own term, once (see [`force`](super::force)), and count in the diagonal as they do in the force.
+//! Deviations. ω = 0.4 with momentum, warm start 0.8, and [`recovery`](super::recovery). The paper's method is
+//! `momentum: false, relaxation: 0.5, warm_start: 0.5, recovery: 1, max_density_error: 1e-3`. The mean counts
+//! compressions, and too low densities of particles that have pressure: a signed mean is negative at free surfaces.
+//! Walls act by the particle's own term ([`force`](super::force)) and enter the diagonal likewise.
 
 use bevy_ecs::{
     prelude::*,
@@ -20,9 +17,9 @@ use bevy_ecs::{
 
 use super::{
     convergence::Convergence,
-    implicit::{self, take_pressures},
+    diagonal,
+    implicit::{self, store_pressures},
     iterate::{PressureIteration, solve_pressure},
-    response,
     solver::{Iterations, PressureSolver, Requirement},
     warm_start::WarmStart,
 };
@@ -31,7 +28,7 @@ use crate::{
     state::{Column, Systems},
 };
 
-/// Iterations that the momentum is ahead by, as in [`dfsph`](super::dfsph): the solve is the same, and so is its limit.
+/// Head start of the momentum [iterations], as in [`dfsph`](super::dfsph), whose density solve is the same.
 const HEAD_START: i32 = 10;
 
 impl PressureSolver for Iisph {
@@ -71,11 +68,11 @@ impl PressureSolver for Iisph {
     }
 
     fn density(&self) -> Systems {
-        response::compute_density.into_configs()
+        diagonal::compute_density.into_configs()
     }
 
     fn solve(&self, _: &Scene) -> Systems {
-        (solve_pressure, take_pressures).chain()
+        (solve_pressure, store_pressures).chain()
     }
 
     fn schedules(&self, _: &Scene) -> Vec<(InternedScheduleLabel, Systems)> {

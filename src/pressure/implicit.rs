@@ -1,33 +1,18 @@
-//! What IISPH and DFSPH share: one linear system, and a Jacobi iteration on it.
+//! The linear system of IISPH and DFSPH, and its Jacobi iteration.
 //!
-//! With the pressure force of [`force`](super::force), pressure terms `t = p/ρ²` and the velocities v* without
-//! pressure, `ρ_i + dt Dρ_i/Dt(v* + dt a(t)) = ρ0` is linear in t, with
+//! For pressure terms `t = p/ρ²` and velocities v* without pressure, `ρ_i + dt Dρ_i/Dt(v* + dt a(t)) = ρ0` is linear
+//! in t, with `Dρ_i/Dt(v) = Σ_j m (v_i − v_j)·∇W_ij + Σ_b ρ0 V_b (v_i − v_b)·∇W_ib`. Relaxed Jacobi: `t_i ← max(0, t_i +
+//! ω (ρ*_i − ρ0)/(dt² D_i))` with D_i of [`diagonal`](super::diagonal).
 //!
-//! `Dρ_i/Dt(v) = Σ_j m (v_i − v_j)·∇W_ij + Σ_b ρ0 V_b (v_i − v_b)·∇W_ib`.
-//!
-//! What particle i answers to its own term is `dt² D_i`, `D_i = |Σ_j m ∇W_ij + Σ_b ρ0 V_b ∇W_ib|² + Σ_j |m ∇W_ij|²`:
-//! walls count in the particle's own motion and not in that of its neighbours, as they answer no pressure (see
-//! [`response`](super::response)). A relaxed Jacobi iteration
-//! is `t_i ← max(0, t_i + ω (ρ*_i − ρ0)/(dt² D_i))`: two passes over the neighbours, force and rate.
-//!
-//! This is IISPH's iteration (Ihmsen et al. 2014) with p/ρ² for p, `a_ii = −dt² D_i/ρ_i²`, and its sums over d_ij taken
-//! as accelerations, `d_ii p_i + Σ_j d_ij p_j = dt² a_i`: no coefficient but D is stored. And it is DFSPH's (Bender &
-//! Koschier 2015), whose α_i is `ρ_i/D_i`, with the sum of the corrections κ kept and bounded instead of every one.
-//!
-//! One thing goes past both papers.
-//!
-//! Momentum: as the force is the gradient of the densities that pressure acts against (see
-//! [`force`](super::force)), the iteration descends a convex function, and Nesterov's acceleration with restarts applies.
-//! It is stable for eigenvalues of `D⁻¹ A` up to 4/(3 ω). The largest is 2.15 in 2-D and 2.82 in 3-D on a lattice of
-//! the default support, so ω = 0.4, which leaves room up to 3.3; at wider supports it grows, and ω is bounded by it.
-//! Measured in a dam break of 15 000 particles, 0.6 s with DFSPH's defaults: 6761 : 4869 iterations, and 3988 with what
-//! pays only then: 0.6 in place of ½ of the last step's pressures, and steps that shorten from 20 iterations on. 60
-//! layers of still water, four steps of IISPH at 0.01 %: 1109 : 207.
+//! This is IISPH's iteration (Ihmsen et al. 2014) with `a_ii = −dt² D_i/ρ_i²`; its sums over d_ij are accelerations.
+//! It is DFSPH's (Bender & Koschier 2015) with `α_i = ρ_i/D_i`, where the sum of the corrections is bounded instead of
+//! each. Deviation: Nesterov momentum with restarts, 4869 instead of 6761 iterations in a dam break;
+//! `docs/decisions/momentum.md` has the stability limit and more figures.
 
 use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};
 
-use super::{force::pressure_force, response::Responses};
+use super::{diagonal::InverseDiagonals, force::pressure_force};
 use crate::{
     boundary::sums::{WallSums, Walls},
     lattice::Lattice,
@@ -50,12 +35,7 @@ pub(super) const COLUMNS: &[Column; 4] = &[
         "of the predicted velocities",
         4,
     ),
-    Column::derived(
-        "diagonal",
-        "m^8/kg^2",
-        "inverse response to the own pressure",
-        4,
-    ),
+    Column::derived("diagonal", "m^8/kg^2", "inverse diagonal", 4),
     Column::derived("pressure term", "Pa m^6/kg^2", "while it is solved for", 8),
 ];
 
@@ -70,17 +50,18 @@ pub(super) fn iteration() -> Systems {
         .chain()
 }
 
-/// Largest ω that a scene may ask for with momentum. On lattices that are not stable with it less is taken.
+/// Largest ω that a scene may request with momentum. On lattices that it would make unstable, less is used.
 pub const MAX_RELAXATION_WITH_MOMENTUM: f32 = 0.54;
 
-/// Largest ω with which momentum is ahead from the first iteration on. Few iterations leave short waves larger than
-/// they found them if both are large, and means carry those from step to step. The corner dam break of 130 000
-/// particles with DFSPH, at 1 % with two to six iterations and at 0.01 %: whole with 0.36 to 0.42, with 0.45 not at
-/// 0.01 %, with 0.5 not with three iterations either.
+/// Largest ω with momentum from the first iteration on. If both are large, a few iterations amplify short waves, and
+/// mean pressures carry these between steps.
+///
+/// Tuned on: corner dam break of 130 000 particles, DFSPH, at 1 % with two to six iterations and at 0.01 %: stable
+/// with 0.36 to 0.42; unstable with 0.45 at 0.01 %, and with 0.5 also with three iterations.
 const MAX_RELAXATION_AT_ONCE: f32 = 0.42;
 
-/// Largest relaxation times the largest eigenvalue of the scene's lattice [-]: nine tenths of what is stable, 4/3 and
-/// 2.
+/// Largest product of relaxation and the largest eigenvalue of the scene's lattice [-]: nine tenths of the stability
+/// limits, which are 4/3 with momentum and 2 without.
 const WITH_MOMENTUM: f32 = 1.2;
 const WITHOUT_MOMENTUM: f32 = 1.8;
 
@@ -91,22 +72,22 @@ pub struct Jacobi {
     relaxation: f32,
     /// Whether corrections have momentum.
     momentum: bool,
-    /// Iterations that the momentum counts as done ahead; below zero, how many it begins later.
+    /// Head start of the momentum [iterations]; negative values delay it.
     head_start: i32,
-    /// Iterations of this solve before it does.
+    /// Number of iterations of this solve before the head start applies.
     ahead_from: u32,
-    /// Iterations since the momentum was zero.
+    /// Number of iterations since the last restart of the momentum.
     since: u32,
-    /// Share of the last correction that the next goes on by.
+    /// Momentum coefficient: share of the last correction that is added to the next.
     carried: f32,
 }
 
-/// A pressure term while it is solved for.
+/// A pressure term during the solve.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Iterate {
-    /// The one whose force acted last.
+    /// The term whose force acted last.
     pub acted: f32,
-    /// What its correction came to, before momentum.
+    /// Its corrected value, before momentum.
     corrected: f32,
 }
 
@@ -115,23 +96,23 @@ pub struct Iterate {
 pub struct Iterates(pub Vec<Iterate>);
 
 impl Jacobi {
-    /// Corrects the term that acted, by the error that it left and the response that removes one. Gives the next term,
-    /// and how far the correction went.
+    /// Corrects a term by the remaining error and the inverse diagonal. Returns the next term and the change of the
+    /// corrected value.
     ///
-    /// With momentum the next is `t_k + k/(k + 3) (t_k − t_{k−1})` (Nesterov 1983).
+    /// With momentum the next term is `t_k + k/(k + 3) (t_k − t_{k−1})` (Nesterov 1983).
     #[inline]
     pub(super) fn correct(
         &self,
         iterate: &mut Iterate,
         acted: f32,
-        (response, error): (f32, f32),
+        (diagonal, error): (f32, f32),
         first: bool,
     ) -> (f32, f32) {
         let before = if first { acted } else { iterate.corrected };
-        let corrected = if response > 0.0 {
-            (acted + self.relaxation * response * error).max(0.0)
+        let corrected = if diagonal > 0.0 {
+            (acted + self.relaxation * diagonal * error).max(0.0)
         } else {
-            // Nothing answers.
+            // Pressure has no effect on this particle.
             0.0
         };
         *iterate = Iterate { acted, corrected };
@@ -139,26 +120,26 @@ impl Jacobi {
         ((corrected + self.carried * step).max(0.0), step)
     }
 
-    /// Whether terms that start below their solution may go above it.
+    /// Whether terms that start below their solution may exceed it.
     pub(super) fn overshoots(&self) -> bool {
         self.momentum
     }
 
-    /// Before the first iteration of a solve. The momentum of one that starts from means is ahead at once, unless the
-    /// relaxation is too bold for that; the momentum of others from the third iteration on.
+    /// Called before the first iteration of a solve. The head start applies at once if the solve starts from means and
+    /// the relaxation is small enough; otherwise from the third iteration on.
     pub(super) fn start(&mut self, from_means: bool) {
         let at_once = from_means && self.relaxation <= MAX_RELAXATION_AT_ONCE;
         self.ahead_from = if at_once { 0 } else { 2 };
         self.count(0);
     }
 
-    /// After an iteration that went so far along the errors in all: momentum that goes against them ends (O'Donoghue &
-    /// Candès 2015).
+    /// Called after an iteration with the sum of change times error: momentum restarts if it opposes the errors
+    /// (O'Donoghue & Candès 2015).
     pub(super) fn advance(&mut self, progress: f64) {
         self.count(if progress < 0.0 { 0 } else { self.since + 1 });
     }
 
-    /// The next correction has no momentum.
+    /// Restarts the momentum.
     pub(super) fn rest(&mut self) {
         (self.since, self.carried) = (0, 0.0);
     }
@@ -185,11 +166,13 @@ pub struct PredictedVelocities(pub Vec<Vec4>);
 #[derive(Resource, Debug, Default)]
 pub struct DensityRates(pub Vec<f32>);
 
-/// Inserts what the iteration needs. A head start is how many iterations the momentum counts as done ahead; below zero,
-/// how many it begins later than it could, with the second.
+/// Inserts the resources of the iteration. A negative head start delays the momentum.
 pub fn install(world: &mut World, relaxation: f32, momentum: bool, head_start: i32) {
     let material = world.resource::<Material>();
-    let eigenvalue = Lattice::of_material(material).largest_eigenvalue() as f32;
+    let kernel = &material.kernel;
+    let support = kernel.support_radius / material.spacing;
+    let lattice = Lattice::new(kernel.function, material.dimension, support);
+    let eigenvalue = lattice.largest_eigenvalue() as f32;
     let stable = if momentum {
         WITH_MOMENTUM
     } else {
@@ -204,7 +187,7 @@ pub fn install(world: &mut World, relaxation: f32, momentum: bool, head_start: i
         carried: 0.0,
     });
     world.init_resource::<Iterates>();
-    world.init_resource::<Responses>();
+    world.init_resource::<InverseDiagonals>();
     world.init_resource::<PredictedVelocities>();
     world.init_resource::<DensityRates>();
 }
@@ -229,7 +212,7 @@ pub fn predict_velocities(
 }
 
 impl PredictedVelocities {
-    /// Velocities with what `change` makes of a row and its pressure acceleration.
+    /// Writes velocities as a function of row and pressure acceleration.
     pub(super) fn write(
         &mut self,
         velocities: &Velocities,
@@ -273,12 +256,12 @@ pub fn update_pressure(
     mut jacobi: ResMut<Jacobi>,
     recovery: Option<Res<RecoveryTime>>,
     means: Option<Res<MeanPressures>>,
-    columns: (Res<Densities>, Res<DensityRates>, Res<Responses>),
+    columns: (Res<Densities>, Res<DensityRates>, Res<InverseDiagonals>),
     material: Res<Material>,
     clock: Res<Clock>,
     execution: Res<Execution>,
 ) {
-    let (densities, rates, responses) = columns;
+    let (densities, rates, diagonals) = columns;
     let (dt, rest_density) = (clock.dt, material.rest_density);
     let to_term = 1.0 / (dt * dt);
     let first = solve.iterations == 0;
@@ -296,8 +279,8 @@ pub fn update_pressure(
         let found = densities.0[row] - rest_density;
         let error = found + dt * rates.0[row];
         let excess = error - left(found);
-        let answer = (responses.0[row], to_term * excess);
-        let (term, step) = jacobi.correct(iterate, term, answer, first);
+        let inverse_diagonal = (diagonals.0[row], to_term * excess);
+        let (term, step) = jacobi.correct(iterate, term, inverse_diagonal, first);
         Corrected {
             term,
             error: error / rest_density,
@@ -308,8 +291,8 @@ pub fn update_pressure(
     jacobi.advance(solve.progress);
 }
 
-/// Takes the pressures of the terms that acted, `ρ² t` (phase `Pressure`): the last correction exerts no force.
-pub fn take_pressures(
+/// Stores the pressures of the terms that acted, `ρ² t` (phase `Pressure`): the last correction exerts no force.
+pub fn store_pressures(
     mut pressures: ResMut<Pressures>,
     iterates: Res<Iterates>,
     densities: Res<Densities>,
@@ -323,11 +306,11 @@ pub fn take_pressures(
     });
 }
 
-/// Sums Dρ/Dt, in a pass `SHARED` with sums that take positions, or in its own.
+/// Sums Dρ/Dt, either in a `SHARED` pass with other sums or in its own pass.
 ///
-/// In its own it sums `(v_i − v_j)·(x_i − x_j)` by components and those only at the end, so that no vector is
-/// transposed: 19.9 ns a row for 22.4 with two threads, 16.2 for 18.9 where velocities are in a near cache. In a shared
-/// pass positions are there in lanes, and to load them once more takes 2.6 ns.
+/// In its own pass it sums `(v_i − v_j)·(x_i − x_j)` by components, which avoids transposing vectors: 19.9 ns per row
+/// instead of 22.4 with two threads. In a shared pass positions are already in lanes, and loading them again costs 2.6
+/// ns.
 #[derive(Clone, Copy)]
 pub struct DensityRate<'a, const SHARED: bool> {
     positions: &'a [Vec4],
@@ -361,7 +344,7 @@ impl<'a, const SHARED: bool> DensityRate<'a, SHARED> {
 pub struct DensityRateSums<S: Simd> {
     /// Its velocity for a shared pass: a neighbour in every lane.
     velocity: [S::F; 3],
-    /// Its position and velocity for a pass of its own: a neighbour in each half.
+    /// Its position and velocity for its own pass: a neighbour in each half.
     own: [S::F; 2],
     /// A number in every lane, or a vector in each half.
     sum: S::F,

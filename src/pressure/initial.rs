@@ -1,16 +1,16 @@
-//! The pressure that a scene starts with, solved for once before its first step.
+//! The initial pressure of a scene, solved once before the first step.
 //!
-//! A start without pressure is a shock: water falls until its weight arrives at the floor, row by row, and is thrown
-//! back (1.7 to 7.8 m/s in 80 to 240 rows that should be at rest). So where steps start from earlier pressures the
-//! first starts from those that let nothing be compressed, with the iteration of [`implicit`](super::implicit) for
-//! every method.
+//! A start without pressure is a shock: water falls until its weight reaches the floor, row by row, and is thrown back
+//! (1.7 to 7.8 m/s in 80 to 240 rows that should be at rest). If steps start from earlier pressures, the first step
+//! therefore starts from pressures that prevent compression, computed with the iteration of
+//! [`implicit`](super::implicit) for every method.
 
 use bevy_ecs::{prelude::*, schedule::ScheduleLabel};
 use glam::Vec4;
 
 use super::{
     convergence::Convergence,
-    implicit::{PredictedVelocities, take_pressures},
+    implicit::{PredictedVelocities, store_pressures},
     iterate::iterate,
     warm_start,
 };
@@ -24,10 +24,10 @@ use crate::{
 #[derive(ScheduleLabel, Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct InitialIteration;
 
-/// Part of its weight that a body may fall with in the first step [-].
+/// Fraction of the gravity that may remain in the first step [-].
 const UNCARRIED: f32 = 1e-3;
 
-/// A column of 240 rows takes 400.
+/// A column of 240 rows needs 400.
 const MAX_ITERATIONS: u32 = 2000;
 
 /// Whether a scene starts from a pressure that is solved for.
@@ -62,19 +62,19 @@ pub fn solve_initial_pressure(world: &mut World) {
     };
     iterate(world, InitialIteration, &convergence, MAX_ITERATIONS);
     // It writes one column.
-    let _ = world.run_system_cached(take_pressures);
+    let _ = world.run_system_cached(store_pressures);
     match recovery {
         Some(recovery) => world.insert_resource(recovery),
         None => {
             world.remove_resource::<RecoveryTime>();
         }
     }
-    // PCISPH has no other use for it.
+    // PCISPH does not need this resource afterwards.
     world.resource_mut::<PredictedVelocities>().0 = Vec::new();
 }
 
-/// Mean compression [-] by a step in which the fluid falls with the part [`UNCARRIED`] of the largest acceleration,
-/// over its whole extent; none if nothing pulls at it.
+/// Mean compression [-] of a step in which the fluid falls with the part [`UNCARRIED`] of the largest acceleration
+/// over its whole extent; none if there is no acceleration.
 fn limit(world: &World, dt: f32) -> Option<f32> {
     let positions = world.resource::<Positions>().points();
     let corners = (Vec4::INFINITY, Vec4::NEG_INFINITY);

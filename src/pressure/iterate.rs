@@ -1,5 +1,5 @@
-//! The iterations of every method that has some: run one after the other until the density error is under its limit, in
-//! a time step that is halved, if it may be, where they do not get there.
+//! The iteration loop of all iterative methods: repeats until the density error is below its limit. If that fails and
+//! the scene allows it, the time step is halved.
 
 use bevy_ecs::{prelude::*, schedule::ScheduleLabel};
 use rayon::prelude::*;
@@ -18,29 +18,29 @@ use crate::{
     time_step::{AdaptiveTimeStep, TimeStepControl},
 };
 
-/// One iteration of the pressure loop. A chain of systems without anything to overlap: it runs on one thread, whose
-/// overhead is 0.3 µs a run, and the loops inside are parallel.
+/// One iteration of the pressure loop: measures the error of the present pressures and corrects them.
 ///
-/// It measures the error of the pressures that there are, and corrects them.
+/// The systems form a chain, so the schedule runs on one thread (0.3 µs overhead per run); the loops inside the
+/// systems are parallel.
 #[derive(ScheduleLabel, Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct PressureIteration;
 
-/// The force of the last correction, where a scene of PCISPH wants the paper's Algorithm 2 to the letter.
+/// The force of the last correction, for PCISPH scenes that use Algorithm 2 unchanged.
 #[derive(ScheduleLabel, Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct LastCorrection;
 
 /// Iterates until the density error is small enough (phase `Pressure`).
 ///
-/// With a time step that follows the motion (`Cfl`), one that turns out too long is halved and solved again before
-/// anything has moved: when the error stops falling or a particle would move more than the paper's h/2. With one that
-/// goes back (`Adaptive`) the iterations give up as early, and the step is taken back.
+/// With the time step `Cfl`, a step that turns out too long is halved and solved again before anything has moved: if
+/// the error stops falling, or if a particle would move more than the paper's h/2. With `Adaptive`, the iterations
+/// stop under the same conditions, and the step is rolled back.
 pub fn solve_pressure(world: &mut World) {
     let convergence = *world.resource::<Convergence>();
     let mut share = world.resource::<WarmStart>().share;
-    // Viscosity has started the solve then, too.
+    // Viscosity has prepared the start of the solve.
     let mut has_force = first_force::take(world);
     if share > 0.0 && world.resource::<Clock>().step == 0 {
-        // All of the initial pressure, which was not there when viscosity was summed.
+        // The initial pressure counts in full; it was not there when viscosity was summed.
         (share, has_force) = (1.0, false);
     }
     loop {
@@ -62,19 +62,19 @@ pub fn solve_pressure(world: &mut World) {
             warm_start::start(world, share);
         }
         let end = iterate(world, PressureIteration, &convergence, patience);
-        // There only if the scene asks for it.
+        // Present only if the scene needs it.
         let _ = world.try_run_schedule(LastCorrection);
         if let Some(dt) = shorter
             && (end == End::Stalled || moves_too_far(world))
         {
             world.resource_mut::<Clock>().dt = dt;
-            // What it started from led nowhere.
+            // The initial pressures did not lead to a solution.
             (share, has_force) = (0.0, false);
             continue;
         }
         if end != End::Converged && convergence.not_converged == NotConverged::Stop {
             let solve = world.resource::<PressureSolve>();
-            let (error, row) = convergence.judged(solve);
+            let (error, row) = convergence.measured_error(solve);
             let cause = FailureCause::NotConverged {
                 iterations: solve.iterations,
                 error,
@@ -86,34 +86,34 @@ pub fn solve_pressure(world: &mut World) {
     }
 }
 
-/// Iterations in which the error must fall where a time step may be shorter; the median step takes 3 to 10.
+/// Iterations within which the error must fall if the time step may be shortened; the median step needs 3 to 10.
 ///
-/// As long as it falls the step is as long as it was, however many it takes: what the density has too much at its start
-/// is pushed out within it, with a speed that grows as 1/dt. Halved whenever 50 iterations did not do, still water of
-/// 30 layers, whose weight takes hundreds to arrive at the floor, went from 5 ms to 0.035 ms and jumped with 8 sqrt(g
-/// H) (IISPH, 0.1 % mean error), and water of 90 layers with 230.
+/// While the error falls, the step keeps its length: compression is removed within the step, with a velocity
+/// proportional to 1/dt. With a limit of 50 iterations instead, still water of 30 layers, whose weight needs hundreds
+/// of iterations to reach the floor, went from 5 ms to 0.035 ms and moved with 8 sqrt(g H) (IISPH, 0.1 % mean error),
+/// water of 90 layers with 230 sqrt(g H).
 const PATIENCE: u32 = 25;
 
 /// How iterations end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum End {
-    /// The error is under its limit.
+    /// The error is below its limit.
     Converged,
-    /// There have been too many.
+    /// The maximum number of iterations is reached.
     Exhausted,
-    /// The error does not fall any more.
+    /// The error has stopped falling.
     Stalled,
 }
 
-/// Runs `iteration` until the error comes under its limit, or the iterations are too many, or `patience` of them in a
-/// row have not made it less.
+/// Runs `iteration` until the error is below its limit, the number of iterations is reached, or `patience` iterations
+/// in a row did not reduce the error.
 pub(super) fn iterate(
     world: &mut World,
     iteration: impl ScheduleLabel,
     convergence: &Convergence,
     patience: u32,
 ) -> End {
-    // All of it in the pool, so that no loop has to wake a thread of it first.
+    // The whole loop runs inside the thread pool, so that loops need not wake its threads.
     let execution = world.resource::<Execution>().clone();
     let mut before = f32::INFINITY;
     let mut until_the_end = |world: &mut World, iteration: &mut Schedule| {
@@ -122,7 +122,7 @@ pub(super) fn iterate(
             let mut solve = world.resource_mut::<PressureSolve>();
             solve.iterations += 1;
             solve.wants_force = true;
-            let (error, _) = convergence.judged(&solve);
+            let (error, _) = convergence.measured_error(&solve);
             if error <= convergence.max_density_error
                 && solve.iterations >= convergence.min_iterations
             {
@@ -132,7 +132,7 @@ pub(super) fn iterate(
                 return End::Exhausted;
             }
             if solve.iterations.is_multiple_of(patience) {
-                // What is not a number does not.
+                // NaN does not converge.
                 let falls = error < before;
                 if !falls {
                     return End::Stalled;

@@ -3,7 +3,7 @@
 //! A method is a row, [`PressureSolver`](solver::PressureSolver): its systems, its schedules, its columns and what it
 //! requires of its parameters. Every method writes the pressure term `p/ρ²` beside the positions and leaves the rest to
 //! [`pressure_force`]. Those that iterate do so in [`iterate`], from what [`warm_start`] gives them; [`implicit`] is what
-//! the methods share whose densities are predicted from velocities, and [`response`] the diagonal of their system.
+//! the methods share whose densities are predicted from velocities, and [`diagonal`] the diagonal of their system.
 //! [`initial`] is what the first step starts from. The first force may be summed along with viscosity ([`first_force`]).
 //!
 //! | method | file | solves for | iterates over |
@@ -15,18 +15,18 @@
 
 pub mod convergence;
 pub mod dfsph;
+pub mod diagonal;
 pub mod first_force;
-pub mod fluid_share;
 pub mod force;
 pub mod iisph;
 pub mod implicit;
 pub mod initial;
 pub mod iterate;
 pub mod pcisph;
-pub mod response;
 pub mod sesph;
 pub mod solver;
 pub mod stages;
+pub mod wall_renormalisation;
 pub mod warm_start;
 
 pub use crate::state::{DensityError, PressureSolve};

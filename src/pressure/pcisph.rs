@@ -1,27 +1,15 @@
-//! PCISPH (paper 5.2, Algorithm 2; Solenthaler & Pajarola 2009): pressures are corrected until the predicted density is
+//! PCISPH (paper 5.2, Algorithm 2; Solenthaler & Pajarola 2009): corrects pressures until the predicted density is
 //! near the rest density.
 //!
-//! Each iteration is one run of [`PressureIteration`](super::solve::PressureIteration): pressure force at the positions
-//! of the step; predict velocity and position with it; density at the predicted positions, over the step's neighbour
-//! lists with updated distances; `p += δ (ρ* − ρ0)`, not below zero. It ends when the density error is below η and
-//! three iterations are done. `δ = 1/(β (|Σ_j ∇W_ij|² + Σ_j |∇W_ij|²))`, `β = 2 (m dt/ρ0)²`, for a particle of a full
-//! lattice.
+//! Each iteration computes the pressure force, predicts velocities and positions, computes the density ρ* at the
+//! predicted positions with the step's neighbour lists, and adds `δ (ρ* − ρ0)` to p, not below zero. At least three
+//! iterations are done. `δ = 1/(β (|Σ_j ∇W_ij|² + Σ_j |∇W_ij|²))`, `β = 2 (m dt/ρ0)²`, for a full lattice.
 //!
-//! Deviations. δ is made for a particle of a full lattice. One at the surface, most of all beside walls, answers its
-//! own pressure more strongly, D of [`response`](super::response) against `2 m²` times the lattice's sums; where so,
-//! its pressure swings between zero and too much, and which of the two acts is the parity of the iterations. There δ is
-//! divided by that. In still water of 16 layers single particles jumped with 4 to 11 % of sqrt(g H) where only walls
-//! were taken into account, in 24 runs that differ by rounding; now the fastest have 3.0 to 3.9 %, in 12. Nothing
-//! changes elsewhere, nor do iterations and errors of a dam break.
-//!
-//! Algorithm 2 corrects pressure and force once more after the prediction that met η, so the state it steps to was
-//! never predicted. In still water that was mostly harmless and now and then 20 to 30 % over the rest density. Here the
-//! step goes to the prediction that met η: the limit holds, and the neighbours are processed once less. A scene that
-//! wants Algorithm 2 to the letter says `last_correction: true` ([`Pcisph`]).
-//!
-//! Iterations start from 0.8 of the last pressures, their corrections have momentum, a step removes a part of the
-//! compression that it finds ([`recovery`](super::recovery)), and the mean error is limited, too. Algorithm 2 to the
-//! letter is `warm_start: 0, momentum: false, recovery: 1, mean_density_error: None, last_correction: true`.
+//! Deviations. Where a particle's own diagonal exceeds the lattice's, as beside walls, δ is divided by the ratio;
+//! otherwise its update overshoots (see `docs/decisions/pcisph.md`). The step uses the prediction that met η, without
+//! another correction. Warm start 0.8, momentum, [`recovery`](super::recovery) and a limit on the mean error are
+//! added. Algorithm 2 unchanged: `warm_start: 0, momentum: false, recovery: 1, mean_density_error: None,
+//! last_correction: true`.
 
 use bevy_ecs::{
     prelude::*,
@@ -30,10 +18,10 @@ use bevy_ecs::{
 
 use super::{
     convergence::Convergence,
+    diagonal::{self, InverseDiagonals, lattice_diagonal},
     force::pressure_force,
-    implicit::{self, Iterates, Jacobi, take_pressures},
+    implicit::{self, Iterates, Jacobi, store_pressures},
     iterate::{LastCorrection, PressureIteration, solve_pressure},
-    response::{self, Responses, lattice_response},
     solver::{Iterations, PressureSolver, Requirement},
     warm_start::WarmStart,
 };
@@ -49,14 +37,14 @@ use crate::{
     time_step::RecoveryTime,
 };
 
-/// δ as a relaxation of a particle's own answer [-]: it assumes twice that of a full lattice.
+/// δ as a relaxation relative to a particle's own diagonal [-]: δ assumes twice that of a full lattice.
 const RELAXATION: f32 = 0.5;
 
-/// Iterations from which on corrections have no momentum. Densities at predicted positions are not linear in the
-/// pressures: of two particles that meet momentum may go back and forth for ever.
+/// Iteration from which on corrections have no momentum. Densities at predicted positions are not linear in the
+/// pressures: with momentum, the pressures of two colliding particles may oscillate for ever.
 const CALM_FROM: u32 = 500;
 
-/// Iterations that the momentum is ahead by, as in [`dfsph`](super::dfsph).
+/// Head start of the momentum [iterations], as in [`dfsph`](super::dfsph).
 const HEAD_START: i32 = 10;
 
 /// `δ dt²` of the scene's lattice.
@@ -64,26 +52,26 @@ const HEAD_START: i32 = 10;
 pub struct PressureCorrection {
     /// `δ dt²` [Pa s²·m³/kg]: only dt changes δ.
     delta_dt_squared: f32,
-    /// Whether the force of the last correction counts: Algorithm 2 to the letter.
+    /// Whether the force of the last correction acts: Algorithm 2 unchanged.
     last: bool,
 }
 
 impl PressureCorrection {
     /// The correction for a lattice of this material.
     pub fn new(parameters: &Pcisph, material: &Material) -> Self {
-        let response = lattice_response(material);
+        let diagonal = lattice_diagonal(material);
         let beta =
             2.0 * (f64::from(material.particle_mass) / f64::from(material.rest_density)).powi(2);
         Self {
-            delta_dt_squared: (1.0 / (beta * response)) as f32,
+            delta_dt_squared: (1.0 / (beta * diagonal)) as f32,
             last: parameters.last_correction,
         }
     }
 
-    /// How strongly a row answers its own pressure, in answers that δ assumes, at least 1.
+    /// Ratio of a row's diagonal to the one that δ assumes, at least 1 [-].
     #[inline]
-    fn answer(&self, responses: &Responses, rest_density: f32, row: usize) -> f32 {
-        let inverse = responses.0[row];
+    fn inverse_diagonal(&self, diagonals: &InverseDiagonals, rest_density: f32, row: usize) -> f32 {
+        let inverse = diagonals.0[row];
         if inverse > 0.0 {
             (self.delta_dt_squared / (rest_density * rest_density * inverse)).max(1.0)
         } else {
@@ -133,12 +121,7 @@ impl PressureSolver for Pcisph {
                     "at the predicted positions",
                     4,
                 ),
-                Column::derived(
-                    "diagonal",
-                    "m^8/kg^2",
-                    "inverse response to the own pressure",
-                    4,
-                ),
+                Column::derived("diagonal", "m^8/kg^2", "inverse diagonal", 4),
                 Column::derived("pressure term", "Pa m^6/kg^2", "while it is solved for", 8),
                 Column::derived("density rate", "kg/(m^3 s)", "of the initial solve", 4),
             ]
@@ -153,11 +136,11 @@ impl PressureSolver for Pcisph {
     }
 
     fn density(&self) -> Systems {
-        response::compute_density.into_configs()
+        diagonal::compute_density.into_configs()
     }
 
     fn solve(&self, _: &Scene) -> Systems {
-        (solve_pressure, take_pressures).chain()
+        (solve_pressure, store_pressures).chain()
     }
 
     fn schedules(&self, scene: &Scene) -> Vec<(InternedScheduleLabel, Systems)> {
@@ -225,16 +208,20 @@ fn update_pressure(
     mut solve: ResMut<PressureSolve>,
     mut jacobi: ResMut<Jacobi>,
     recovery: Option<Res<RecoveryTime>>,
-    columns: (Res<Densities>, Res<PredictedDensities>, Res<Responses>),
+    columns: (
+        Res<Densities>,
+        Res<PredictedDensities>,
+        Res<InverseDiagonals>,
+    ),
     correction: Res<PressureCorrection>,
     material: Res<Material>,
     clock: Res<Clock>,
     execution: Res<Execution>,
 ) {
-    let (densities, predicted, responses) = columns;
+    let (densities, predicted, diagonals) = columns;
     let rest_density = material.rest_density;
     let square = rest_density * rest_density;
-    // Without the relaxation, which is the iteration's.
+    // Without the relaxation, which the iteration applies.
     let delta = correction.delta_dt_squared / (RELAXATION * square * clock.dt * clock.dt);
     let first = solve.iterations == 0;
     if first {
@@ -251,10 +238,10 @@ fn update_pressure(
         let found = densities.0[row] - rest_density;
         let error = predicted.0[row] - rest_density;
         let excess = error - left(found);
-        let answer = delta / correction.answer(&responses, rest_density, row);
-        let (term, step) = jacobi.correct(iterate, term, (answer, excess), first);
+        let inverse_diagonal = delta / correction.inverse_diagonal(&diagonals, rest_density, row);
+        let (term, step) = jacobi.correct(iterate, term, (inverse_diagonal, excess), first);
         if correction.last {
-            // The last correction exerts a force, too.
+            // The last correction exerts a force as well.
             iterate.acted = term;
         }
         Corrected {

@@ -1,14 +1,14 @@
 //! SESPH (paper 5.1, Algorithm 1): pressure from an equation of state.
 //!
-//! Tait, `p = k ((ρ/ρ0)^7 − 1)` (eq. 4), or gas, `p = k (ρ − ρ0)` (eq. 5). Deviation: pressures below zero, which arise
-//! where a particle has few neighbours, are cut to zero: a free surface would clump.
+//! Tait, `p = k ((ρ/ρ0)^7 − 1)` (eq. 4), or gas, `p = k (ρ − ρ0)` (eq. 5). Deviation: negative pressures, which arise
+//! where a particle has few neighbours, are set to zero, because they would make a free surface clump.
 
 use bevy_ecs::prelude::*;
 
 use super::{
-    fluid_share,
     force::pressure_force,
     solver::{PressureSolver, Requirement},
+    wall_renormalisation,
 };
 use crate::{
     density,
@@ -20,8 +20,8 @@ use crate::{
     },
 };
 
-/// Part of the time in which sound crosses the support radius that a step may take [-] (Becker & Teschner 2007,
-/// eq. 18).
+/// Maximum time step in units of the time that sound needs for the support radius [-] (Becker & Teschner 2007, eq.
+/// 18).
 const SOUND_FACTOR: f32 = 0.4;
 
 impl PressureSolver for Sesph {
@@ -42,8 +42,8 @@ impl PressureSolver for Sesph {
         vec![("sound", SOUND_FACTOR * scene.support_radius() / sound_speed)]
     }
 
-    /// An equation of state stores energy in the density, whose gradient the force has to be: there walls push as they
-    /// are.
+    /// An equation of state stores energy in the density, and the force must be the gradient of this energy: the
+    /// walls' push stays uncorrected.
     fn beside_wall(&self, _: &Scene) -> BesideWall {
         BesideWall {
             push: 1.0,
@@ -68,7 +68,7 @@ impl PressureSolver for Sesph {
         if scene.boundaries.is_empty() {
             method
         } else {
-            (method, fluid_share::weigh_pressures).chain()
+            (method, wall_renormalisation::weigh_pressures).chain()
         }
     }
 }

@@ -1,4 +1,4 @@
-//! What a pressure method is, and which one a scene asks for: the only place that tells methods apart.
+//! The interface of a pressure method, and the method of a scene. No other place distinguishes methods.
 
 use bevy_ecs::{schedule::InternedScheduleLabel, world::World};
 
@@ -10,43 +10,43 @@ use crate::{
     state::{Column, Limit, Systems},
 };
 
-/// Parameters that all methods with iterations share.
+/// Parameters common to all iterative methods.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Iterations {
-    /// When they end.
+    /// Convergence criterion.
     pub convergence: Convergence,
-    /// Which pressures they start from.
+    /// Initial pressures of the iterations.
     pub warm_start: WarmStart,
-    /// Part of the compression found that a step removes at most [-].
+    /// Maximum part of the compression found that a step removes [-].
     pub recovery: f32,
     /// Whether corrections have momentum.
     pub momentum: bool,
 }
 
-/// What a number of a method's parameters must be.
+/// Requirement on a parameter of a method.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Requirement {
-    /// Above zero, in a unit.
+    /// Name, value and unit of a number above zero.
     Positive(&'static str, f32, &'static str),
-    /// An error as a part of the rest density, above 0 and below 1, called so.
+    /// Name and value of an error relative to the rest density, between 0 and 1.
     Error(&'static str, f32, &'static str),
-    /// A least and a most number of iterations.
+    /// Name, minimum and maximum of a number of iterations.
     Iterations(&'static str, u32, u32),
-    /// A relaxation, with or without momentum.
+    /// Name and value of a relaxation, and whether there is momentum.
     Relaxation(&'static str, f32, bool),
 }
 
-/// A pressure method: what the stages of a step, the plan of a scene and its checks ask of it.
+/// A pressure method: what the stages of a step, the plan of a scene and its checks need from it.
 pub(crate) trait PressureSolver {
-    /// What its iterations go by; none for a method without.
+    /// Parameters of its iterations; none for a method without iterations.
     fn iterations(&self) -> Option<Iterations> {
         None
     }
 
-    /// What its own parameters must be.
+    /// Requirements on its parameters.
     fn requirements(&self) -> Vec<Requirement>;
 
-    /// Limits on the time step that do not change in a run.
+    /// Time step limits that are constant in a run.
     fn limits(&self, _: &Scene) -> Vec<Limit> {
         Vec::new()
     }
@@ -56,16 +56,16 @@ pub(crate) trait PressureSolver {
         sampling::beside_wall(scene)
     }
 
-    /// Columns that it writes afresh in every step.
+    /// Columns that it recomputes in every step.
     fn columns(&self) -> &'static [Column];
 
     /// Inserts the resources that its systems use.
     fn install(&self, world: &mut World);
 
-    /// Computes densities, and what else of the pairs it needs.
+    /// Computes densities, and the other sums over pairs that the method needs.
     fn density(&self) -> Systems;
 
-    /// What frees the velocities of compression before forces act, if it does so.
+    /// Makes the velocities free of compression before forces act, for methods that do so.
     fn divergence(&self) -> Option<Systems> {
         None
     }
@@ -90,7 +90,7 @@ impl PressureMethod {
         }
     }
 
-    /// What its iterations go by; none for a method without.
+    /// Parameters of its iterations; none for a method without iterations.
     pub(crate) fn iterations(&self) -> Option<Iterations> {
         self.solver().iterations()
     }

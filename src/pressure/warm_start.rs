@@ -1,33 +1,10 @@
-//! What the iterations of a step start from: a share of the last step's pressures (Ihmsen et al. 2014), or of their
-//! mean over the steps before.
+//! Initial pressures of the iterations: a share of the last step's pressures (Ihmsen et al. 2014), or of their
+//! exponential mean over several steps, `p̄ ← p̄ + (p − p̄)/n`.
 //!
-//! A pressure has two parts. One carries the fluid and lasts; the other takes back what the density of this step has
-//! too much, and is another one in the next. All of the last step's pressures are too much of the second, a half too
-//! little of the first, and what is missing is a long wave, which an iteration hardly touches. A mean keeps the first
-//! and forgets the second: `p̄ ← p̄ + (p − p̄)/n`.
-//!
-//! How large a share may be. Of a wave of which the iterations leave the part R of an error, a share w leaves after a
-//! step `e ← R (2 e − e' + w (e − 2 e' + e''))`, primes for the steps before. It does not grow for R from −1/(3 + 4 w)
-//! on, and up to 1 if w is at most ½; with 0.6 it grows for R from 0.84 to 0.97, by at most 1.4 % a step, with 0.7 from
-//! 0.72 on, by 4 %. So more than ½ is for steps that leave little of any wave: for a limit that takes many iterations.
-//!
-//! The corner dam break of 130 000 particles, 0.5 s in steps of 1 ms, DFSPH at a mean error of 0.01 %, iterations a
-//! step and mean error: from 0.6 of the last pressures 9.1 and 0.0097 %, from 0.8 of them 7.6 and 0.0076 %, from means
-//! over 10, 15, 20 steps 4.7, 4.0, 4.3 and 0.006 to 0.0075 %. Momentum that is ahead from the first iteration on saves
-//! a fifth of them (4.9 to 4.0); without means still water would move more for it (see [`dfsph`](super::dfsph)), with
-//! them it moves less. IISPH with three iterations leaves 0.05 % from means over 4 to 30 steps and 0.12 % from half of
-//! the last pressures.
-//!
-//! It is a choice and no default, since water that stands moves more: from means over 15 steps in the plane with 0.20 %
-//! of sqrt(g H) (root mean square; 0.05 % by default) with DFSPH, and with 2.1 % with IISPH, which iterates twice
-//! there. The elliptic drop and the dam breaks in the plane do not change. Where the pressures of the last step jump,
-//! as in an impact, means lag: with two iterations at 1 % and no momentum ahead single particles are compressed by 30
-//! to 45 % (15 % by default), with momentum ahead at once by 13 %, with three by 5 % either way.
-//!
-//! Tried and dropped: means and 0.15 to 0.5 of what the last pressure is off them (4.0 to 4.6 iterations), or of a mean
-//! of that (5.5 to 6.6 where means alone took 4.9); means counted no more than two or four times a particle's last
-//! pressure, for spray that comes off a wall: no difference. Instead of means, conjugate gradients from 0.6 of the last
-//! pressures: 8.1 iterations and one force more; with means 6.1 where momentum took 6.4.
+//! A mean keeps the pressure that carries the fluid and averages out the corrections of single steps. In a dam break
+//! of 130 000 particles (DFSPH, mean error 0.01 %) means over 10 to 20 steps need 4.0 to 4.7 iterations per step, a
+//! share of 0.8 needs 7.6. They are a choice of the scene and not the default, because still water moves more and
+//! pressures lag behind impacts. Stability, figures and rejected variants: `docs/decisions/warm_start.md`.
 
 use std::mem;
 
@@ -44,22 +21,22 @@ use crate::{
     },
 };
 
-/// Which pressures the iterations of a step start from.
+/// The initial pressures of a step's iterations.
 #[derive(Resource, Debug, Clone, Copy, PartialEq)]
 pub struct WarmStart {
-    /// Share of the pressures before [-].
+    /// Share of the earlier pressures [-].
     pub share: f32,
-    /// Steps whose mean these are.
+    /// Averaging window [steps]: 1 uses the last step's pressures, n an exponential mean with weight 1/n.
     pub steps: u32,
 }
 
-/// The column of the means.
+/// The column of the mean pressures.
 pub(crate) const MEAN_PRESSURE: Column =
     Column::lasting::<MeanPressure>("mean pressure", "Pa", "over the steps before", 4)
         .gathered::<MeanPressure>()
         .only_if(starts_from_means);
 
-/// Whether the steps of a scene start from means.
+/// Whether a scene starts its solves from mean pressures.
 pub(crate) fn starts_from_means(scene: &Scene) -> bool {
     scene
         .pressure
@@ -67,15 +44,15 @@ pub(crate) fn starts_from_means(scene: &Scene) -> bool {
         .is_some_and(|iterations| iterations.warm_start.steps > 1)
 }
 
-/// Gives fluid that is spawned from now on a mean, if the steps of the scene start from means.
+/// Gives fluid that is spawned from now on a mean pressure, if the scene uses means.
 pub(crate) fn require_means(world: &mut World, scene: &Scene) {
     if starts_from_means(scene) {
-        // Fails where a host has fluid already: of such particles the last pressures count.
+        // Fails if a host has spawned fluid already: such particles use their last pressures.
         let _ = world.try_register_required_components::<Fluid, MeanPressure>();
     }
 }
 
-/// Inserts what iterations start from, and what means over several steps need.
+/// Inserts the initial pressures, and the resources for means.
 pub fn install(world: &mut World, start: WarmStart) {
     world.insert_resource(start);
     if start.steps > 1 {
@@ -86,7 +63,7 @@ pub fn install(world: &mut World, start: WarmStart) {
     }
 }
 
-/// Counts the pressures of this step in (phase `Pressure`, last).
+/// Updates the means with the pressures of this step (phase `Pressure`, last).
 pub fn average_pressures(
     mut means: ResMut<MeanPressures>,
     pressures: Res<Pressures>,
@@ -100,11 +77,11 @@ pub fn average_pressures(
     });
 }
 
-/// Puts a share of those pressures beside the positions, as terms. With none the forces are zero until there are
-/// pressures.
+/// Writes a share of the earlier pressures beside the positions, as terms. With a share of zero, forces are zero until
+/// there are pressures.
 ///
-/// Columns are taken out of their resources and put back: a resource scope would leave a note of a removal in every
-/// step, for which a world has no end.
+/// Columns are taken out of their resources and put back: a resource scope would record a removal in the world in
+/// every step, and these records are never cleared.
 pub(super) fn start(world: &mut World, share: f32) {
     let mut positions = mem::take(&mut *world.resource_mut::<Positions>());
     let rows = positions.rows();
@@ -131,7 +108,7 @@ pub(super) fn start(world: &mut World, share: f32) {
         .begin(share > 0.0, overshoots);
 }
 
-/// Puts terms of this share beside the positions.
+/// Writes terms of this share beside the positions.
 pub(crate) fn put_terms(
     positions: &mut Positions,
     share: f32,

@@ -13,7 +13,12 @@
 
 use glam::{DMat3, DVec3};
 
-use super::{BoundarySample, front::Front};
+use super::{
+    BoundarySample,
+    candidates::{CANDIDATES, for_each_point},
+    front::Front,
+    thin_parts::fill_thin_parts,
+};
 use crate::{
     mesh::{FeatureEdge, Mesh},
     scene::MeshSide,
@@ -21,8 +26,6 @@ use crate::{
 
 /// Least distance of two samples, in spacings: the mean area for each is then 1.02 spacings squared.
 const DISTANCE: f32 = 0.96;
-/// Candidates in a spacing.
-const CANDIDATES: f64 = 6.0;
 /// A vertex is moved at most so many depths: at sharper valleys than 47° the layer would run far off.
 const LONGEST_MITRE: f64 = 2.5;
 /// A sample is at least so deep behind the surface [depths].
@@ -30,11 +33,6 @@ const DEEP: f64 = 0.98;
 /// A part of a face without a sample of the face's own this near, along it, is not guarded [spacings]: contact hears
 /// those up to 1.15.
 const OWN: f32 = 1.05;
-/// Faces whose normals are further apart than by this cosine are the two sides of a thin part.
-const OPPOSITE: f64 = -0.5;
-/// A part of the surface without a sample of its side this near is not guarded [spacings]. The layers of a built-in
-/// tank and box leave 0.90 and 1.04.
-const GUARDED: f32 = 1.15;
 
 /// Appends the samples of a mesh.
 pub(super) fn sample_mesh(mesh: &Mesh, spacing: f32, depth: f32, out: &mut Vec<BoundarySample>) {
@@ -285,142 +283,4 @@ impl<'a> Layer<'a> {
 /// Rows of a length at the spacing.
 fn rows(length: f64, spacing: f64) -> u32 {
     (length / spacing - 1e-3).ceil().max(1.0) as u32
-}
-
-/// Points of a triangle in rows along its longest edge, no further apart than `step`, corners included.
-fn for_each_point(corners: [DVec3; 3], step: f64, mut visit: impl FnMut(DVec3)) {
-    let length = |k: usize| corners[k].distance_squared(corners[(k + 1) % 3]);
-    let longest = (1..3).fold(0, |best, k| if length(k) > length(best) { k } else { best });
-    let [a, b, c] = [0, 1, 2].map(|k| corners[(longest + k) % 3]);
-    let base = a.distance(b);
-    if base == 0.0 {
-        return visit(a);
-    }
-    let height = (b - a).cross(c - a).length() / base;
-    let rows = (height / step).ceil().max(1.0) as u32;
-    for row in 0..=rows {
-        let up = f64::from(row) / f64::from(rows);
-        let (from, to) = (a.lerp(c, up), b.lerp(c, up));
-        let count = (from.distance(to) / step).ceil() as u32;
-        for k in 0..=count {
-            visit(from.lerp(to, f64::from(k) / f64::from(count.max(1))));
-        }
-    }
-}
-
-/// How many samples a mesh has, roughly and rather too many, and how many candidates they are chosen from.
-pub(crate) fn expected(mesh: &Mesh, spacing: f32) -> (f64, f64) {
-    let spacing = f64::from(spacing);
-    let step = spacing / CANDIDATES;
-    let mut candidates = 0.0;
-    for triangle in 0..mesh.triangles.len() {
-        let [a, b, c] = mesh.corners(triangle);
-        let base = a.distance(b).max(b.distance(c)).max(c.distance(a));
-        let height = (b - a).cross(c - a).length() / base.max(f64::MIN_POSITIVE);
-        // As `for_each_point` goes: rows whose length falls from that of the longest edge to zero.
-        let rows = (height / step).ceil().max(1.0) + 1.0;
-        candidates += rows * (0.5 * base / step + 1.5);
-    }
-    let edges = mesh.feature_edges().into_iter().map(|edge| {
-        let [a, b] = edge.ends.map(|corner| mesh.vertices[corner as usize]);
-        a.distance(b) / spacing + 1.0
-    });
-    let samples = mesh.area() / (spacing * spacing) + edges.sum::<f64>();
-    let sides = if mesh.side == MeshSide::Both {
-        2.0
-    } else {
-        1.0
-    };
-    (sides * samples, candidates)
-}
-
-/// Guards what the layer does not reach, each side for itself: first between two sides, then along rims, where balls
-/// are the smaller the nearer to the edge they touch, from the largest on.
-fn fill_thin_parts(mesh: &Mesh, spacing: f32, depth: f64, front: &mut Front) {
-    let guarded = GUARDED * spacing;
-    let mut balls = Vec::new();
-    for triangle in 0..mesh.triangles.len() {
-        let normal = mesh.normals[triangle];
-        // A little inside of the triangle, where its own normal counts.
-        let corners = mesh.corners(triangle);
-        let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
-        let corners = corners.map(|corner| corner.lerp(middle, 1e-3));
-        for_each_point(corners, f64::from(spacing) / CANDIDATES, |point| {
-            if !front.covers(point.as_vec3(), normal.as_vec3(), guarded) {
-                balls.extend(Ball::largest(mesh, point, normal, depth));
-            }
-        });
-    }
-    let between = balls.iter().filter(|ball| ball.is_between);
-    let between: Vec<BoundarySample> = between.map(Ball::sample).collect();
-    front.advance(&between, |_| true);
-    balls.sort_by(|a, b| b.radius.total_cmp(&a.radius));
-    for ball in &balls {
-        if !front.covers(ball.touches.as_vec3(), ball.normal.as_vec3(), guarded) {
-            front.offer(ball.beside_rim(mesh, depth).sample());
-        }
-    }
-}
-
-/// The largest ball in the solid that touches its surface at a place.
-#[derive(Debug, Clone, Copy)]
-struct Ball {
-    centre: DVec3,
-    radius: f64,
-    /// The place.
-    touches: DVec3,
-    /// Of the surface there.
-    normal: DVec3,
-    /// Whether the surface that keeps it from being larger faces the other way.
-    is_between: bool,
-}
-
-impl Ball {
-    /// With a radius of `depth` at most.
-    fn largest(mesh: &Mesh, touches: DVec3, normal: DVec3, depth: f64) -> Option<Self> {
-        let mut ball = Self {
-            centre: touches - depth * normal,
-            radius: depth,
-            touches,
-            normal,
-            is_between: false,
-        };
-        for _ in 0..20 {
-            ball.centre = touches - ball.radius * normal;
-            let nearest = mesh.nearest(ball.centre);
-            if nearest.distance <= -0.99 * ball.radius {
-                return Some(ball);
-            }
-            ball.is_between = mesh.normals[nearest.triangle].dot(normal) < OPPOSITE;
-            // Through the place and the nearest point: that is in the ball, or the centre is past the solid's other
-            // side.
-            let offset = touches - nearest.at;
-            let along = 2.0 * normal.dot(offset);
-            if along <= 0.0 {
-                return None;
-            }
-            ball.radius = ball.radius.min(offset.length_squared() / along);
-        }
-        ball.centre = touches - ball.radius * normal;
-        Some(ball)
-    }
-
-    /// On the edge of a thin part the layer is as deep behind the rim as behind any face, if the part is no thinner
-    /// there.
-    fn beside_rim(self, mesh: &Mesh, depth: f64) -> Self {
-        let centre = self.touches - depth * self.normal;
-        let is_within = mesh.nearest(centre).distance <= -0.98 * self.radius;
-        if is_within {
-            Self { centre, ..self }
-        } else {
-            self
-        }
-    }
-
-    fn sample(&self) -> BoundarySample {
-        BoundarySample {
-            position: self.centre.as_vec3(),
-            normal: self.normal.as_vec3(),
-        }
-    }
 }

@@ -1,16 +1,18 @@
 //! Walls as particles: surfaces of shapes and meshes into one layer of samples, without a world.
 
+mod candidates;
 mod count;
 mod front;
 mod layer;
 mod mesh;
 mod surfaces;
+mod thin_parts;
 
 use glam::Vec3;
 
+pub(crate) use candidates::expected as expected_of_mesh;
 pub(crate) use count::count;
 pub use layer::{beside_wall, layer_depth};
-pub(crate) use mesh::expected as expected_of_mesh;
 pub use surfaces::sample;
 pub(crate) use surfaces::{for_each_sample, for_each_sample_of};
 

@@ -235,7 +235,7 @@ impl Simd for Avx2 {
     /// Eight loads of 16 bytes and a transposition. Option 1: four hardware gathers, 20 cycles of load port for eight
     /// rows; option 2: this, about 10. We use 2. The offsets go through memory, eight reloads on the two load ports:
     /// taken out of the vector they would compete with the transposition for the one shuffle port (a density pass
-    /// took 142 ns a particle so, 115 through memory).
+    /// took 142 ns per particle so, 115 through memory).
     #[inline(always)]
     fn gather(self, table: &[Vec4], rows: __m256i) -> [__m256; 4] {
         let base = table.as_ptr().cast();

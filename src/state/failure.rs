@@ -245,7 +245,7 @@ fn place(particle: &Option<(Entity, Vec3)>) -> String {
     })
 }
 
-/// Most cells of a dense structure: a table of 4 bytes a cell is then 512 MiB, and writing it takes a tenth of a
+/// Most cells of a dense structure: a table of 4 bytes per cell is then 512 MiB, and writing it takes a tenth of a
 /// second a step. A box that needs more is refused.
 pub const MAX_CELLS: u64 = 1 << 27;
 

@@ -21,7 +21,7 @@ pub struct PressureSolve {
     /// also the density that is missing in particles that have one.
     pub(crate) residual: DensityError,
     /// Whether pressures may be too high.
-    both_ways: bool,
+    two_sided: bool,
     /// How far the last iteration went along them in all.
     pub(crate) progress: f64,
     chunks: ChunkResults<(ErrorSum, ErrorSum)>,
@@ -63,7 +63,7 @@ impl PressureSolve {
     /// Before the first iteration of a solve, which begins with a force if there is a pressure.
     pub(crate) fn begin(&mut self, has_pressure: bool, overshoots: bool) {
         (self.iterations, self.wants_force) = (0, has_pressure);
-        self.both_ways = has_pressure || overshoots;
+        self.two_sided = has_pressure || overshoots;
     }
 
     /// Sets the pressure term beside every position, and what the method keeps of it, and measures the errors.
@@ -77,7 +77,7 @@ impl PressureSolve {
     ) {
         let rows = kept.len();
         let columns = (&mut positions[..rows], kept);
-        let both_ways = self.both_ways;
+        let two_sided = self.two_sided;
         let chunks = self.chunks.reset(rows);
         execution.map_chunks(columns, chunks, |first, positions, kept| {
             let mut result = <(ErrorSum, ErrorSum)>::default();
@@ -88,7 +88,7 @@ impl PressureSolve {
                 result.0.progress += f64::from(corrected.progress);
                 let compression = corrected.error.max(0.0);
                 result.0.add(compression, row);
-                let missed = if both_ways && had_pressure {
+                let missed = if two_sided && had_pressure {
                     corrected.excess.abs()
                 } else {
                     // What is under the limit in all may grow up to it.

@@ -47,7 +47,7 @@ pub(super) fn errors(
         boundary: walls.map_or(&[SENTINEL], |walls| &walls.packed),
         kernel: &material.kernel,
     };
-    let source = Source::OnTheSpot(fluid, among_walls);
+    let source = Source::Recomputed(fluid, among_walls);
     pairs::sum(
         &DensitySum::anywhere(&material),
         source,

@@ -3,10 +3,11 @@
 use std::collections::HashSet;
 use std::path::Path;
 
-use super::{Chart, Measure, Reference, Rows, Span, Start, Study, StudyError};
+use super::memory::lacks_memory;
+use super::plan::{Plan, PlannedCase, PlannedVariant};
+use super::{Chart, Measure, Reference, Span, Start, Study, StudyError};
 use crate::input::read_text;
-use crate::memory;
-use crate::step::{InstallError, check_order, memory::need};
+use crate::step::{InstallError, check_order};
 use crate::{
     loading::{Override, place_of, read},
     scene::{Place, Scene, SceneError, unknown_name},
@@ -14,45 +15,6 @@ use crate::{
 
 /// More turns than anybody waits for; each is kept until the end.
 const MOST_BLOCKS: u32 = 10_000;
-
-/// A study with everything it names read and checked.
-#[derive(Debug, Clone)]
-pub struct Plan {
-    /// The file.
-    pub study: Study,
-    /// The scenes to run, by case.
-    pub cases: Vec<PlannedCase>,
-    /// Figures to compare with; none if the study names no file.
-    pub reference: Reference,
-}
-
-/// A case, ready to run.
-#[derive(Debug, Clone)]
-pub struct PlannedCase {
-    /// Its name; empty if the study has no cases.
-    pub name: String,
-    /// The scene that leads to the start, and the simulated time to stop at [s].
-    pub start: Option<(Scene, f32)>,
-    /// One measurement.
-    pub block: Span,
-    /// All variants.
-    pub variants: Vec<PlannedVariant>,
-}
-
-/// A variant of a case, ready to run.
-#[derive(Debug, Clone)]
-pub struct PlannedVariant {
-    /// Its name.
-    pub name: String,
-    /// The scene with all overrides applied.
-    pub scene: Scene,
-    /// How its rows lie at the start.
-    pub rows: Rows,
-    /// Name of its row in the reference file.
-    pub reference: Option<String>,
-    /// Variants of one series are joined in the chart.
-    pub series: Option<String>,
-}
 
 impl Plan {
     /// Reads the study file at `path`, the scene and the figures it names, and checks all overrides.
@@ -108,39 +70,10 @@ impl Checker<'_> {
         let cases = self.cases()?;
         self.check_references(&cases, &reference)?;
         self.check_gauges(&cases)?;
-        self.check_memory(&cases)?;
-        Ok((cases, reference))
-    }
-
-    /// The worlds of all variants of a case are there at a time, so that they can take turns.
-    fn check_memory(&self, cases: &[PlannedCase]) -> Result<(), StudyError> {
-        let machine = memory::of_machine() as f64;
-        for (k, case) in cases.iter().enumerate() {
-            let mut needed = 0.0;
-            for variant in &case.variants {
-                let size = variant.scene.checked_size()?;
-                match need(&variant.scene, &size) {
-                    Ok(need) => needed += need.most,
-                    Err(error) => return self.refuse("variants", error.to_string()),
-                }
-            }
-            if needed > machine {
-                let path = if case.name.is_empty() {
-                    "variants".to_owned()
-                } else {
-                    format!("cases.{k}")
-                };
-                let message = format!(
-                    "its {} variants are in memory at a time and need about {}, and there are {}; use fewer, or \
-                     `set: [\"spacing=…\"]` with a larger spacing",
-                    case.variants.len(),
-                    memory::in_words(needed),
-                    memory::in_words(machine)
-                );
-                return self.refuse(&path, message);
-            }
+        if let Some((path, message)) = lacks_memory(&cases)? {
+            return self.refuse(&path, message);
         }
-        Ok(())
+        Ok((cases, reference))
     }
 
     fn refuse<T>(&self, path: &str, message: impl Into<String>) -> Result<T, StudyError> {

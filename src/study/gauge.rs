@@ -1,14 +1,8 @@
 //! What gauges of the scene show, as a measure: a figure a block of the readings within it.
 
-use bevy_ecs::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::{Block, Column, Measure};
-use crate::{
-    gauge::{self, Gauges},
-    measure::Curve,
-    scene::Scene,
-};
+use crate::scene::{self, Scene};
 
 /// A column of a gauge, and what of its readings stands for a block.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -75,7 +69,7 @@ impl GaugeMeasure {
 
     /// What is wrong with it in a scene, and what would be right.
     pub(super) fn check(&self, scene: &Scene) -> Result<(), String> {
-        let unknown = crate::scene::unknown_name;
+        let unknown = scene::unknown_name;
         let names: Vec<&str> = scene
             .gauges
             .iter()
@@ -114,7 +108,7 @@ pub(super) struct Tally {
 }
 
 impl Tally {
-    fn add(&mut self, value: f64, known: Option<f64>) {
+    pub(super) fn add(&mut self, value: f64, known: Option<f64>) {
         let (low, high, _) = self.figures.unwrap_or((value, value, value));
         self.figures = Some((low.min(value), high.max(value), value));
         self.count += 1.0;
@@ -148,54 +142,6 @@ impl Tally {
                 (self.compared > 0.0).then(|| (self.squares / self.compared).sqrt())
             }
         }
-    }
-}
-
-/// What the gauges of a scene are compared with.
-pub(super) fn references(scene: &Scene) -> Vec<Option<Curve>> {
-    let known = |gauge: &crate::scene::Gauge| gauge.reference.as_ref()?.load().ok();
-    scene.gauges.iter().map(known).collect()
-}
-
-/// Takes the readings that no later step takes back, and adds those that columns ask for to a block.
-pub(super) fn tally(
-    world: &mut World,
-    columns: &[Column],
-    references: &[Option<Curve>],
-    block: &mut Block,
-) {
-    let settled = gauge::settled_step(world);
-    let Some(mut gauges) = world.get_resource_mut::<Gauges>() else {
-        return;
-    };
-    let taken: Vec<_> = gauges.take_readings(settled).collect();
-    let mut done: Vec<Key> = Vec::new();
-    for column in columns {
-        let Measure::Gauge(measure) = &column.measure else {
-            continue;
-        };
-        let key = measure.key();
-        if done.contains(&key) {
-            continue;
-        }
-        let of_name = gauges
-            .iter()
-            .position(|gauge| gauge.name() == measure.gauge);
-        let Some((gauge, number)) = of_name.and_then(|k| Some((gauges.iter().nth(k)?, k))) else {
-            continue;
-        };
-        let place = match &measure.column {
-            None => Some(0),
-            Some(column) => gauge.columns().iter().position(|name| name == column),
-        };
-        let known = references.get(number).and_then(Option::as_ref);
-        let tally = block.gauges.entry(key.clone()).or_default();
-        for reading in &taken[number] {
-            if let Some(value) = place.and_then(|place| reading.values[place]) {
-                tally.add(value, known.and_then(|known| known.at(reading.time)));
-            }
-        }
-        done.push(key);
     }
 }
 

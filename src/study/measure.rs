@@ -21,7 +21,7 @@ pub enum Measure {
     WallTime,
     /// Length of a step in simulated time, mean [ms].
     TimeStep,
-    /// Pressure iterations a step [-].
+    /// Pressure iterations per step [-].
     Iterations,
     /// Mean density error: compression, mean over the particles and the steps [%].
     MeanDensityError,

@@ -9,7 +9,7 @@ use std::ops::ControlFlow;
 use bevy_ecs::prelude::*;
 
 use super::{
-    Block, Plan, PlannedCase, PlannedVariant, Span, StudyError, Table, gauge, measure::LastStep,
+    Block, Plan, PlannedCase, PlannedVariant, Span, StudyError, Table, measure::LastStep, readings,
     start::State,
 };
 use crate::{
@@ -129,7 +129,7 @@ impl Turns<'_, '_> {
                 }) {
                     Ok(mut block) => {
                         let columns = &self.plan.study.columns;
-                        gauge::tally(&mut runner.world, columns, &runner.references, &mut block);
+                        readings::tally(&mut runner.world, columns, &runner.references, &mut block);
                         if turn == 0 {
                             continue;
                         }
@@ -222,7 +222,7 @@ impl Turns<'_, '_> {
         }
         Ok(Runner {
             world,
-            references: gauge::references(&variant.scene),
+            references: readings::references(&variant.scene),
             failed: false,
             last: LastStep::default(),
         })

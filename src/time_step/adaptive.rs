@@ -1,22 +1,15 @@
-//! The adaptive time step of Ihmsen, Akinci, Gissler & Teschner 2010 (*Boundary Handling and Adaptive Time-stepping for
-//! PCISPH*): it grows and shrinks by 0.2 % a step, and goes back where that was too slow.
+//! The adaptive time step of Ihmsen, Akinci, Gissler & Teschner 2010 (*Boundary Handling and Adaptive Time-stepping
+//! for PCISPH*): it changes by 0.2 % per step, and the run is rolled back after a shock.
 //!
-//! | | if |
-//! | --- | --- |
-//! | grows | 0.19 sqrt(h/a_max) > dt and 0.39 h/v_max > dt and e_max < 4.5 η and e_mean < 0.9 η |
-//! | shrinks | 0.2 sqrt(h/a_max) < dt or 0.4 h/v_max ≤ dt or e_max > 5.5 η or e_mean > η |
-//! | goes back | e_max is 8 η above that of the step before, or above the scene's limit, or 0.45 h/v_max < dt |
+//! - It grows if 0.19 sqrt(h/a_max) > dt, 0.39 h/v_max > dt, e_max < 4.5 η and e_mean < 0.9 η.
+//! - It shrinks if 0.2 sqrt(h/a_max) < dt, 0.4 h/v_max ≤ dt, e_max > 5.5 η or e_mean > η.
+//! - It rolls back two steps ([`roll_back`](super::roll_back)) if e_max rose by 8 η or exceeds the scene's limit, or
+//!   if 0.45 h/v_max < dt, and continues with min(0.2 sqrt(h/a_max), 0.08 h/v_max). e: density errors at the end of a
+//!   step.
 //!
-//! e are the density errors that remain at the end of a step, η is the scene's `density_error`. Going back, the run
-//! stands where it stood two steps before ([`roll_back`](super::roll_back)) and goes on with
-//! min(0.2 sqrt(h/a_max), 0.08 h/v_max).
-//!
-//! Deviations. The error that a pressure method limits is not taken for η: one that limits the largest error would
-//! never see it reach 4.5 η, one that limits the mean to 0.01 % would always. With an equation of state the error does
-//! not depend on the time step, so there it neither grows nor shrinks it. A step that fails (not finite, too fast,
-//! over-compressed, not converged) is gone back from as from a shock. The time step behind a step taken back is at most
-//! half of that step's, so that going back comes to an end: at the scene's least time step, or after
-//! [`MOST_IN_A_ROW`] times before the place is passed, the step fails as it does without this scheme.
+//! Deviations. η is the scene's `density_error` and not the limit of the pressure method. With an equation of state
+//! the error has no influence on dt. A failed step is treated as a shock. The new dt is at most half of the old; at
+//! the least dt, or after [`MOST_IN_A_ROW`] roll-backs without progress, the step fails.
 
 use bevy_ecs::prelude::*;
 
@@ -36,30 +29,30 @@ use crate::{
 const GROWTH: f32 = 1.002;
 const SHRINKAGE: f32 = 0.998;
 
-/// Times in a row that a run goes back before a step fails for good.
+/// Maximum number of consecutive roll-backs before a step fails.
 pub const MOST_IN_A_ROW: u32 = 12;
 
-/// The scheme and what it remembers.
+/// The scheme and its state.
 #[derive(Resource, Debug, Clone, PartialEq)]
 pub struct AdaptiveTimeStep {
     scheme: scene::Adaptive,
-    /// What viscosity and sound allow [s].
+    /// Limit by viscosity and sound [s].
     constant_limit: f32,
-    /// Spacings that `sqrt(p/ρ)` covers in the longest step that pressure allows [-].
+    /// Number of spacings that `sqrt(p/ρ)` covers in the longest step that pressure allows [-].
     pressure_step: f32,
     /// Whether the density error depends on the time step.
     error_counts: bool,
     /// Largest density error of the last step [-]; infinite before the first.
     pub(super) largest_error: f32,
-    /// Times that the run went back and has not passed the place since.
+    /// Number of roll-backs since the run last passed `place`.
     in_a_row: u32,
-    /// The place: simulated time at the end of the step that failed last [s].
+    /// Simulated time at the end of the step that failed last [s].
     place: f64,
-    /// What the last run of the step's schedule took back.
+    /// What the last run of the schedule rolled back.
     pub(crate) taken_back: Option<TakenBack>,
 }
 
-/// The first time step [s] and the scheme of a scene.
+/// The first time step [s] of a scene and the scheme.
 pub(super) fn start(
     scheme: scene::Adaptive,
     scene: &Scene,
@@ -84,12 +77,12 @@ pub(super) fn start(
     (dt, adaptive)
 }
 
-/// The time step behind a shock [s], and the first.
+/// The time step after a shock [s], and the first one.
 fn gentle(h: f32, max_speed: f32, max_acceleration: f32) -> f32 {
     (0.2 * (h / max_acceleration).sqrt()).min(0.08 * h / max_speed)
 }
 
-/// Limits by the motion, above which the time step shrinks.
+/// Limits by motion above which the time step shrinks.
 pub fn motion_limits(h: f32, max_speed: f32, max_acceleration: f32) -> [Limit; 2] {
     [
         ("speed", 0.4 * h / max_speed),
@@ -103,12 +96,12 @@ impl AdaptiveTimeStep {
         dt.min(self.constant_limit).clamp(min, max)
     }
 
-    /// Whether a step of this length [s] that goes wrong may be tried again with a shorter one.
+    /// Whether a failed step of this length [s] may be repeated with a shorter one.
     pub fn may_go_back(&self, dt: f32) -> bool {
         dt > self.scheme.min && self.in_a_row < MOST_IN_A_ROW
     }
 
-    /// The time step [s] behind a good one of `dt`.
+    /// The time step [s] after a successful one of `dt`.
     fn next(&self, dt: f32, limits: [Limit; 2], error: DensityError, iterations: u32) -> f32 {
         let eta = self.scheme.density_error;
         let [(_, speed), (_, force)] = limits;
@@ -126,7 +119,7 @@ impl AdaptiveTimeStep {
         self.bounded(change * dt)
     }
 
-    /// Takes note that the run goes back from the step behind `clock`, and says the next time step [s].
+    /// Records a roll-back of the step after `clock`, and returns the next time step [s].
     pub(super) fn go_back(
         &mut self,
         clock: &Clock,
@@ -136,14 +129,14 @@ impl AdaptiveTimeStep {
     ) -> f32 {
         self.in_a_row += 1;
         self.place = self.place.max(clock.time + f64::from(clock.dt));
-        // Of a step that is not finite the motion says nothing, and of no use is a time step of zero.
+        // The motion of a step that is not finite says nothing, and a time step of zero is useless.
         let gentle = gentle(h, max_speed, max_acceleration);
         let half = 0.5 * clock.dt;
         self.bounded(if gentle > 0.0 { half.min(gentle) } else { half })
     }
 }
 
-/// Refuses a step that met a shock (phase `Integrate`).
+/// Rejects a step with a shock (phase `Integrate`).
 pub fn detect_shock(
     mut failure: ResMut<Failure>,
     adaptive: Res<AdaptiveTimeStep>,
@@ -178,7 +171,7 @@ pub fn detect_shock(
     }
 }
 
-/// Chooses the next step's length (phase `Integrate`, when the step is good).
+/// Chooses the length of the next step (phase `Integrate`, if the step succeeded).
 pub fn choose_adaptive_time_step(
     mut clock: ResMut<Clock>,
     mut adaptive: ResMut<AdaptiveTimeStep>,

@@ -1,11 +1,11 @@
-//! The time step that a scene asks for.
+//! Selects the time step control of a scene.
 
 use bevy_ecs::prelude::*;
 
 use super::{adaptive, cfl::TimeStepControl, limits::StepLimits};
 use crate::scene::{Scene, TimeStep};
 
-/// Inserts what the control of a scene's time step needs, and gives the first time step [s].
+/// Inserts the resources of the time step control, and returns the first time step [s].
 pub fn install(world: &mut World, scene: &Scene, limits: &StepLimits) -> f32 {
     match scene.time_step {
         TimeStep::Fixed(dt) => dt,

@@ -1,13 +1,12 @@
-//! Recovery: over how much time compression that a step finds at its start is pushed out.
+//! Recovery: the time over which compression found at the start of a step is removed.
 //!
-//! A solve that removes within its step what it finds moves particles with a speed of error/dt and leaves that speed in
-//! the state. Here a step removes what it would add, and of what it finds the part dt/τ. τ is the time step that speeds
-//! and forces allow, over the scene's `recovery`; it does not follow a time step that is shorter, and falls slowly: a
-//! single fast particle that shortened both would raise the speed of all.
+//! A solve that removes all compression within its step moves particles with a velocity of error/dt, and that velocity
+//! remains. Here a step removes the compression that it would add, and the part dt/τ of what it finds. τ is the time
+//! step that speeds and forces allow, divided by the scene's `recovery`. It does not follow a shorter time step and
+//! falls slowly: otherwise a single fast particle would raise the speed of all.
 //!
-//! Of a wave whose error the iterations leave by the part R, a step that starts from the share w of the last pressures
-//! leaves no growing remainder for any R up to 1 if w and `recovery` are together at most 1 (eigenvalues of the
-//! recurrence in pressure, divergence and density error; `docs/decisions/still_water.md`).
+//! No wave grows if the warm start share and `recovery` together are at most 1 (eigenvalues of the recurrence in
+//! pressure, divergence and density error; `docs/decisions/still_water.md`).
 
 use bevy_ecs::prelude::*;
 
@@ -18,38 +17,38 @@ use crate::{
     state::{Clock, Material},
 };
 
-/// Decrease of τ over the time that passes [-].
+/// Decrease of τ per time that passes [-].
 const SLOWING: f32 = 0.1;
 
-/// Compression that is left for later at most [-].
+/// Maximum compression that is left for later steps [-].
 const MOST_LEFT: f32 = 0.2;
 
-/// Part of τ that the next step keeps at least [-], so that a τ of fluid which nothing moved ends.
+/// Minimum factor on τ per step [-], so that a large τ of fluid at rest ends.
 const LEAST_LEFT: f32 = 0.97;
 
 /// Speed factor λ of the time step that motion allows [-], that of `Cfl` by default.
 const SPEED_FACTOR: f32 = 0.2;
 
-/// Longest τ [s], of fluid that nothing moves.
+/// Longest τ [s], for fluid at rest.
 const LONGEST: f32 = 1e6;
 
-/// Time over which compression that a step finds is pushed out. In scenes that do not push it out at once.
+/// The time over which compression is removed. Present in scenes that do not remove it at once.
 #[derive(Resource, Debug, Clone, Copy)]
 pub struct RecoveryTime {
-    /// Part of the compression found that a step as long as motion allows removes [-].
+    /// Part of the compression found that a step of the length that motion allows removes [-].
     share: f32,
     /// τ [s].
     time: f32,
 }
 
 impl RecoveryTime {
-    /// Compression that is found stays.
+    /// Removes nothing of the compression found.
     pub(crate) const NEVER: Self = Self {
         share: 0.0,
         time: LONGEST,
     };
 
-    /// What a scene starts with whose steps remove at most this share of what they find; none if they remove all.
+    /// Initial value for a scene whose steps remove at most `share` of the compression found; none if they remove all.
     pub(crate) fn new(share: f32, scene: &Scene) -> Option<Self> {
         if share >= 1.0 {
             return None;
@@ -67,8 +66,8 @@ impl RecoveryTime {
         })
     }
 
-    /// Compression [-] that a step of `dt` [s] leaves for later of what it finds. More than [`MOST_LEFT`] is never
-    /// left: what an impact drives together would fill a wall.
+    /// Compression [-] that a step of `dt` [s] leaves for later. At most [`MOST_LEFT`]: the compression of an impact
+    /// could fill a wall.
     #[inline]
     pub(crate) fn left_for_later(&self, dt: f32, found: f32) -> f32 {
         let found = found.max(0.0);
@@ -77,7 +76,7 @@ impl RecoveryTime {
     }
 }
 
-/// Chooses τ for the next step (phase `Integrate`, when the step is good).
+/// Chooses τ for the next step (phase `Integrate`, if the step succeeded).
 pub fn choose_recovery_time(
     mut recovery: ResMut<RecoveryTime>,
     motion: Res<Motion>,

@@ -1,14 +1,12 @@
-//! Going back: the state before the last step is kept, and taken over again when the step after it goes wrong.
+//! Rolling back: the state before the last step is kept, and restored if the next step fails.
 //!
-//! A step that goes wrong is refused before the tables see it, so they are one step back already; with the state kept
-//! here it is two. It goes by entity, and rows that were reordered in between go back to their old order: sums over
-//! neighbours are folded in the order of the rows, so a step taken again with the same dt gives the same bits. What a
-//! host changed since is taken back with the rest.
+//! A failed step is rejected before the tables change, so the run is one step back already; the kept state makes it
+//! two. States are restored by entity, and rows return to their old order: sums depend on the order of rows, so a
+//! repeated step with the same dt is bitwise equal. Changes by a host since then are lost. If particles were added or
+//! removed, the kept state does not fit, and only the failed step is undone.
 //!
-//! If particles came or went since, the state kept is of another fluid: then the step that went wrong alone is
-//! taken back.
-//!
-//! A method that keeps something from step to step keeps it as a component, and so here: pressures to start from.
+//! Data that a method keeps between steps is a component and is restored likewise, for example pressures for the warm
+//! start.
 
 use bevy_ecs::prelude::*;
 
@@ -20,25 +18,25 @@ use crate::{
     state::{Clock, Failure, Lasting, Material, TakenBack, in_order, particle::Fluid},
 };
 
-/// The state before the last good step, and where the run stood.
+/// The state before the last successful step, with its clock.
 #[derive(Resource, Debug, Default)]
 pub struct KeptState {
-    /// Whether there is one: not at the start, and not after it was gone back to.
+    /// Whether a state is kept: not before the first step, and not after it was restored.
     kept: bool,
     clock: Clock,
     recovery: Option<RecoveryTime>,
     largest_error: f32,
     downwards: bool,
-    /// In the order of the rows, as what is kept of every column.
+    /// Entities in the order of rows; kept columns have the same order.
     entities: Vec<Entity>,
-    /// The columns that are kept.
+    /// The kept columns.
     columns: Vec<Lasting>,
 }
 
-/// Bytes per fluid particle of what is kept besides the columns.
+/// Memory of the kept state besides the columns [bytes per fluid particle].
 pub const KEPT_BYTES: usize = size_of::<Entity>();
 
-/// Lets these columns be kept.
+/// Selects the columns to keep.
 pub(crate) fn install(world: &mut World, columns: Vec<Lasting>) {
     for column in &columns {
         (column.install_keeping)(world);
@@ -49,7 +47,7 @@ pub(crate) fn install(world: &mut World, columns: Vec<Lasting>) {
     });
 }
 
-/// Keeps whose state it is before the tables take a new one (phase `Integrate`, when the step is good).
+/// Keeps the present state before the tables change (phase `Integrate`, if the step succeeded).
 pub fn keep_state(
     mut kept: ResMut<KeptState>,
     fluid: Query<Entity, With<Fluid>>,
@@ -71,7 +69,7 @@ pub fn keep_state(
     }
 }
 
-/// Goes back if the step went wrong and a shorter one may go right (phase `Observe`): the run goes on, then.
+/// Rolls back if the step failed and a shorter one may succeed (phase `Observe`).
 pub fn roll_back(world: &mut World) {
     let clock = *world.resource::<Clock>();
     let mut adaptive = world.resource_mut::<AdaptiveTimeStep>();
@@ -109,7 +107,7 @@ pub fn roll_back(world: &mut World) {
     });
 }
 
-/// Gives every particle its state and its row; does nothing, and says so, if these are other particles.
+/// Restores state and row of every particle. Returns false and changes nothing if the particles differ.
 fn restore(world: &mut World, kept: &KeptState) -> bool {
     let mut fluid = world.query_filtered::<Entity, With<Fluid>>();
     let mut present = Vec::with_capacity(kept.entities.len());

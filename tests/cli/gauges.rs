@@ -28,7 +28,7 @@ fn gauges_write_a_file_each_and_a_chart_beside_what_is_known() {
         assert!(stdout(&check).contains(line), "{line}: {}", stdout(&check));
     }
 
-    assert_exit(&overfall(&folder, &["run", "tiny.ron", "-q"]), 0);
+    assert_exit(&overfall(&folder, &["run", "tiny.ron", "--quiet"]), 0);
     let out = folder.path().join("out/tiny");
     let gauges = out.join("gauges");
     assert_eq!(names(&gauges), ["level.csv", "level.svg", "p.csv"]);
@@ -84,12 +84,15 @@ fn gauges_write_a_file_each_and_a_chart_beside_what_is_known() {
     assert_exit(
         &overfall(
             &folder,
-            &["run", copy, "-q", "--out", "again", "--steps", "3"],
+            &["run", copy, "--quiet", "--out", "again", "--steps", "3"],
         ),
         0,
     );
     assert!(folder.path().join("again/gauges/level.svg").is_file());
-    assert_exit(&overfall(&folder, &["run", "tiny.ron", "-q", "--force"]), 0);
+    assert_exit(
+        &overfall(&folder, &["run", "tiny.ron", "--quiet", "--force"]),
+        0,
+    );
     assert_eq!(names(&gauges), ["level.csv", "level.svg", "p.csv"]);
 }
 
@@ -102,7 +105,7 @@ fn a_gauge_file_of_somebody_elses_is_in_the_way() {
     let folder = folder_with(&[("tiny.ron", &scene)]);
     fs::create_dir_all(folder.path().join("out/tiny/gauges")).expect("a folder");
     fs::write(folder.path().join("out/tiny/gauges/e.csv"), "mine").expect("a file");
-    let run = overfall(&folder, &["run", "tiny.ron", "-q"]);
+    let run = overfall(&folder, &["run", "tiny.ron", "--quiet"]);
     assert_eq!(run.status.code(), Some(2), "{}", stderr(&run));
     assert!(stderr(&run).contains("e.csv"), "{}", stderr(&run));
 }

@@ -5,7 +5,7 @@ use std::process::{Command, Stdio};
 
 use overfall::output::{Status, Summary};
 
-use super::signals::{LONG, command_after, folder, signal, spawn, wait, wait_until};
+use super::signals::{LONG, command_after, folder, signal, spawn, start, wait, wait_until};
 use crate::support::{assert_exit, command, overfall, stderr};
 
 #[test]
@@ -41,12 +41,12 @@ fn a_reader_that_has_gone_away_is_no_failure() {
         &["check", "long.ron"],
         &["run", "--help"],
     ] {
-        let mut run = command(&folder)
-            .args(arguments)
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .expect("overfall starts");
+        let mut run = start(
+            command(&folder)
+                .args(arguments)
+                .stdout(Stdio::piped())
+                .stderr(Stdio::piped()),
+        );
         drop(run.stdout.take());
         let (status, errors) = wait(run);
         assert_eq!(status, Some(0), "{errors}");

@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::io::Read;
+use std::ops::{Deref, DerefMut};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStderr, Command, Stdio};
 use std::time::{Duration, Instant};
@@ -25,7 +26,32 @@ pub(super) const LONG: &str = r#"(
 "#;
 
 /// Long enough for a loaded machine; a test that works does not wait for it.
-const PATIENCE: Duration = Duration::from_secs(60);
+const PATIENCE: Duration = Duration::from_secs(600);
+
+/// A run that does not outlive its test.
+pub(super) struct Running(Child);
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        // One that has ended cannot be killed.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+impl Deref for Running {
+    type Target = Child;
+
+    fn deref(&self) -> &Child {
+        &self.0
+    }
+}
+
+impl DerefMut for Running {
+    fn deref_mut(&mut self) -> &mut Child {
+        &mut self.0
+    }
+}
 
 pub(super) fn folder() -> TempDir {
     folder_with(&[("long.ron", LONG)])
@@ -41,9 +67,13 @@ pub(super) fn wait_until(missing: &str, mut is_so: impl FnMut() -> bool) {
 }
 
 /// Starts the program; its errors go into a pipe.
-pub(super) fn spawn(command: &mut Command) -> Child {
-    let command = command.stdout(Stdio::null()).stderr(Stdio::piped());
-    command.spawn().expect("overfall starts")
+pub(super) fn spawn(command: &mut Command) -> Running {
+    start(command.stdout(Stdio::null()).stderr(Stdio::piped()))
+}
+
+/// Starts the program with the pipes that it is given.
+pub(super) fn start(command: &mut Command) -> Running {
+    Running(command.spawn().expect("overfall starts"))
 }
 
 /// The program in a folder, started by a shell that has done something before.
@@ -57,7 +87,7 @@ pub(super) fn command_after(folder: &TempDir, before: &str) -> Command {
 }
 
 /// Starts a run and waits until it has written some frames.
-fn start(folder: &TempDir) -> (Child, PathBuf) {
+fn start_long(folder: &TempDir) -> (Running, PathBuf) {
     let run = spawn(command(folder).args(["run", "long.ron", "--quiet"]));
     let out = folder.path().join("out/long");
     wait_until("no frames appear", || {
@@ -76,7 +106,7 @@ pub(super) fn signal(run: &Child, name: &str) {
 }
 
 /// Exit status of a run that ends, and what it says.
-pub(super) fn wait(mut run: Child) -> (Option<i32>, String) {
+pub(super) fn wait(mut run: Running) -> (Option<i32>, String) {
     let mut status = None;
     wait_until("the run does not end", || {
         status = run.try_wait().expect("the run can be waited for");
@@ -128,7 +158,7 @@ fn assert_valid(out: &Path, status: Status) -> Summary {
 fn an_interrupted_run_leaves_valid_files_and_says_so() {
     for name in ["INT", "TERM"] {
         let folder = folder();
-        let (run, out) = start(&folder);
+        let (run, out) = start_long(&folder);
         signal(&run, name);
         let (status, errors) = wait(run);
         assert_eq!(status, Some(130), "{errors}");
@@ -207,7 +237,7 @@ fn a_signal_that_was_ignored_stays_ignored() {
 #[test]
 fn a_second_run_into_the_folder_is_refused() {
     let folder = folder();
-    let (run, _) = start(&folder);
+    let (run, _) = start_long(&folder);
     for arguments in [
         &["run", "long.ron", "--steps=1", "--force"][..],
         &["picture", "out/long"],

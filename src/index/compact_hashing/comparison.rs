@@ -1,43 +1,40 @@
-//! Who changed its cell (paper 4.5.1), and the way of most of them, in parallel.
+//! Finds the points that changed their cell (paper 4.5.1) and moves most of them, in parallel.
 //!
-//! One loop over all entries compares the cell of a point's new position with the one that it is in, copies the
-//! position, and moves those up who follow one that leaves. Chunk by chunk those who left are then put in where they
-//! come to a simple used cell of the same chunk, which is still in the cache: most of them. The others are in
-//! `moves.rs`.
+//! A loop over all entries computes the cell of each new position, compares it with the cell that holds the entry,
+//! copies the position, and closes the gaps of points that leave. After each chunk, departed points are inserted if
+//! their destination is a simple used cell of the same chunk, which is still in the cache. `moves.rs` handles the
+//! rest.
 //!
-//! Rows and positions are prefetched. After some time the points of a block lie in up to eight places in memory, which
-//! no hardware prefetcher predicts: prefetching them saves a quarter of the time. How far ahead, from 1 to 24 blocks,
-//! makes no difference.
-//!
-//! With two threads 131 072 points of which 3.7 % change their cell take 3.4 ns each, half of it for those. Tried and
-//! dropped for them: leavers that are only noted in the loop, and looked at together after it (no difference).
+//! Rows and positions are prefetched, which saves a quarter of the time: after some steps, the points of a block are
+//! at up to eight distant places in memory. The prefetch distance (1 to 24 blocks) has no effect. Two threads need 3.4
+//! ns per point for 131 072 points of which 3.7 % change their cell.
 
 use glam::Vec4;
 
 use super::{
     super::{
-        entries::{NOBODY, prefetch_block},
+        entries::{NONE, prefetch_block},
         grid::Grid,
         hash::CellHash,
     },
     arrivals::Arrivals,
-    links::{ABSENT, Links},
-    movers::{Mover, Moves},
+    departed::{Departed, Moves},
+    links::Links,
     pool::QUARTER,
     used_cell::UsedCell,
 };
 use crate::simd::{Cube, LANES, Simd, Vectorised, prefetch};
 
-/// Blocks that are one task: along the Z-curve 8 × 8 × 16 cells, whose points fit the second-level cache. More than
-/// four of five who leave a cell there come to another of them.
+/// Blocks per task: along the Z-curve these are 8 × 8 × 16 cells, whose points fit the second-level cache. More than
+/// four of five points that leave a cell enter another cell of the same task.
 pub(super) const BLOCKS: usize = 1024;
 
-/// Blocks from the one at hand to those that are fetched ahead of it.
+/// Prefetch distance for blocks [blocks].
 const BLOCKS_AHEAD: usize = 8;
-/// The same of points.
+/// Prefetch distance for positions [blocks].
 const POINTS_AHEAD: usize = 3;
 
-/// What the comparison reads.
+/// Input of the comparison.
 pub(super) struct Comparison<'a> {
     pub(super) grid: &'a Grid,
     pub(super) cells: &'a [UsedCell],
@@ -51,22 +48,21 @@ pub(super) struct Comparison<'a> {
 struct Block<'a> {
     owner: u32,
     used: &'a UsedCell,
-    /// Where no point is a mover.
+    /// The region in which a point certainly stays in its cell.
     interior: Option<Cube>,
-    /// x, y and z, as bits.
+    /// x, y and z, as bit patterns.
     columns: [&'a mut [u32]; 3],
     rows: &'a mut [u32],
-    /// Entries seen so far, and those of them that stay.
+    /// Entries processed so far; `end` counts those that stay.
     seen: usize,
     end: usize,
 }
 
 impl Comparison<'_> {
-    /// Asks for the rows of a block that comes soon, and for the positions of one that comes sooner: both are anywhere
-    /// in memory but near those before.
+    /// Prefetches the rows of a later block and the positions of a nearer one. Both can be anywhere in memory.
     #[inline(always)]
-    fn fetch_ahead(&self, words: &[u32], words_a_block: usize, k: usize) {
-        let block = |k: usize| words.get(k * words_a_block..(k + 1) * words_a_block);
+    fn fetch_ahead(&self, words: &[u32], words_per_block: usize, k: usize) {
+        let block = |k: usize| words.get(k * words_per_block..(k + 1) * words_per_block);
         if let Some(block) = block(k + BLOCKS_AHEAD) {
             prefetch_block(block);
         }
@@ -75,12 +71,12 @@ impl Comparison<'_> {
             return;
         };
         // Three quarters of the entries: few blocks have more points.
-        for &row in &block[3 * words_a_block / 4..][..3 * words_a_block / 16] {
+        for &row in &block[3 * words_per_block / 4..][..3 * words_per_block / 16] {
             prefetch(&self.points[last.min(row as usize)]);
         }
     }
 
-    /// Copies the positions of a block's entries, and moves those up that follow one that leaves.
+    /// Copies the positions of a block's entries and closes the gaps of entries that leave.
     #[inline(always)]
     fn block<S: Simd>(&self, simd: S, owner: u32, words: &mut [u32], moves: &mut Moves) {
         let Some(used) = self.cells.get(owner as usize) else {
@@ -98,7 +94,7 @@ impl Comparison<'_> {
             end: 0,
         };
         for first in (0..pitch).step_by(LANES) {
-            if block.rows[first] == NOBODY {
+            if block.rows[first] == NONE {
                 break;
             }
             if pitch - first < LANES {
@@ -109,8 +105,8 @@ impl Comparison<'_> {
         }
         let Block { seen, end, .. } = block;
         if end < seen {
-            // What those left behind who moved up.
-            block.rows[end..].fill(NOBODY);
+            // Clears the entries behind the last one that stays.
+            block.rows[end..].fill(NONE);
             if used.is_simple() {
                 used.set_len(end as u32);
                 if end == 0 {
@@ -120,7 +116,7 @@ impl Comparison<'_> {
         }
     }
 
-    /// The same for `N` entries from `first`.
+    /// Processes `N` entries from `first` on.
     #[inline(always)]
     fn entries<S: Simd, const N: usize>(
         &self,
@@ -135,7 +131,7 @@ impl Comparison<'_> {
             .interior
             .map_or(0, |cell| simd.inside([x, y, z], cell));
         let known = simd.below(rows, self.points.len() as u32);
-        let present = simd.below(rows, NOBODY);
+        let present = simd.below(rows, NONE);
         let mut stay = present & inside & known;
         let mut uncertain = present & !stay;
         while uncertain != 0 {
@@ -144,7 +140,7 @@ impl Comparison<'_> {
             stay |= u32::from(stays) << lane;
             uncertain &= uncertain - 1;
         }
-        // Over entries that were read, since no more than those stay.
+        // Overwrites only entries that were read already, because `end <= first`.
         let end = block.end;
         let moved_up = stay != present || end < first;
         for (to, from) in block.columns.iter_mut().zip([x, y, z]) {
@@ -163,7 +159,7 @@ impl Comparison<'_> {
         block.end += stay.count_ones() as usize;
     }
 
-    /// Whether the point of entry `k` stays in its cell; a mover or one that is gone does not.
+    /// Whether the point of entry `k` stays in its cell. Points that departed or were removed do not.
     #[inline(always)]
     fn stays(&self, block: &Block, k: usize, moves: &mut Moves) -> bool {
         let Block { owner, used, .. } = *block;
@@ -187,44 +183,44 @@ impl Comparison<'_> {
             moves.departures.push((owner, from));
         }
         if let Some(to) = to {
-            // Needed once all blocks of the chunk are done.
+            // Used after all blocks of the chunk are processed.
             if let Some(link) = self.links.towards(owner, to.wrapping_sub(used.cell)) {
                 prefetch(link);
             }
-            moves.movers.push(Mover {
+            moves.departed.push(Departed {
                 row,
                 handle: owner,
-                block: NOBODY,
+                block: NONE,
                 to,
             });
         }
         false
     }
 
-    /// The used cell at the hash of the cell that a mover comes to, which is near that it left, and its block. The
-    /// links are in the order of the cells, and so near; the table is anywhere.
+    /// The used cell at the hash of a departed point's new cell, and its block. Links come first: they are stored in
+    /// the order of the cells, whereas a table look-up is a random access.
     #[inline(always)]
-    fn destination(&self, mover: &Mover) -> (u32, u32) {
-        let Mover { handle, to, .. } = *mover;
+    fn destination(&self, departed: &Departed) -> (u32, u32) {
+        let Departed { handle, to, .. } = *departed;
         let offset = to.wrapping_sub(self.cells[handle as usize].cell);
         let handle = match self.links.towards(handle, offset) {
-            Some(&holder) if holder != ABSENT => holder,
+            Some(&holder) if holder != NONE => holder,
             _ => self.table[self.hash.of(to) as usize],
         };
         let used = self.cells.get(handle as usize);
         let used = used.filter(|used| used.cell == to && used.blocks == 1);
-        (handle, used.map_or(NOBODY, |used| used.first))
+        (handle, used.map_or(NONE, |used| used.first))
     }
 }
 
-/// The comparison of some blocks.
+/// Comparison of a sequence of blocks.
 pub(super) struct Blocks<'a> {
     pub(super) comparison: &'a Comparison<'a>,
-    /// The first of them.
+    /// Index of the first block.
     pub(super) first: usize,
     pub(super) owners: &'a [u32],
     pub(super) words: &'a mut [u32],
-    pub(super) words_a_block: usize,
+    pub(super) words_per_block: usize,
     pub(super) moves: &'a mut Moves,
 }
 
@@ -236,31 +232,31 @@ impl Vectorised for Blocks<'_> {
         let Self {
             comparison,
             words,
-            words_a_block,
+            words_per_block,
             moves,
             ..
         } = self;
         for (k, &owner) in self.owners.iter().enumerate() {
-            comparison.fetch_ahead(words, words_a_block, k);
-            let block = &mut words[k * words_a_block..][..words_a_block];
+            comparison.fetch_ahead(words, words_per_block, k);
+            let block = &mut words[k * words_per_block..][..words_per_block];
             comparison.block(simd, owner, block, moves);
         }
-        for mover in &mut moves.movers {
-            (mover.handle, mover.block) = comparison.destination(mover);
+        for departed in &mut moves.departed {
+            (departed.handle, departed.block) = comparison.destination(departed);
         }
         let arrivals = Arrivals {
             cells: comparison.cells,
             points: comparison.points,
             first: self.first,
             words,
-            words_a_block,
-            movers: &mut moves.movers,
+            words_per_block,
+            departed: &mut moves.departed,
         };
         arrivals.run(simd);
     }
 }
 
-/// The columns of a block: x, y and z, as bits, and rows.
+/// Splits a block into its columns: x, y and z as bit patterns, and rows.
 #[inline(always)]
 fn columns(block: &mut [u32]) -> ([&mut [u32]; 3], &mut [u32]) {
     let pitch = block.len() / 4;

@@ -1,17 +1,13 @@
-//! The links set, and kept exact as cells come and go.
+//! Sets the links, and keeps them exact when cells appear or disappear.
 
 use glam::IVec3;
 use rayon::prelude::*;
 
-use super::{
-    cells::CompactHashing,
-    links::{ABSENT, Links},
-    used_cell::UsedCell,
-};
+use super::{super::entries::NONE, cells::CompactHashing, links::Links, used_cell::UsedCell};
 use crate::state::Execution;
 
 impl CompactHashing {
-    /// Sets the links to the first spatial cell of a used cell, found by those from it.
+    /// Redirects all links that lead to the primary cell of a used cell. They are found through its own links.
     pub(super) fn point_links_at(&mut self, handle: u32, to: u32) {
         let cell = self.cells[handle as usize].cell;
         for k in 0..self.links.each() {
@@ -28,15 +24,15 @@ impl CompactHashing {
         }
     }
 
-    /// The used cell that holds points of a spatial cell.
+    /// The neighbourhood is symmetric: offset k counted from the end points back.
     #[inline]
     fn holder(&self, cell: IVec3) -> u32 {
         let holds = |used: &UsedCell| {
-            let mut others = used.kin.get()..used.len.get();
+            let mut others = used.primary_len.get()..used.len.get();
             used.cell == cell || others.any(|k| self.pool.cell(&self.grid, used.first, k) == cell)
         };
         let used = self.used(cell).filter(|(_, used)| holds(used));
-        used.map_or(ABSENT, |(handle, _)| handle)
+        used.map_or(NONE, |(handle, _)| handle)
     }
 
     /// Sets the links from and to the spatial cells that changed.
@@ -46,9 +42,9 @@ impl CompactHashing {
             return self.changed.clear();
         }
         self.links.resize(self.cells.len());
-        // Found in parallel, where many loads wait for the table at a time.
+        // The look-ups run in parallel, so that their memory latencies overlap.
         let mut around = std::mem::take(&mut self.around);
-        around.resize(self.changed.len() * each, ABSENT);
+        around.resize(self.changed.len() * each, NONE);
         let this = &*self;
         execution.install(|| {
             let cells = around.par_chunks_mut(each).zip(&this.changed);
@@ -59,7 +55,7 @@ impl CompactHashing {
             });
         });
         for (&cell, around) in self.changed.iter().zip(around.chunks_exact(each)) {
-            // In the middle of its neighbourhood.
+            // The cell itself is the middle of its neighbourhood.
             let holder = around[each / 2];
             let first = self.cells.get(holder as usize).map(|used| used.cell);
             for (k, &other) in around.iter().enumerate() {

@@ -1,23 +1,23 @@
-//! Memory of the used cells' entries: stretches of one, two, four, … blocks of k.
+//! Memory for the entries of used cells: contiguous stretches of 1, 2, 4, … blocks of k entries.
 
 use glam::{IVec3, Vec4};
 
 use super::super::{
     Grid,
-    entries::{Entries, NOBODY, PADDING, Run, Words, prefetch_block},
+    entries::{Entries, NONE, PADDING, Run, Words, prefetch_block},
 };
 
 /// Blocks of k entries, in use and free.
 #[derive(Debug)]
 pub(super) struct Pool {
     pub(super) entries: Entries,
-    /// The used cell that a block belongs to, by its handle.
+    /// The handle of the used cell that owns a block, or `NONE`.
     pub(super) owners: Vec<u32>,
-    /// Stretches given back, by the logarithm of their number of blocks.
+    /// Free stretches, by the binary logarithm of their number of blocks.
     free: Vec<Vec<u32>>,
 }
 
-/// Entries of a block are whole quarters of a vector, so that a block is copied without a rest.
+/// The number of entries of a block is a multiple of this, so that quarter vectors cover a block exactly.
 pub(super) const QUARTER: usize = 4;
 
 impl Pool {
@@ -35,12 +35,12 @@ impl Pool {
         }
     }
 
-    /// The paper's k.
+    /// Entries per block: the paper's k.
     pub(super) fn reserved(&self) -> usize {
         self.entries.pitch
     }
 
-    /// Gives all back.
+    /// Frees all blocks.
     pub(super) fn clear(&mut self) {
         self.entries.words.resize(0);
         self.entries.words.resize(PADDING);
@@ -48,7 +48,7 @@ impl Pool {
         self.free.iter_mut().for_each(Vec::clear);
     }
 
-    /// The first of `blocks` free blocks, a power of two, which are used cell `owner`'s from now on.
+    /// Allocates a stretch of `blocks` blocks, a power of two, to used cell `owner`. Returns the first block.
     pub(super) fn allocate(&mut self, blocks: u32, owner: u32) -> u32 {
         let class = blocks.ilog2() as usize;
         let free = self.free.get_mut(class).and_then(Vec::pop);
@@ -56,29 +56,29 @@ impl Pool {
             let first = self.owners.len();
             let len = (first + blocks as usize) * 4 * self.reserved() + PADDING;
             self.entries.words.resize(len);
-            self.owners.resize(first + blocks as usize, NOBODY);
+            self.owners.resize(first + blocks as usize, NONE);
             first as u32
         });
         self.give(first, blocks, owner);
         first
     }
 
-    /// Gives a stretch to another used cell, or to nobody.
+    /// Changes the owner of a stretch.
     pub(super) fn give(&mut self, first: u32, blocks: u32, owner: u32) {
         self.owners[first as usize..(first + blocks) as usize].fill(owner);
     }
 
-    /// Takes a stretch without points back.
+    /// Frees a stretch that holds no points.
     pub(super) fn release(&mut self, first: u32, blocks: u32) {
         let class = blocks.ilog2() as usize;
         if self.free.len() <= class {
             self.free.resize_with(class + 1, Vec::new);
         }
         self.free[class].push(first);
-        self.give(first, blocks, NOBODY);
+        self.give(first, blocks, NONE);
     }
 
-    /// Where the `k`-th entry of the stretch that begins with block `first` has its x.
+    /// Index of the x coordinate of the `k`-th entry of the stretch that begins with block `first`.
     #[inline(always)]
     fn place(&self, first: u32, k: u32) -> usize {
         let pitch = self.reserved();
@@ -89,7 +89,7 @@ impl Pool {
         4 * (first + k / pitch) * pitch + k % pitch
     }
 
-    /// The run of entries `from..end` of a stretch as far as it stays in one block.
+    /// The part of the entries `from..end` of a stretch that lies in one block, as a run.
     #[inline(always)]
     pub(super) fn run(&self, first: u32, from: u32, end: u32) -> Run {
         let pitch = self.reserved() as u32;
@@ -100,7 +100,7 @@ impl Pool {
         }
     }
 
-    /// Hints that the entries of a block are about to be read.
+    /// Prefetches the entries of a block.
     #[inline(always)]
     pub(super) fn prefetch(&self, block: u32) {
         let start = self.place(block, 0);
@@ -121,17 +121,17 @@ impl Pool {
         }
     }
 
-    /// Makes an entry nobody's.
+    /// Marks an entry as empty.
     pub(super) fn clear_entry(&mut self, first: u32, k: u32) {
         let place = self.place(first, k) + 3 * self.reserved();
-        self.entries.words[place] = NOBODY;
+        self.entries.words[place] = NONE;
     }
 
-    /// Moves the entries of a stretch up to its begin, in their order, over those that are nobody's.
+    /// Compacts the entries of a stretch to its beginning, in their order.
     pub(super) fn close_gaps(&mut self, first: u32, blocks: u32) {
         let mut end = 0;
         for k in 0..blocks * self.reserved() as u32 {
-            if self.row(first, k) != NOBODY {
+            if self.row(first, k) != NONE {
                 if end < k {
                     self.copy((first, k), (first, end));
                     self.clear_entry(first, k);
@@ -141,7 +141,7 @@ impl Pool {
         }
     }
 
-    /// Moves the entries from the `k`-th of a stretch of `len` on up by one.
+    /// Shifts the entries from the `k`-th of a stretch of `len` on by one.
     pub(super) fn open_gap(&mut self, first: u32, k: u32, len: u32) {
         let pitch = self.reserved();
         if len as usize >= pitch {
@@ -157,7 +157,7 @@ impl Pool {
         }
     }
 
-    /// Copies an entry, of one stretch or from one to another.
+    /// Copies an entry within a stretch or between stretches.
     pub(super) fn copy(&mut self, (first, k): (u32, u32), (to_first, to_k): (u32, u32)) {
         let (from, to) = (self.place(first, k), self.place(to_first, to_k));
         let pitch = self.reserved();
@@ -166,7 +166,7 @@ impl Pool {
         }
     }
 
-    /// The cell of the position that an entry holds.
+    /// The cell of the position that an entry stores.
     pub(super) fn cell(&self, grid: &Grid, first: u32, k: u32) -> IVec3 {
         let (place, pitch) = (self.place(first, k), self.reserved());
         let [x, y, z] =
@@ -174,12 +174,12 @@ impl Pool {
         grid.cell_of(Vec4::new(x, y, z, 0.0))
     }
 
-    /// Whether a stretch of so many blocks holds points of a cell.
+    /// Whether a stretch holds points of a cell.
     pub(super) fn holds(&self, grid: &Grid, (first, blocks): (u32, u32), cell: IVec3) -> bool {
         let entries = 0..blocks * self.reserved() as u32;
-        // From the end: most who ask mean the last.
+        // Backwards: mostly the last entries match.
         let mut entries = entries.rev();
-        entries.any(|k| self.row(first, k) != NOBODY && self.cell(grid, first, k) == cell)
+        entries.any(|k| self.row(first, k) != NONE && self.cell(grid, first, k) == cell)
     }
 
     /// Memory held [bytes].

@@ -1,4 +1,4 @@
-//! What the list of used cells holds of each.
+//! An element of the list of used cells.
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -7,9 +7,9 @@ use glam::IVec3;
 /// A non-empty hash cell.
 #[derive(Debug)]
 pub(super) struct UsedCell {
-    /// Spatial cell of all its points, or of the first.
+    /// Primary spatial cell: the cell of all points, or of the first points.
     pub(super) cell: IVec3,
-    /// Its place in the table.
+    /// Its position in the hash table.
     pub(super) hash: u32,
     /// Its first block in the pool.
     pub(super) first: u32,
@@ -17,12 +17,12 @@ pub(super) struct UsedCell {
     pub(super) blocks: u32,
     /// Number of points.
     pub(super) len: Count,
-    /// How many of them, the first, are in spatial cell `cell`.
-    pub(super) kin: Count,
+    /// Number of points in spatial cell `cell`; they come first.
+    pub(super) primary_len: Count,
 }
 
-/// A number of points. In parallel loops a thread counts in the simple used cells of the blocks that are its own, and
-/// looks at no others: what it reads does not depend on the other threads.
+/// A number of points. In parallel loops a thread only reads and writes the counts of simple used cells in its own
+/// blocks, so the result does not depend on other threads.
 #[derive(Debug)]
 pub(super) struct Count(pub(super) AtomicU32);
 
@@ -39,20 +39,20 @@ impl Count {
 }
 
 impl UsedCell {
-    /// The paper's collision flag: whether it holds points of several spatial cells.
+    /// The paper's collision flag: whether the used cell holds points of several spatial cells.
     pub(super) fn collision(&self) -> bool {
-        self.kin.get() < self.len.get()
+        self.primary_len.get() < self.len.get()
     }
 
-    /// Whether it holds points of one spatial cell in one block, as nearly all do.
+    /// Whether the used cell holds points of one spatial cell in one block. Nearly all do.
     pub(super) fn is_simple(&self) -> bool {
         !self.collision() && self.blocks == 1
     }
 
-    /// Counts the points of a simple used cell.
+    /// Sets the number of points of a simple used cell.
     #[inline(always)]
     pub(super) fn set_len(&self, len: u32) {
         self.len.set(len);
-        self.kin.set(len);
+        self.primary_len.set(len);
     }
 }

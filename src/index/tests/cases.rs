@@ -1,8 +1,8 @@
-//! Cases by name: many points, other threads, odd inputs.
+//! Named cases: many points, several threads, unusual inputs.
 
 use super::*;
 
-/// A few thousand points, so that there are many blocks of cells and several chunks of rows.
+/// A few thousand points: many blocks of cells and several chunks of rows.
 fn many_points(seed: u64) -> Vec<Vec4> {
     let grid = Grid::new(Dimension::Three, H, 1.0);
     let mut points = points(Layout::Even, &grid, Dimension::Three, 3000, seed);
@@ -16,7 +16,7 @@ fn many_points(seed: u64) -> Vec<Vec4> {
     points
 }
 
-/// Lists after motion through updates, with the regions of the flat array kept from step to step.
+/// Lists after several updates; the regions of the flat array are kept between steps.
 fn lists_after_motion(execution: &Execution, kind: Kind) -> Vec<Vec<Vec<u32>>> {
     let mut points = many_points(7);
     let mut numbers = Numbers(11);
@@ -71,7 +71,7 @@ fn regions_kept_from_the_last_search_do_not_change_the_lists() {
     let grid = Grid::new(Dimension::Three, H, 1.0);
     for kind in KINDS {
         let mut lists = NeighbourLists::default();
-        // Sparse, then dense beyond every region, then fewer points, none, and many again.
+        // Sparse, then denser than every region, then fewer points, none, and many again.
         for (layout, count) in [
             (Layout::Spray, 1000),
             (Layout::OneCell, 1000),
@@ -101,7 +101,7 @@ fn lists_in_motion_take_four_bytes_a_neighbour_and_eight_a_row() {
     let execution = two_threads();
     let mut numbers = Numbers(11);
     for kind in [Kind::IndexSort, Kind::CompactHashing] {
-        // As in fluid: a lattice of h/2, disturbed.
+        // Like fluid: a perturbed lattice of spacing h/2.
         let mut points: Vec<Vec4> = (0..30_000)
             .map(|k| {
                 let place = IVec3::new(k % 30, k / 30 % 30, k / 900)
@@ -120,7 +120,7 @@ fn lists_in_motion_take_four_bytes_a_neighbour_and_eight_a_row() {
             let task = Search::among_themselves(&*index, &points);
             search(&task, &mut lists, execution).expect("short lists");
             let limit = 4 * lists.pairs() + 8 * points.len();
-            // The first search does not know how long the lists will be, and the second has the strays of the first.
+            // The first search does not know the lengths of the lists; the second has overflow from the first.
             assert!(
                 step < 2 || lists.bytes() <= limit,
                 "{kind:?}: {} of {limit}",
@@ -161,7 +161,7 @@ fn a_list_that_is_too_long_is_refused_and_none_is_left() {
 
 #[test]
 fn the_ball_is_closed_and_a_row_is_not_its_own_neighbour() {
-    // 0.25 and its multiples are exact: the pair is at the support radius to the bit.
+    // 0.25 and its multiples are exact: the pair is exactly at the support radius.
     let h = 0.25;
     for (kind, cell_size) in KINDS.into_iter().zip(CELL_SIZES.into_iter().cycle()) {
         let grid = Grid::new(Dimension::Three, h, cell_size);
@@ -181,7 +181,7 @@ fn an_index_without_points_is_empty_and_usable() {
         assert_agrees(&*index, &[]);
         for points in [&[][..], &[Vec4::ZERO], &[], &[], &[Vec4::splat(1e4)]] {
             update(&mut *index, points);
-            assert_eq!(index.places(), points.len());
+            assert_eq!(index.partitions(), points.len());
             assert_agrees(&*index, points);
         }
     }
@@ -194,8 +194,7 @@ fn the_smallest_table_makes_cells_collide_and_the_flags_follow() {
     let mut large = CompactHashing::new(grid.clone(), 8.0);
     let mut small = CompactHashing::with_smallest_table(grid, 8.0);
     let mut numbers = Numbers(2);
-    // Fast, so that all are inserted anew, then slowly, so that points leave and come: both of a used cell at once,
-    // too.
+    // First fast motion (the index is rebuilt), then slow motion (points leave and enter, also both in one used cell).
     for step in 0..200 {
         for index in [&mut large, &mut small] {
             update(index, &points);
@@ -214,8 +213,8 @@ fn the_smallest_table_makes_cells_collide_and_the_flags_follow() {
 
 #[test]
 fn points_that_come_from_afar_find_cells_that_change_hands() {
-    // Thousands of cells with a point or two: some share a used cell, lose their last point, leave the first place to
-    // the other and get a point from another chunk of blocks, all in one step.
+    // Thousands of cells with one or two points: in one step some share a used cell, lose their last point, change
+    // their primary cell and receive a point from another chunk of blocks.
     let grid = Grid::new(Dimension::Three, H, 1.0);
     let mut numbers = Numbers(11);
     let point = |numbers: &mut Numbers| numbers.point(Dimension::Three, 16.0 * H);
@@ -223,7 +222,7 @@ fn points_that_come_from_afar_find_cells_that_change_hands() {
     let mut index = structure(&grid, Kind::CompactHashing);
     update(&mut *index, &points);
     for _ in 0..20 {
-        // Few enough that the index is changed, not built anew.
+        // Few enough that the index is updated, not rebuilt.
         for place in &mut points {
             if numbers.below(5) == 0 {
                 *place = point(&mut numbers);
@@ -251,9 +250,9 @@ fn a_rebuild_from_rows_along_the_z_curve_lists_its_cells_along_it() {
         .map(|&point| grid.cell_of(point))
         .reduce(IVec3::min)
         .expect("points");
-    // Each place's first point opened it.
-    let keys: Vec<u64> = (0..index.places())
-        .filter_map(|place| index.group(place, 0))
+    // The first point of each partition created it.
+    let keys: Vec<u64> = (0..index.partitions())
+        .filter_map(|partition| index.next_cell(partition, 0))
         .map(|(cell, _)| z_curve::key(cell, origin))
         .collect();
     assert!(keys.is_sorted());
@@ -285,7 +284,7 @@ fn a_box_that_would_not_fit_in_memory_is_refused_and_a_smaller_one_taken_again()
     let grid = Grid::new(Dimension::Three, H, 1.0);
     let near = points(Layout::Even, &grid, Dimension::Three, 300, 1);
     let mut far = near.clone();
-    // 600 cells or so along every axis fit, 6 million do not.
+    // About 600 cells along every axis fit, 6 million do not.
     far[17] = Vec4::new(6e5, -6e5, 6e5, 0.0);
     for kind in [Kind::Uniform, Kind::IndexSort, Kind::ZIndexSort] {
         let mut index = built(&grid, kind, &near);

@@ -1,4 +1,4 @@
-//! Every structure against the reference, through the search that the engine uses.
+//! Compares every structure with the reference, through the search that the engine uses.
 
 mod cases;
 
@@ -29,7 +29,7 @@ fn two_threads() -> &'static Execution {
     &THREADS[1]
 }
 
-/// The same cases in every run, and no files written where one fails.
+/// The same cases in every run; failures write no files.
 fn cases(cases: u32) -> ProptestConfig {
     ProptestConfig {
         cases,
@@ -39,7 +39,7 @@ fn cases(cases: u32) -> ProptestConfig {
     }
 }
 
-/// A small generator: the same numbers everywhere.
+/// A small random generator that gives the same numbers on every platform.
 struct Numbers(u64);
 
 impl Numbers {
@@ -71,22 +71,22 @@ fn flat(mut point: Vec4, dimension: Dimension) -> Vec4 {
     point
 }
 
-/// How the points of a test lie.
+/// Distribution of the points of a test.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Layout {
     /// Like fluid: about thirty neighbours each.
     Even,
-    /// A few dense clusters far apart.
+    /// A few dense clusters, far apart.
     Clusters,
     /// All in one cell.
     OneCell,
-    /// All in one place.
+    /// All at one position.
     OnePlace,
-    /// On the lattice of the cells' corners, and pairs at exactly the support radius.
+    /// On the corners of the cells, and pairs at exactly the support radius.
     CellCorners,
-    /// As `Even`, 10 km away, where neighbouring floats are a hundredth of h apart.
+    /// As `Even`, 10 km away, where neighbouring floats differ by a hundredth of h.
     FarAway,
-    /// Spray: hardly a neighbour, and cells that collide in the table.
+    /// Spray: hardly any neighbours, and colliding cells in the table.
     Spray,
 }
 
@@ -209,13 +209,12 @@ fn update(index: &mut dyn SpatialIndex, points: &[Vec4]) {
         .expect("a box that fits");
 }
 
-/// Every row is in one place, groups cover a place and agree with the points, and every entry around a point's cell is
-/// handed out once.
+/// Every row is in exactly one partition, cells agree with the points, and every entry around a cell is returned once.
 fn assert_sound(index: &dyn SpatialIndex, points: &[Vec4]) {
     let mut seen = vec![0; points.len()];
-    for place in 0..index.places() {
+    for partition in 0..index.partitions() {
         let mut done = 0;
-        while let Some((cell, members)) = index.group(place, done) {
+        while let Some((cell, members)) = index.next_cell(partition, done) {
             assert!(!members.is_empty());
             for &row in members {
                 seen[row as usize] += 1;
@@ -224,7 +223,7 @@ fn assert_sound(index: &dyn SpatialIndex, points: &[Vec4]) {
             }
             done += members.len();
             let (mut runs, mut all) = (Vec::new(), Vec::new());
-            index.runs_around(place, cell, &mut runs);
+            index.runs_around(partition, cell, &mut runs);
             index.runs(cell, &mut all);
             assert_eq!(runs, all);
             let rows = runs.iter().flat_map(|&run| index.entries().rows(run));
@@ -233,20 +232,20 @@ fn assert_sound(index: &dyn SpatialIndex, points: &[Vec4]) {
             assert!(rows.windows(2).all(|pair| pair[0] < pair[1]), "{rows:?}");
             assert!(rows.iter().all(|&row| (row as usize) < points.len()));
         }
-        assert_eq!(done, index.place_len(place));
+        assert_eq!(done, index.partition_len(partition));
     }
     assert!(
         seen.iter().all(|&count| count == 1),
-        "rows by place: {seen:?}"
+        "rows by partition: {seen:?}"
     );
 }
 
-/// Around every point's cell the index hands out the points of the neighbourhood and no other.
+/// The index returns exactly the points of the neighbourhood.
 fn assert_exact(index: &dyn SpatialIndex, points: &[Vec4]) {
     let grid = index.grid();
-    for place in 0..index.places() {
+    for partition in 0..index.partitions() {
         let mut done = 0;
-        while let Some((center, members)) = index.group(place, done) {
+        while let Some((center, members)) = index.next_cell(partition, done) {
             done += members.len();
             let mut runs = Vec::new();
             index.runs(center, &mut runs);
@@ -264,33 +263,36 @@ fn assert_exact(index: &dyn SpatialIndex, points: &[Vec4]) {
     }
 }
 
-/// Soundness, the same sets as the reference, and no row twice in a list.
+/// Soundness, the same neighbours as the reference, and no row twice in a list.
 fn assert_agrees(index: &dyn SpatialIndex, points: &[Vec4]) {
     assert_sound(index, points);
     let found = sorted(own_lists(index, points));
     assert_eq!(found, sorted(reference(index.grid(), points)));
 }
 
-/// No used cell is empty, links lead where they should, and the collision flag is up exactly where one holds several
-/// spatial cells.
+/// No used cell is empty, links lead to the right used cells, and the collision flag is set exactly for used cells
+/// with several spatial cells.
 fn assert_flags(index: &CompactHashing) {
     assert!(index.links_are_exact());
     let mut collisions = 0;
-    for place in 0..index.places() {
-        assert!(index.place_len(place) > 0, "used cell {place} is empty");
+    for partition in 0..index.partitions() {
+        assert!(
+            index.partition_len(partition) > 0,
+            "used cell {partition} is empty"
+        );
         let (mut done, mut cells) = (0, Vec::new());
-        while let Some((cell, members)) = index.group(place, done) {
+        while let Some((cell, members)) = index.next_cell(partition, done) {
             done += members.len();
             cells.push(cell);
         }
         cells.dedup();
         collisions += usize::from(cells.len() > 1);
     }
-    let share = collisions as f32 / index.places().max(1) as f32;
+    let share = collisions as f32 / index.partitions().max(1) as f32;
     assert_eq!(index.collision_share(), share);
 }
 
-/// A grid of any kind.
+/// A grid of arbitrary dimension and cell size.
 fn any_grid() -> impl Strategy<Value = (Grid, Dimension)> {
     (
         prop::sample::select(&CELL_SIZES[..]),
@@ -320,7 +322,7 @@ proptest! {
         layout in prop::sample::select(&LAYOUTS[..]),
         seed: u64,
         kind in prop::sample::select(&KINDS[..]),
-        // Few points empty used cells that others of the same hash then fill.
+        // With few points, used cells become empty and are reused by other cells of the same hash.
         (steps, count) in (1usize..12, prop::sample::select(&[3, 12, 250][..])),
     ) {
         let mut points = points(layout, &grid, dimension, count, seed);
@@ -328,7 +330,7 @@ proptest! {
         let mut numbers = Numbers(!seed);
         update(&mut *index, &points);
         for _ in 0..steps {
-            // Few enough jumpers that the index is changed, not built anew.
+            // Few enough that the index is updated, not rebuilt.
             for point in &mut points {
                 *point += match numbers.below(20) {
                     0 => numbers.point(dimension, 3.0),
@@ -406,7 +408,7 @@ proptest! {
         let mut index = structure(&grid, kind);
         update(&mut *index, &points);
         for &(row, axis, value) in &broken {
-            // A box around a finite point at the end of the world is refused.
+            // A box around a finite point near the largest float is refused.
             points[row][axis] = VALUES[if far { value % 3 } else { value }];
         }
         update(&mut *index, &points);
@@ -433,11 +435,11 @@ proptest! {
         (kind, among_kind) in
             (prop::sample::select(&KINDS[..]), prop::sample::select(&KINDS[..])),
     ) {
-        // No box reaches from here to there.
+        // No box covers both.
         let boxed = [Kind::Uniform, Kind::IndexSort, Kind::ZIndexSort].contains(&among_kind);
         prop_assume!(!boxed || (layout == Layout::FarAway) == (other_layout == Layout::FarAway));
         let points = points(layout, &grid, dimension, count, seed);
-        // Some in the same place, under the same row: no reason to leave them out.
+        // Some points coincide and have the same row: they must not be excluded.
         let mut among_points = self::points(other_layout, &grid, dimension, others, !seed);
         for (other, point) in among_points.iter_mut().zip(&points).step_by(3) {
             *other = *point;

@@ -52,7 +52,7 @@ impl Projection {
         }
     }
 
-    /// The same with `factor` samples a pixel along each edge.
+    /// The same with `factor` samples per pixel along each edge.
     pub(super) fn magnified(&self, factor: f32) -> Self {
         Self {
             scale: self.scale * factor,

@@ -1,0 +1,43 @@
+//! A study, checked: the scenes that it runs.
+
+use super::{Reference, Rows, Span, Study};
+use crate::scene::Scene;
+
+/// A study with everything it names read and checked.
+#[derive(Debug, Clone)]
+pub struct Plan {
+    /// The file.
+    pub study: Study,
+    /// The scenes to run, by case.
+    pub cases: Vec<PlannedCase>,
+    /// Figures to compare with; none if the study names no file.
+    pub reference: Reference,
+}
+
+/// A case, ready to run.
+#[derive(Debug, Clone)]
+pub struct PlannedCase {
+    /// Its name; empty if the study has no cases.
+    pub name: String,
+    /// The scene that leads to the start, and the simulated time to stop at [s].
+    pub start: Option<(Scene, f32)>,
+    /// One measurement.
+    pub block: Span,
+    /// All variants.
+    pub variants: Vec<PlannedVariant>,
+}
+
+/// A variant of a case, ready to run.
+#[derive(Debug, Clone)]
+pub struct PlannedVariant {
+    /// Its name.
+    pub name: String,
+    /// The scene with all overrides applied.
+    pub scene: Scene,
+    /// How its rows lie at the start.
+    pub rows: Rows,
+    /// Name of its row in the reference file.
+    pub reference: Option<String>,
+    /// Variants of one series are joined in the chart.
+    pub series: Option<String>,
+}
