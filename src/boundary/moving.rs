@@ -159,8 +159,13 @@ pub fn move_walls(
 pub fn show_walls(
     mut particles: Query<(&mut Position, &mut BoundaryNormal, &RestPose), With<Boundary>>,
     walls: Res<MovingWalls>,
+    boundary: Res<BoundarySamples>,
     clock: Res<Clock>,
 ) {
+    // An order may leave the motion out.
+    if boundary.velocities.is_empty() {
+        return;
+    }
     let poses: Vec<_> = (walls.courses.iter())
         .map(|course| course.pose(clock.time))
         .collect();
