@@ -63,7 +63,7 @@ impl<'a, const SUMMED: bool> DensitySum<'a, SUMMED> {
 pub struct DensitySums<S: Simd> {
     fluid: S::F,
     boundary: S::F,
-    /// The walls' part where it is known [-].
+    /// The walls' part where it is known \[-].
     walls: f32,
 }
 

@@ -20,18 +20,18 @@ use crate::{
 /// What the particles did in the last step.
 #[derive(Resource, Debug, Default)]
 pub struct Motion {
-    /// Largest speed [m/s].
+    /// Largest speed \[m/s].
     pub max_speed: f32,
-    /// Largest acceleration, pressure included [m/s²].
+    /// Largest acceleration, pressure included \[m/s²].
     pub max_acceleration: f32,
-    /// Largest pressure [Pa].
+    /// Largest pressure \[Pa].
     pub max_pressure: f32,
-    /// Kinetic energy [J; J/m in 2-D].
+    /// Kinetic energy \[J; J/m in 2-D].
     pub kinetic_energy: f64,
     /// Potential energy in the scene's gravity, zero at the origin, and in its central forces, zero at their centres [J;
     /// J/m in 2-D].
     pub potential_energy: f64,
-    /// Largest pressure of the step before [Pa].
+    /// Largest pressure of the step before \[Pa].
     pressure_before: f32,
     rows: usize,
     chunks: ChunkResults<ChunkMotion>,
@@ -60,13 +60,13 @@ struct ChunkMotion {
 /// Sums over particles, for a mass of 1 each.
 #[derive(Debug, Clone, Copy, Default)]
 struct Work {
-    /// Squares of the speeds at the start [m²/s²].
+    /// Squares of the speeds at the start \[m²/s²].
     speed_squared: f64,
-    /// Gain of half of them, less the work of all forces but pressure: the work of pressure [m²/s²].
+    /// Gain of half of them, less the work of all forces but pressure: the work of pressure \[m²/s²].
     pressure: f64,
-    /// Squares of what those forces change velocities by [m²/s²].
+    /// Squares of what those forces change velocities by \[m²/s²].
     change_squared: f64,
-    /// Work of the pressure of walls that move [m²/s²].
+    /// Work of the pressure of walls that move \[m²/s²].
     walls: f64,
 }
 

@@ -58,7 +58,7 @@ pub fn keep_outside(
 
 struct Wall<'a> {
     boundary: &'a BoundarySamples,
-    /// Smallest distance from the layer of samples [m].
+    /// Smallest distance from the layer of samples \[m].
     clearance: f32,
     spacing: f32,
 }
@@ -107,7 +107,7 @@ impl Wall<'_> {
         *velocity += change_along(&faces, velocity.truncate(), carried).extend(0.0);
     }
 
-    /// How far a point [m] that came from `start` is beyond the clearance of one of the `samples` at the end of the
+    /// How far a point \[m] that came from `start` is beyond the clearance of one of the `samples` at the end of the
     /// step, and that sample.
     fn deepest(&self, start: Vec3, samples: &[u32], point: Vec3) -> Option<(f32, usize)> {
         let (clearance, sideways) = (self.clearance, SIDEWAYS * self.spacing);
@@ -138,9 +138,9 @@ impl Wall<'_> {
 struct Face {
     /// Unit vector away from it.
     normal: Vec3,
-    /// How far to go along it [m]; for velocities how much to gain [m/s].
+    /// How far to go along it \[m]; for velocities how much to gain \[m/s].
     depth: f32,
-    /// How fast it moves along that [m/s].
+    /// How fast it moves along that \[m/s].
     speed: f32,
 }
 
@@ -182,7 +182,7 @@ fn shortest_way(faces: &[Face], tolerance: f32) -> Option<Vec3> {
     pairs.find_map(|(l, k)| of_three(&others[l], &others[k]).filter(leads))
 }
 
-/// The least change of a velocity [m/s] that leaves none into a face, seen from that; where there is no other, the one
+/// The least change of a velocity \[m/s] that leaves none into a face, seen from that; where there is no other, the one
 /// to the velocity of the wall.
 fn change_along(faces: &[Face], velocity: Vec3, of_wall: Vec3) -> Vec3 {
     let tolerance = 1e-5 * velocity.length().max(of_wall.length());

@@ -31,7 +31,7 @@ use crate::{
 /// Parameters in SI units.
 #[derive(Resource, Debug, Clone, Copy)]
 pub struct DirectForcing {
-    /// r0 [m].
+    /// r0 \[m].
     rest_distance: f32,
     slip: f32,
 }
@@ -45,8 +45,8 @@ impl DirectForcing {
         }
     }
 
-    /// How a particle at `x` that came from `start` is put back [m], and the unit normal along which, and the velocity
-    /// of the wall there [m/s]; none if it is not.
+    /// How a particle at `x` that came from `start` is put back \[m], and the unit normal along which, and the velocity
+    /// of the wall there \[m/s]; none if it is not.
     fn correction(
         &self,
         boundary: &BoundarySamples,

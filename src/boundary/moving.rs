@@ -38,7 +38,7 @@ pub(crate) fn is_wanted(scene: &Scene) -> bool {
     walls.any(|wall| wall.motion().is_some())
 }
 
-/// Part of the support radius that a wall may move in a step [-], as the fluid of an adaptive step.
+/// Part of the support radius that a wall may move in a step \[-], as the fluid of an adaptive step.
 const FARTHEST: f32 = 0.4;
 
 fn limits(scene: &Scene) -> Vec<Limit> {
@@ -57,7 +57,7 @@ fn limits(scene: &Scene) -> Vec<Limit> {
 pub struct RestPose {
     /// Index in [`MovingWalls::courses`].
     pub course: u32,
-    /// [m]
+    /// \[m]
     pub position: Vec3,
     /// Unit vector from the solid into the fluid.
     pub normal: Vec3,

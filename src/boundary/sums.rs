@@ -20,15 +20,15 @@ use crate::{
     state::Material,
 };
 
-/// Least part of a force along a wall that is taken to be there [-]: in a corner the parts of several walls add up.
+/// Least part of a force along a wall that is taken to be there \[-]: in a corner the parts of several walls add up.
 const LEAST_ALONG: f32 = 0.5;
 
-/// Per particle `Σ_b V_b ∇W_ib` [m⁻¹] times the walls' push and, as fourth entry, `Σ_b V_b W_ib` [-]. In scenes with
+/// Per particle `Σ_b V_b ∇W_ib` \[m⁻¹] times the walls' push and, as fourth entry, `Σ_b V_b W_ib` \[-]. In scenes with
 /// walls.
 #[derive(Resource, Debug)]
 pub struct WallSums {
     sums: Vec<Vec4>,
-    /// `Σ_b V_b v_b · ∇W_ib` [s⁻¹] times the push; empty where no wall moves.
+    /// `Σ_b V_b v_b · ∇W_ib` \[s⁻¹] times the push; empty where no wall moves.
     fluxes: Vec<f32>,
     beside: BesideWall,
 }
@@ -54,7 +54,7 @@ impl WallSums {
 }
 
 impl WallSums {
-    /// Factor of the gradients of the walls' kernels [-].
+    /// Factor of the gradients of the walls' kernels \[-].
     pub(crate) fn push(&self) -> f32 {
         self.beside.push
     }
@@ -70,7 +70,7 @@ impl<'a> Walls<'a> {
         })
     }
 
-    /// `Σ_b V_b ∇W_ib` of a row [m⁻¹].
+    /// `Σ_b V_b ∇W_ib` of a row \[m⁻¹].
     #[inline(always)]
     pub fn gradient(self, row: usize) -> Vec3 {
         self.sums
@@ -83,13 +83,13 @@ impl<'a> Walls<'a> {
         !self.fluxes.is_empty()
     }
 
-    /// `Σ_b V_b v_b · ∇W_ib` of a row [s⁻¹]: what the motion of walls drives out of its place.
+    /// `Σ_b V_b v_b · ∇W_ib` of a row \[s⁻¹]: what the motion of walls drives out of its place.
     #[inline(always)]
     pub fn flux(self, row: usize) -> f32 {
         self.fluxes.get(row).copied().unwrap_or_default()
     }
 
-    /// `Σ_b V_b (v − v_b) · ∇W_ib` of a row with the velocity v [s⁻¹].
+    /// `Σ_b V_b (v − v_b) · ∇W_ib` of a row with the velocity v \[s⁻¹].
     #[inline(always)]
     pub fn rate(self, row: usize, velocity: Vec3) -> f32 {
         self.gradient(row).dot(velocity) - self.flux(row)
@@ -121,7 +121,7 @@ impl<'a> Walls<'a> {
         along * (1.0 - (1.0 - self.slide * sums.w).max(LEAST_ALONG))
     }
 
-    /// `Σ_b V_b W_ib` of a row [-]: the walls' part of its kernel.
+    /// `Σ_b V_b W_ib` of a row \[-]: the walls' part of its kernel.
     #[inline(always)]
     pub fn share(self, row: usize) -> f32 {
         self.sums.get(row).map_or(0.0, |sums| sums.w)

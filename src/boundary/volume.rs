@@ -18,7 +18,7 @@ use crate::{
 #[derive(Debug, Clone, Copy)]
 pub struct VolumeRule {
     kernel: Kernel,
-    /// With direct forcing: the volume of a fluid particle [m³; m² in 2-D], and the sum of a flat layer's kernels.
+    /// With direct forcing: the volume of a fluid particle \[m³; m² in 2-D], and the sum of a flat layer's kernels.
     layer: Option<[f32; 2]>,
 }
 
@@ -41,7 +41,7 @@ impl VolumeRule {
         Self { kernel, layer }
     }
 
-    /// Volumes [m³; m² in 2-D] of the particles of `index`, at `packed` without its sentinel.
+    /// Volumes \[m³; m² in 2-D] of the particles of `index`, at `packed` without its sentinel.
     pub fn volumes(
         &self,
         index: &dyn SpatialIndex,

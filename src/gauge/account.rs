@@ -21,7 +21,7 @@ use crate::{
 /// What steps took away so far. In scenes that measure energies.
 #[derive(Resource, Debug, Default, Clone, Copy)]
 pub struct EnergyAccount {
-    /// Kinetic and potential energy at the start of the step [J].
+    /// Kinetic and potential energy at the start of the step \[J].
     at_start: f64,
     booked: Booked,
     /// The same before the last step, to go back to.
@@ -30,19 +30,19 @@ pub struct EnergyAccount {
 
 #[derive(Debug, Default, Clone, Copy)]
 struct Booked {
-    /// Kinetic and potential energy that all steps took away [J].
+    /// Kinetic and potential energy that all steps took away \[J].
     taken: f64,
-    /// That of compression in the first step [J], and now.
+    /// That of compression in the first step \[J], and now.
     compression: Option<(f64, f64)>,
 }
 
 impl EnergyAccount {
-    /// Energy of compression [J].
+    /// Energy of compression \[J].
     pub(super) fn compression(&self) -> f64 {
         self.booked.compression.map_or(0.0, |(_, now)| now)
     }
 
-    /// Energy that steps took away [J].
+    /// Energy that steps took away \[J].
     pub(super) fn dissipated(&self) -> f64 {
         let stored = self
             .booked

@@ -8,15 +8,15 @@ use super::structure::SpatialIndex;
 /// Boundary particles in the form that loops over neighbours read.
 #[derive(Resource)]
 pub struct BoundarySamples {
-    /// Position [m] and volume [m³; m² in 2-D] of every particle; a sentinel without volume ends them.
+    /// Position \[m] and volume \[m³; m² in 2-D] of every particle; a sentinel without volume ends them.
     pub packed: Vec<Vec4>,
     /// Unit vectors from the solid into the fluid.
     pub normals: Vec<Vec3>,
-    /// Positions at the end of the step [m] and volumes, with the sentinel; empty where no wall moves.
+    /// Positions at the end of the step \[m] and volumes, with the sentinel; empty where no wall moves.
     pub ahead: Vec<Vec4>,
-    /// Mean velocities of the step [m/s], with one for the sentinel; empty where no wall moves.
+    /// Mean velocities of the step \[m/s], with one for the sentinel; empty where no wall moves.
     pub velocities: Vec<Vec4>,
-    /// Depth of the layer of samples behind the walls' faces [m].
+    /// Depth of the layer of samples behind the walls' faces \[m].
     pub layer_depth: f32,
     /// Spatial index of the boundary particles.
     pub index: Box<dyn SpatialIndex>,
@@ -28,14 +28,14 @@ impl BoundarySamples {
         &self.packed[..self.packed.len() - 1]
     }
 
-    /// Where a particle is at the end of the step [m].
+    /// Where a particle is at the end of the step \[m].
     #[inline]
     pub fn place_ahead(&self, sample: usize) -> Vec3 {
         let ahead = self.ahead.get(sample);
         ahead.unwrap_or(&self.packed[sample]).truncate()
     }
 
-    /// Its mean velocity in the step [m/s].
+    /// Its mean velocity in the step \[m/s].
     #[inline]
     pub fn velocity(&self, sample: usize) -> Vec3 {
         self.velocities

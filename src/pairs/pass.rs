@@ -26,7 +26,7 @@ pub trait PairSum: Copy + Sync {
     /// Eight fluid neighbours, rows `j`; lanes without one hold a row whose sentinel adds nothing.
     #[inline(always)]
     fn fluid<S: Simd>(&self, _: S, _pair: &Pair<S>, _j: S::Rows, _: &mut Self::Sums<S>) {}
-    /// Eight boundary neighbours, rows `j` of the samples, likewise; the fourth entries are their volumes [m³; m² in 2-D].
+    /// Eight boundary neighbours, rows `j` of the samples, likewise; the fourth entries are their volumes \[m³; m² in 2-D].
     #[inline(always)]
     fn boundary<S: Simd>(&self, _: S, _pair: &Pair<S>, _j: S::Rows, _: &mut Self::Sums<S>) {}
     /// After the last of so many neighbours, fluid and boundary, if it counts them.
@@ -71,13 +71,13 @@ impl<A: PairSum, B: PairSum> PairSum for (A, B) {
 /// A particle and eight neighbours.
 #[derive(Clone, Copy)]
 pub struct Pair<S: Simd> {
-    /// `x_i − x_j` [m].
+    /// `x_i − x_j` \[m].
     pub x: [S::F; 3],
-    /// Its square [m²].
+    /// Its square \[m²].
     pub distance: S::F,
     /// The neighbours' fourth entries.
     pub fourth: S::F,
-    /// The kernel's slope at the distance [m⁻¹].
+    /// The kernel's slope at the distance \[m⁻¹].
     pub slope: S::F,
 }
 

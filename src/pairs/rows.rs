@@ -20,9 +20,9 @@ use crate::{
 /// they reach.
 #[derive(Clone, Copy)]
 pub struct Places<'a> {
-    /// Positions of the fluid particles [m].
+    /// Positions of the fluid particles \[m].
     pub fluid: &'a [Vec4],
-    /// Positions [m] and volumes [m³; m² in 2-D] of the boundary particles.
+    /// Positions \[m] and volumes \[m³; m² in 2-D] of the boundary particles.
     pub boundary: &'a [Vec4],
     /// The kernel whose slopes the pairs have.
     pub kernel: &'a Kernel,

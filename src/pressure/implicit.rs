@@ -60,7 +60,7 @@ pub const MAX_RELAXATION_WITH_MOMENTUM: f32 = 0.54;
 /// with 0.36 to 0.42; unstable with 0.45 at 0.01 %, and with 0.5 also with three iterations.
 const MAX_RELAXATION_AT_ONCE: f32 = 0.42;
 
-/// Largest product of relaxation and the largest eigenvalue of the scene's lattice [-]: nine tenths of the stability
+/// Largest product of relaxation and the largest eigenvalue of the scene's lattice \[-]: nine tenths of the stability
 /// limits, which are 4/3 with momentum and 2 without.
 const WITH_MOMENTUM: f32 = 1.2;
 const WITHOUT_MOMENTUM: f32 = 1.8;
@@ -68,11 +68,11 @@ const WITHOUT_MOMENTUM: f32 = 1.8;
 /// The iteration's parameters, and its momentum.
 #[derive(Resource, Debug, Clone, Copy)]
 pub struct Jacobi {
-    /// Relaxation ω [-].
+    /// Relaxation ω \[-].
     relaxation: f32,
     /// Whether corrections have momentum.
     momentum: bool,
-    /// Head start of the momentum [iterations]; negative values delay it.
+    /// Head start of the momentum \[iterations]; negative values delay it.
     head_start: i32,
     /// Number of iterations of this solve before the head start applies.
     ahead_from: u32,
@@ -158,11 +158,11 @@ impl Jacobi {
     }
 }
 
-/// Velocities at the end of the step [m/s]. A sentinel of zero ends them.
+/// Velocities at the end of the step \[m/s]. A sentinel of zero ends them.
 #[derive(Resource, Debug, Default)]
 pub struct PredictedVelocities(pub Vec<Vec4>);
 
-/// Dρ/Dt of the predicted velocities [kg/(m³ s)].
+/// Dρ/Dt of the predicted velocities \[kg/(m³ s)].
 #[derive(Resource, Debug, Default)]
 pub struct DensityRates(pub Vec<f32>);
 
@@ -348,7 +348,7 @@ pub struct DensityRateSums<S: Simd> {
     own: [S::F; 2],
     /// A number in every lane, or a vector in each half.
     sum: S::F,
-    /// `Σ_b ρ0 V_b (v_i − v_b)·∇W_ib` [kg/(m³ s)].
+    /// `Σ_b ρ0 V_b (v_i − v_b)·∇W_ib` \[kg/(m³ s)].
     walls: f32,
 }
 

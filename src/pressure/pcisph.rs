@@ -37,20 +37,20 @@ use crate::{
     time_step::RecoveryTime,
 };
 
-/// δ as a relaxation relative to a particle's own diagonal [-]: δ assumes twice that of a full lattice.
+/// δ as a relaxation relative to a particle's own diagonal \[-]: δ assumes twice that of a full lattice.
 const RELAXATION: f32 = 0.5;
 
 /// Iteration from which on corrections have no momentum. Densities at predicted positions are not linear in the
 /// pressures: with momentum, the pressures of two colliding particles may oscillate for ever.
 const CALM_FROM: u32 = 500;
 
-/// Head start of the momentum [iterations], as in [`dfsph`](super::dfsph).
+/// Head start of the momentum \[iterations], as in [`dfsph`](super::dfsph).
 const HEAD_START: i32 = 10;
 
 /// `δ dt²` of the scene's lattice.
 #[derive(Resource, Debug, Clone, Copy)]
 pub struct PressureCorrection {
-    /// `δ dt²` [Pa s²·m³/kg]: only dt changes δ.
+    /// `δ dt²` \[Pa s²·m³/kg]: only dt changes δ.
     delta_dt_squared: f32,
     /// Whether the force of the last correction acts: Algorithm 2 unchanged.
     last: bool,
@@ -68,7 +68,7 @@ impl PressureCorrection {
         }
     }
 
-    /// Ratio of a row's diagonal to the one that δ assumes, at least 1 [-].
+    /// Ratio of a row's diagonal to the one that δ assumes, at least 1 \[-].
     #[inline]
     fn inverse_diagonal(&self, diagonals: &InverseDiagonals, rest_density: f32, row: usize) -> f32 {
         let inverse = diagonals.0[row];
@@ -80,7 +80,7 @@ impl PressureCorrection {
     }
 }
 
-/// Densities at the predicted positions ρ* [kg/m³].
+/// Densities at the predicted positions ρ* \[kg/m³].
 #[derive(Resource, Debug, Default)]
 pub struct PredictedDensities(Vec<f32>);
 

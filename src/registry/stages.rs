@@ -120,7 +120,7 @@ impl Stages {
         }
     }
 
-    /// Memory of a scene's fluid by what holds it, for so many neighbours of a particle [bytes per particle].
+    /// Memory of a scene's fluid by what holds it, for so many neighbours of a particle \[bytes per particle].
     pub(crate) fn bytes(&self, scene: &Scene, neighbours: f32) -> Vec<(&'static str, f64)> {
         let columns = columns(scene).map(|column| (column.name, column.bytes as f64));
         let wanted = self.iter().filter(|stage| (stage.wanted)(scene));

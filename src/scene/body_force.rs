@@ -21,18 +21,18 @@ pub enum BodyForce {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CentralForce {
-    /// The point [m].
+    /// The point \[m].
     pub center: Vec3,
-    /// Part that grows with the distance [1/s²]: the square of the angular frequency of a drop as a whole.
+    /// Part that grows with the distance \[1/s²]: the square of the angular frequency of a drop as a whole.
     #[serde(default)]
     pub linear: f32,
-    /// Part that is the same everywhere [m/s²].
+    /// Part that is the same everywhere \[m/s²].
     #[serde(default)]
     pub constant: f32,
 }
 
-/// A CSV file of accelerations over time: a line of names, times [s] in the first column, and any of the columns `ax`,
-/// `ay` and `az` [m/s²].
+/// A CSV file of accelerations over time: a line of names, times \[s] in the first column, and any of the columns `ax`,
+/// `ay` and `az` \[m/s²].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AccelerationFile {
@@ -42,14 +42,14 @@ pub struct AccelerationFile {
 }
 
 impl CentralForce {
-    /// Acceleration at a point [m/s²]; zero at the centre.
+    /// Acceleration at a point \[m/s²]; zero at the centre.
     #[inline]
     pub fn acceleration(&self, point: Vec3) -> Vec3 {
         let arm = self.center - point;
         self.linear * arm + self.constant * arm.normalize_or_zero()
     }
 
-    /// Potential energy of a mass of 1 at a point, zero at the centre [m²/s²].
+    /// Potential energy of a mass of 1 at a point, zero at the centre \[m²/s²].
     #[inline]
     pub fn potential(&self, point: Vec3) -> f32 {
         let distance = self.center.distance(point);
@@ -63,7 +63,7 @@ const COLUMNS: [&str; 3] = ["ax", "ay", "az"];
 /// Accelerations over time.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct AccelerationTable {
-    /// Times [s], accelerations [m/s²], and their integral since the first time [m/s].
+    /// Times \[s], accelerations \[m/s²], and their integral since the first time \[m/s].
     rows: Vec<(f64, DVec3, DVec3)>,
 }
 
@@ -97,7 +97,7 @@ impl AccelerationTable {
         Ok(Self { rows })
     }
 
-    /// Its integral from the first time on [m/s].
+    /// Its integral from the first time on \[m/s].
     fn integral(&self, time: f64) -> DVec3 {
         let after = self.rows.partition_point(|row| row.0 <= time);
         let (Some(&first), Some(&last)) = (self.rows.first(), self.rows.last()) else {
@@ -114,7 +114,7 @@ impl AccelerationTable {
         before.2 + dt * before.1 + 0.5 * dt * dt * slope
     }
 
-    /// Mean acceleration from a time on over a step [s]: what it changes velocities by does not depend on the steps.
+    /// Mean acceleration from a time on over a step \[s]: what it changes velocities by does not depend on the steps.
     pub fn mean(&self, time: f64, dt: f64) -> DVec3 {
         (self.integral(time + dt) - self.integral(time)) / dt
     }
@@ -124,7 +124,7 @@ impl AccelerationTable {
         self.rows.iter().any(|row| row.1.z != 0.0)
     }
 
-    /// Largest acceleration [m/s²].
+    /// Largest acceleration \[m/s²].
     pub fn greatest(&self) -> f64 {
         let lengths = self.rows.iter().map(|row| row.1.length());
         lengths.fold(0.0, f64::max)

@@ -22,9 +22,9 @@ pub enum Dimension {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Bounds {
-    /// Lower corner [m].
+    /// Lower corner \[m].
     pub min: Vec3,
-    /// Upper corner [m].
+    /// Upper corner \[m].
     pub max: Vec3,
 }
 
@@ -34,10 +34,10 @@ pub struct Bounds {
 pub struct FluidBody {
     /// Where.
     pub shape: Shape,
-    /// Velocity at the start, of the shape's centre [m/s].
+    /// Velocity at the start, of the shape's centre \[m/s].
     #[serde(default)]
     pub velocity: Vec3,
-    /// Rows of the gradient `∂v_i/∂x_j` of the velocity at the start [1/s]: a strain or a rotation about the shape's
+    /// Rows of the gradient `∂v_i/∂x_j` of the velocity at the start \[1/s]: a strain or a rotation about the shape's
     /// centre. `((0, -w, 0), (w, 0, 0), (0, 0, 0))` turns by w about z.
     #[serde(default)]
     pub velocity_gradient: [Vec3; 3],
@@ -53,7 +53,7 @@ pub struct FluidBody {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Jitter {
-    /// Largest displacement a coordinate, in spacings [-]; from 0 to below 0.5.
+    /// Largest displacement a coordinate, in spacings \[-]; from 0 to below 0.5.
     pub amplitude: f32,
     /// Seed of the generator.
     #[serde(default)]
@@ -68,25 +68,25 @@ pub struct Jitter {
 pub enum Shape {
     /// Axis-aligned box.
     Box {
-        /// Lower corner [m].
+        /// Lower corner \[m].
         min: Vec3,
-        /// Upper corner [m].
+        /// Upper corner \[m].
         max: Vec3,
     },
     /// Ball.
     Sphere {
-        /// Centre [m].
+        /// Centre \[m].
         center: Vec3,
-        /// Radius [m].
+        /// Radius \[m].
         radius: f32,
     },
     /// Cylinder between two points, with flat ends.
     Cylinder {
-        /// Centre of one end [m].
+        /// Centre of one end \[m].
         start: Vec3,
-        /// Centre of the other end [m].
+        /// Centre of the other end \[m].
         end: Vec3,
-        /// Radius [m].
+        /// Radius \[m].
         radius: f32,
     },
 }
@@ -101,9 +101,9 @@ pub enum Shape {
 pub enum BoundaryShape {
     /// A tank that holds fluid inside the box `min`–`max`.
     Tank {
-        /// Lower inner corner [m].
+        /// Lower inner corner \[m].
         min: Vec3,
-        /// Upper inner corner [m].
+        /// Upper inner corner \[m].
         max: Vec3,
         /// Whether the side towards +y is missing.
         #[serde(default)]
@@ -117,9 +117,9 @@ pub enum BoundaryShape {
     },
     /// A solid box.
     Box {
-        /// Lower corner [m].
+        /// Lower corner \[m].
         min: Vec3,
-        /// Upper corner [m].
+        /// Upper corner \[m].
         max: Vec3,
         /// What gauges call it; boundaries of one name are one body to them.
         #[serde(default)]
@@ -130,9 +130,9 @@ pub enum BoundaryShape {
     },
     /// A solid sphere (a disc in 2-D).
     Sphere {
-        /// Centre [m].
+        /// Centre \[m].
         center: Vec3,
-        /// Radius [m].
+        /// Radius \[m].
         radius: f32,
         /// What gauges call it; boundaries of one name are one body to them.
         #[serde(default)]
@@ -143,11 +143,11 @@ pub enum BoundaryShape {
     },
     /// A flat rectangular wall (a line in 2-D) that is solid on the far side of its normal.
     Plane {
-        /// Centre of the wall [m].
+        /// Centre of the wall \[m].
         center: Vec3,
         /// Direction from the solid into the fluid; any length but zero.
         normal: Vec3,
-        /// Half the edge of the square [m]; its edges lie along [`shapes::wall_axes`](super::shapes::wall_axes).
+        /// Half the edge of the square \[m]; its edges lie along [`shapes::wall_axes`](super::shapes::wall_axes).
         half_size: f32,
         /// What gauges call it; boundaries of one name are one body to them.
         #[serde(default)]
@@ -173,10 +173,10 @@ pub struct MeshBoundary {
     /// Metres in one unit of the file.
     #[serde(default = "one")]
     pub scale: f64,
-    /// Angles about the x, y and z axes, turned in this order [°].
+    /// Angles about the x, y and z axes, turned in this order \[°].
     #[serde(default)]
     pub rotation: DVec3,
-    /// Where the file's origin is put [m].
+    /// Where the file's origin is put \[m].
     #[serde(default)]
     pub translation: DVec3,
     /// Where the solid is.
@@ -247,7 +247,7 @@ impl BoundaryShape {
         mesh.into_iter().chain(table)
     }
 
-    /// Distance from a point to the farthest of the shape [m]; a mesh's is not known without its file.
+    /// Distance from a point to the farthest of the shape \[m]; a mesh's is not known without its file.
     fn farthest_from(&self, point: Vec3, axes: Vec3) -> Option<f32> {
         let of_box = |min: Vec3, max: Vec3| {
             let arm = (min - point).abs().max((max - point).abs());
@@ -263,7 +263,7 @@ impl BoundaryShape {
         }
     }
 
-    /// Largest speed of a point of it in the whole motion [m/s]. None for a mesh that turns. A table that cannot be
+    /// Largest speed of a point of it in the whole motion \[m/s]. None for a mesh that turns. A table that cannot be
     /// read counts as standing: the scene's check names it.
     pub(crate) fn greatest_speed(&self, in_plane: bool) -> Option<f32> {
         let motion = self.motion()?;
@@ -296,7 +296,7 @@ impl BoundaryShape {
 }
 
 impl FluidBody {
-    /// Velocity at the start [m/s] at a point [m].
+    /// Velocity at the start \[m/s] at a point \[m].
     pub fn velocity_at(&self, point: DVec3) -> DVec3 {
         let arm = point - self.shape.center();
         let rows = self.velocity_gradient.map(|row| row.as_dvec3().dot(arm));
@@ -306,7 +306,7 @@ impl FluidBody {
         self.velocity.as_dvec3() + DVec3::from_array(rows) + field
     }
 
-    /// A bound on the speeds at the start [m/s]: exact for a body without a gradient or a field.
+    /// A bound on the speeds at the start \[m/s]: exact for a body without a gradient or a field.
     pub fn greatest_speed(&self) -> f32 {
         let squares = self.velocity_gradient.map(Vec3::length_squared);
         let gradient = squares.iter().sum::<f32>().sqrt();
@@ -318,7 +318,7 @@ impl FluidBody {
 }
 
 impl Shape {
-    /// The point that the shape is symmetric about [m].
+    /// The point that the shape is symmetric about \[m].
     pub fn center(&self) -> DVec3 {
         match *self {
             Self::Box { min, max } => 0.5 * (min.as_dvec3() + max.as_dvec3()),
@@ -327,7 +327,7 @@ impl Shape {
         }
     }
 
-    /// Distance from the centre to the farthest point [m].
+    /// Distance from the centre to the farthest point \[m].
     pub fn reach(&self) -> f32 {
         match *self {
             Self::Box { min, max } => 0.5 * (max - min).length(),

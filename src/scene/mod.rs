@@ -42,16 +42,16 @@ pub struct Scene {
     /// 2 (the plane z = 0) or 3.
     #[serde(default)]
     pub dimension: Dimension,
-    /// Distance of the particles at rest [m].
+    /// Distance of the particles at rest \[m].
     pub spacing: f32,
     /// Function of the smoothing kernel; the cubic spline if absent.
     #[serde(default)]
     pub kernel: Option<KernelFunction>,
-    /// Support radius of the kernel in spacings [-]; `h = support × spacing`. If absent what is advised for the kernel
+    /// Support radius of the kernel in spacings \[-]; `h = support × spacing`. If absent what is advised for the kernel
     /// and the dimension ([`KernelFunction::support`]).
     #[serde(default)]
     pub support: Option<f32>,
-    /// Acceleration of every particle [m/s²].
+    /// Acceleration of every particle \[m/s²].
     #[serde(default = "default_gravity")]
     pub gravity: Vec3,
     /// Forces on the fluid beside gravity.
@@ -97,7 +97,7 @@ pub struct Scene {
     /// When the failure guard stops the run.
     #[serde(default)]
     pub limits: Limits,
-    /// Simulated time of the run [s].
+    /// Simulated time of the run \[s].
     #[serde(default = "default_duration")]
     pub duration: f32,
     /// What is measured on the way.
@@ -124,13 +124,13 @@ impl Scene {
         self.kernel.unwrap_or(KernelFunction::CubicSpline)
     }
 
-    /// Support radius in spacings [-], as written or as advised.
+    /// Support radius in spacings \[-], as written or as advised.
     pub fn support(&self) -> f32 {
         self.support
             .unwrap_or_else(|| self.kernel().support(self.dimension))
     }
 
-    /// Support radius h [m].
+    /// Support radius h \[m].
     pub fn support_radius(&self) -> f32 {
         self.support() * self.spacing
     }
@@ -141,7 +141,7 @@ impl Scene {
             && !self.boundaries.is_empty()
     }
 
-    /// A bound on the acceleration by all forces on the fluid as a whole [m/s²]: at the start for central forces, at
+    /// A bound on the acceleration by all forces on the fluid as a whole \[m/s²]: at the start for central forces, at
     /// any time for gravity and tables. A file that cannot be read counts for nothing: the scene's check names it.
     pub fn greatest_acceleration(&self) -> f32 {
         let of_force = |force: &BodyForce| match force {
@@ -158,7 +158,7 @@ impl Scene {
         self.gravity.length() + self.body_forces.iter().map(of_force).sum::<f32>()
     }
 
-    /// Largest speed that a particle starts with [m/s].
+    /// Largest speed that a particle starts with \[m/s].
     pub fn max_initial_speed(&self) -> f32 {
         let speeds = self.bodies.iter().map(FluidBody::greatest_speed);
         speeds.fold(0.0, f32::max)

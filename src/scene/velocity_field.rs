@@ -11,9 +11,9 @@ use serde::{Deserialize, Serialize};
 pub enum VelocityField {
     /// Rotation as a rigid body, `ω × (x − center)`.
     Rotation {
-        /// A point of the axis [m].
+        /// A point of the axis \[m].
         center: Vec3,
-        /// ω, along the axis [rad/s]; in 2-D along z.
+        /// ω, along the axis \[rad/s]; in 2-D along z.
         angular_velocity: Vec3,
     },
     /// Taylor–Green vortices: with `k = 2π/wavelength` and ξ the place from `origin`,
@@ -21,18 +21,18 @@ pub enum VelocityField {
     /// or kξ_y is a multiple of π, so that slip walls may stand there. In 2-D ξ_z is 0, and the decay
     /// `exp(−2 ν k² t)` is exact.
     TaylorGreen {
-        /// Largest speed [m/s].
+        /// Largest speed \[m/s].
         speed: f32,
-        /// Two vortices side by side [m].
+        /// Two vortices side by side \[m].
         wavelength: f32,
-        /// Corner of a vortex [m].
+        /// Corner of a vortex \[m].
         #[serde(default)]
         origin: Vec3,
     },
 }
 
 impl VelocityField {
-    /// Velocity at a point [m/s].
+    /// Velocity at a point \[m/s].
     pub fn at(&self, point: DVec3) -> DVec3 {
         match *self {
             Self::Rotation {
@@ -52,7 +52,7 @@ impl VelocityField {
         }
     }
 
-    /// A bound on the speeds within `reach` of `center` [m/s].
+    /// A bound on the speeds within `reach` of `center` \[m/s].
     pub(super) fn greatest_speed(&self, center: DVec3, reach: f32) -> f32 {
         match *self {
             Self::Rotation {

@@ -15,42 +15,42 @@ use crate::measure::{Curve, CurveError};
 pub enum WallMotion {
     /// At a velocity, from a time to another: a piston, or a gate that opens.
     Velocity {
-        /// [m/s]
+        /// \[m/s]
         velocity: Vec3,
-        /// When it sets off [s].
+        /// When it sets off \[s].
         #[serde(default)]
         start: f32,
-        /// When it stops [s]; never if absent.
+        /// When it stops \[s]; never if absent.
         #[serde(default)]
         end: Option<f32>,
     },
     /// Rotation about an axis, from a time to another.
     Rotation {
-        /// A point of the axis [m].
+        /// A point of the axis \[m].
         center: Vec3,
-        /// Along the axis [rad/s]; in 2-D along z.
+        /// Along the axis \[rad/s]; in 2-D along z.
         angular_velocity: Vec3,
-        /// When it sets off [s].
+        /// When it sets off \[s].
         #[serde(default)]
         start: f32,
-        /// When it stops [s]; never if absent.
+        /// When it stops \[s]; never if absent.
         #[serde(default)]
         end: Option<f32>,
     },
     /// There and back, `amplitude (sin(2π frequency t + phase) − sin(phase))`.
     Oscillation {
-        /// Half the way from end to end [m].
+        /// Half the way from end to end \[m].
         amplitude: Vec3,
-        /// [Hz]
+        /// \[Hz]
         frequency: f32,
-        /// [rad]
+        /// \[rad]
         #[serde(default)]
         phase: f32,
     },
     /// Along a direction, from a table over time.
     Table {
         /// A CSV file, relative to the scene file's folder (after [`load`](super::Scene::load): to the working
-        /// directory): a line of names, times [s] in the first column, a column `x` [m] and, if known, one `v` [m/s].
+        /// directory): a line of names, times \[s] in the first column, a column `x` \[m] and, if known, one `v` \[m/s].
         /// Without `v` the wall moves at a constant speed from row to row, with it along cubics that have these speeds
         /// (Hermite). It counts from where the table is at time 0; before its first and after its last time it rests.
         file: String,
@@ -78,7 +78,7 @@ pub struct WallPose {
 }
 
 impl WallPose {
-    /// Where a point of the shape is [m].
+    /// Where a point of the shape is \[m].
     pub fn place(&self, point: Vec3) -> DVec3 {
         let arm = self.rotation * (point.as_dvec3() - self.center);
         self.center + self.displacement + arm
@@ -108,7 +108,7 @@ impl WallCourse {
         Ok(Self { motion, table })
     }
 
-    /// Where the wall is at a time [s].
+    /// Where the wall is at a time \[s].
     pub fn pose(&self, time: f64) -> WallPose {
         // A wall that stood until now, or stands from now on, is where it was then.
         let moved = |start: f32, end: Option<f32>| {
@@ -157,7 +157,7 @@ impl WallCourse {
 /// Where a wall is along a line, and how fast, over time.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct MotionTable {
-    /// Times [s], places [m] and speeds [m/s].
+    /// Times \[s], places \[m] and speeds \[m/s].
     rows: Vec<[f64; 3]>,
     /// Whether speeds are known.
     has_speeds: bool,
@@ -181,7 +181,7 @@ impl MotionTable {
         Ok(Self { rows, has_speeds })
     }
 
-    /// A time that two rows have [s], if there is one: the wall would jump.
+    /// A time that two rows have \[s], if there is one: the wall would jump.
     pub(crate) fn time_given_twice(&self) -> Option<f64> {
         let mut pairs = self.rows.windows(2);
         pairs
@@ -189,7 +189,7 @@ impl MotionTable {
             .map(|pair| pair[0][0])
     }
 
-    /// Place at a time [m].
+    /// Place at a time \[m].
     fn at(&self, time: f64) -> f64 {
         let after = self.rows.partition_point(|row| row[0] <= time);
         let before = after.checked_sub(1).and_then(|k| self.rows.get(k));
@@ -209,12 +209,12 @@ impl MotionTable {
         }
     }
 
-    /// Way since time 0 [m].
+    /// Way since time 0 \[m].
     pub fn way(&self, time: f64) -> f64 {
         self.at(time) - self.at(0.0)
     }
 
-    /// Largest speed [m/s].
+    /// Largest speed \[m/s].
     pub fn greatest_speed(&self) -> f64 {
         let of_pair = |pair: &[[f64; 3]]| {
             let ([t0, x0, v0], [t1, x1, v1]) = (pair[0], pair[1]);

@@ -34,7 +34,7 @@ impl BodyForces {
         Ok(forces)
     }
 
-    /// Potential energy of a mass of 1 in the central forces, zero at their centres [m²/s²].
+    /// Potential energy of a mass of 1 in the central forces, zero at their centres \[m²/s²].
     #[inline]
     pub fn potential(&self, point: Vec3) -> f32 {
         self.central

@@ -99,7 +99,7 @@ pub(crate) fn name_the_particle(
 pub struct StepError {
     /// Number of the step that failed, from 1.
     pub step: u64,
-    /// Simulated time at its start [s].
+    /// Simulated time at its start \[s].
     pub time: f64,
     /// The particle concerned, if one is.
     pub particle: Option<(Entity, Vec3)>,
@@ -120,7 +120,7 @@ pub enum FailureCause {
     /// The time step that a host chose is none.
     #[error("the time step is {dt:e} s; `Clock::next_dt` must be finite and above 0")]
     TimeStep {
-        /// The time step [s].
+        /// The time step \[s].
         dt: f32,
     },
     /// Particles lack a component that every fluid particle has.
@@ -162,9 +162,9 @@ pub enum FailureCause {
         "a particle would move {displacement:.3e} m in one step, more than h/2 = {limit:.3e} m; a smaller time step is needed"
     )]
     TooFast {
-        /// Length of the movement [m].
+        /// Length of the movement \[m].
         displacement: f32,
-        /// The limit, h/2 [m].
+        /// The limit, h/2 \[m].
         limit: f32,
     },
     /// A wall would move more than half the support radius.
@@ -172,9 +172,9 @@ pub enum FailureCause {
         "a wall would move {displacement:.3e} m in one step, more than h/2 = {limit:.3e} m; a smaller time step is needed"
     )]
     WallTooFast {
-        /// Length of the movement [m].
+        /// Length of the movement \[m].
         displacement: f32,
-        /// The limit, h/2 [m].
+        /// The limit, h/2 \[m].
         limit: f32,
     },
     /// A particle is compressed beyond the scene's limit.
@@ -182,9 +182,9 @@ pub enum FailureCause {
         "compression {compression:.3} is above the limit {limit:.3}; a smaller time step or a stiffer fluid is needed"
     )]
     OverCompressed {
-        /// `(ρ − ρ0)/ρ0` [-].
+        /// `(ρ − ρ0)/ρ0` \[-].
         compression: f32,
-        /// The scene's limit [-].
+        /// The scene's limit \[-].
         limit: f32,
     },
     /// Pressure did more work than the energies that it can draw on.
@@ -193,9 +193,9 @@ pub enum FailureCause {
          iterations (`pressure.max_density_error`) or a smaller `pressure.recovery` is needed"
     )]
     EnergyGained {
-        /// Work [J; J/m in 2-D].
+        /// Work \[J; J/m in 2-D].
         work: f64,
-        /// The limit [J; J/m in 2-D].
+        /// The limit \[J; J/m in 2-D].
         limit: f64,
     },
     /// A particle left the scene's domain.
@@ -216,9 +216,9 @@ pub enum FailureCause {
     NotConverged {
         /// Iterations done.
         iterations: u32,
-        /// Density error reached [-].
+        /// Density error reached \[-].
         error: f32,
-        /// The limit [-].
+        /// The limit \[-].
         limit: f32,
     },
     /// The step met a shock, and the time step could not be made smaller (`time_step: Adaptive` only).
@@ -259,7 +259,7 @@ pub const MAX_CELLS: u64 = 1 << 27;
 pub struct DomainTooLarge {
     /// Cells along x, y and z.
     pub cells: [u64; 3],
-    /// Their edge [m].
+    /// Their edge \[m].
     pub cell_size: f64,
     /// The point furthest from the middle of all others.
     pub row: usize,
@@ -299,7 +299,7 @@ pub struct TakenBack {
     pub steps: u32,
     /// What went wrong.
     pub cause: FailureCause,
-    /// The particle concerned and where it was [m], if one is.
+    /// The particle concerned and where it was \[m], if one is.
     pub particle: Option<(Entity, Vec3)>,
 }
 
@@ -312,11 +312,11 @@ pub enum Shock {
         "the largest density error jumped from {before:.3e} to {error:.3e}, by more than 8 η = {limit:.3e}"
     )]
     ErrorJumped {
-        /// Largest error before [-].
+        /// Largest error before \[-].
         before: f32,
-        /// Largest error of this step [-].
+        /// Largest error of this step \[-].
         error: f32,
-        /// The largest jump, 8 η [-].
+        /// The largest jump, 8 η \[-].
         limit: f32,
     },
     /// The largest density error is above the scene's limit.
@@ -324,17 +324,17 @@ pub enum Shock {
         "the largest density error {error:.3e} is above `time_step.max_density_error` = {limit:.3e}"
     )]
     ErrorTooLarge {
-        /// Largest error [-].
+        /// Largest error \[-].
         error: f32,
-        /// The limit [-].
+        /// The limit \[-].
         limit: f32,
     },
     /// A particle moved more than 0.45 h.
     #[error("a particle moved {displacement:.3e} m in one step, more than 0.45 h = {limit:.3e} m")]
     TooFast {
-        /// Length of the movement [m].
+        /// Length of the movement \[m].
         displacement: f32,
-        /// The limit [m].
+        /// The limit \[m].
         limit: f32,
     },
 }

@@ -14,7 +14,7 @@ use crate::scene::Scene;
 /// Systems of a schedule, with their order.
 pub type Systems = ScheduleConfigs<ScheduleSystem>;
 
-/// A limit on the time step by its name [s].
+/// A limit on the time step by its name \[s].
 pub type Limit = (&'static str, f32);
 
 /// Something that a stage makes and others need.
@@ -75,7 +75,7 @@ pub struct Stage {
     pub systems: fn(&Scene) -> Systems,
     /// Schedules that its systems run, such as the iterations of a solver.
     pub schedules: fn(&Scene) -> Vec<(InternedScheduleLabel, Systems)>,
-    /// Memory besides columns, by what holds it [bytes per fluid particle], for so many neighbours of a particle.
+    /// Memory besides columns, by what holds it \[bytes per fluid particle], for so many neighbours of a particle.
     pub bytes: fn(&Scene, f32) -> Vec<(&'static str, f64)>,
     /// Limits on the time step that do not change in a run.
     pub limits: fn(&Scene) -> Vec<Limit>,

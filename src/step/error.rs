@@ -19,11 +19,11 @@ pub(super) const LARGEST_ERROR: f32 = 0.1;
 /// How far the density of the fluid is above the rest density at the start.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StartDensity {
-    /// Largest `max(0, (ρ − ρ0)/ρ0)` [-].
+    /// Largest `max(0, (ρ − ρ0)/ρ0)` \[-].
     pub max_error: f32,
-    /// The particle that has it [m].
+    /// The particle that has it \[m].
     pub place: Vec3,
-    /// Mean over all particles of the same [-].
+    /// Mean over all particles of the same \[-].
     pub mean_error: f32,
 }
 
@@ -75,7 +75,7 @@ pub enum InstallError {
         machine: String,
         /// What it is needed for.
         parts: String,
-        /// A spacing that would do [m].
+        /// A spacing that would do \[m].
         better: String,
     },
     /// The order file cannot be read.

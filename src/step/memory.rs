@@ -5,10 +5,10 @@ use crate::{
     boundary::moving, index, loading::Size, memory, registry::Stages, scene::Scene, state::Material,
 };
 
-/// A candidate for a sample of a mesh, with its place in the lists of the front [bytes].
+/// A candidate for a sample of a mesh, with its place in the lists of the front \[bytes].
 const BYTES_A_CANDIDATE: f64 = 60.0;
 
-/// What a scene needs [bytes].
+/// What a scene needs \[bytes].
 pub(crate) struct Need {
     /// While it runs.
     running: f64,

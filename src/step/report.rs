@@ -19,29 +19,29 @@ use crate::{
 pub struct StepReport {
     /// Number of the step, from 1.
     pub step: u64,
-    /// Simulated time at its end [s].
+    /// Simulated time at its end \[s].
     pub time: f64,
-    /// Its length [s].
+    /// Its length \[s].
     pub dt: f32,
     /// Pressure iterations; 0 for methods that do not iterate.
     pub iterations: u32,
     /// Iterations of the divergence solve; 0 for methods without one.
     pub divergence_iterations: u32,
-    /// Largest `max(0, (ρ − ρ0)/ρ0)` [-] that remains at the end of the pressure phase.
+    /// Largest `max(0, (ρ − ρ0)/ρ0)` \[-] that remains at the end of the pressure phase.
     pub max_density_error: f32,
-    /// Mean over all particles of the same [-].
+    /// Mean over all particles of the same \[-].
     pub mean_density_error: f32,
-    /// Kinetic energy [J; J/m in 2-D].
+    /// Kinetic energy \[J; J/m in 2-D].
     pub kinetic_energy: f64,
-    /// Potential energy in the scene's gravity and central forces [J; J/m in 2-D].
+    /// Potential energy in the scene's gravity and central forces \[J; J/m in 2-D].
     pub potential_energy: f64,
-    /// Largest speed [m/s].
+    /// Largest speed \[m/s].
     pub max_speed: f32,
     /// Fluid particles.
     pub particles: usize,
     /// Neighbours a particle, fluid and boundary together, on average; 0 if they are not stored.
     pub mean_neighbours: f32,
-    /// Wall time of every phase [s], in the order of [`Phase::ALL`].
+    /// Wall time of every phase \[s], in the order of [`Phase::ALL`].
     pub phase_seconds: [f64; Phase::ALL.len()],
     /// Steps taken back, and why, with a time step that is `Adaptive`; then this was no step forwards.
     pub taken_back: Option<TakenBack>,

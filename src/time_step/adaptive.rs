@@ -36,23 +36,23 @@ pub const MOST_IN_A_ROW: u32 = 12;
 #[derive(Resource, Debug, Clone, PartialEq)]
 pub struct AdaptiveTimeStep {
     scheme: scene::Adaptive,
-    /// Limit by viscosity and sound [s].
+    /// Limit by viscosity and sound \[s].
     constant_limit: f32,
-    /// Number of spacings that `sqrt(p/ρ)` covers in the longest step that pressure allows [-].
+    /// Number of spacings that `sqrt(p/ρ)` covers in the longest step that pressure allows \[-].
     pressure_step: f32,
     /// Whether the density error depends on the time step.
     error_counts: bool,
-    /// Largest density error of the last step [-]; infinite before the first.
+    /// Largest density error of the last step \[-]; infinite before the first.
     pub(super) largest_error: f32,
     /// Number of roll-backs since the run last passed `place`.
     in_a_row: u32,
-    /// Simulated time at the end of the step that failed last [s].
+    /// Simulated time at the end of the step that failed last \[s].
     place: f64,
     /// What the last run of the schedule rolled back.
     pub(crate) taken_back: Option<TakenBack>,
 }
 
-/// The first time step [s] of a scene and the scheme.
+/// The first time step \[s] of a scene and the scheme.
 pub(super) fn start(
     scheme: scene::Adaptive,
     scene: &Scene,
@@ -77,7 +77,7 @@ pub(super) fn start(
     (dt, adaptive)
 }
 
-/// The time step after a shock [s], and the first one.
+/// The time step after a shock \[s], and the first one.
 fn gentle(h: f32, max_speed: f32, max_acceleration: f32) -> f32 {
     (0.2 * (h / max_acceleration).sqrt()).min(0.08 * h / max_speed)
 }
@@ -96,12 +96,12 @@ impl AdaptiveTimeStep {
         dt.min(self.constant_limit).clamp(min, max)
     }
 
-    /// Whether a failed step of this length [s] may be repeated with a shorter one.
+    /// Whether a failed step of this length \[s] may be repeated with a shorter one.
     pub fn may_go_back(&self, dt: f32) -> bool {
         dt > self.scheme.min && self.in_a_row < MOST_IN_A_ROW
     }
 
-    /// The time step [s] after a successful one of `dt`.
+    /// The time step \[s] after a successful one of `dt`.
     fn next(&self, dt: f32, limits: [Limit; 2], error: DensityError, iterations: u32) -> f32 {
         let eta = self.scheme.density_error;
         let [(_, speed), (_, force)] = limits;
@@ -119,7 +119,7 @@ impl AdaptiveTimeStep {
         self.bounded(change * dt)
     }
 
-    /// Records a roll-back of the step after `clock`, and returns the next time step [s].
+    /// Records a roll-back of the step after `clock`, and returns the next time step \[s].
     pub(super) fn go_back(
         &mut self,
         clock: &Clock,

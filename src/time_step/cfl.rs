@@ -9,7 +9,7 @@ use crate::{
     state::{Clock, Material, PressureSolve},
 };
 
-/// Maximum growth of the time step between steps [-], so that it recovers slowly after an impact.
+/// Maximum growth of the time step between steps \[-], so that it recovers slowly after an impact.
 const GROWTH: f32 = 1.1;
 
 /// Number of pressure iterations above which the next step is shorter. Tuned on: a dam break with 10, 20, 30 and 50.
@@ -25,15 +25,15 @@ pub struct TimeStepControl {
     cfl: Cfl,
     /// Number of pressure iterations above which the next step is shorter.
     iterations: u32,
-    /// Limit by viscosity and sound [s]: constant in a run.
+    /// Limit by viscosity and sound \[s]: constant in a run.
     constant_limit: f32,
-    /// Number of spacings that `sqrt(p/ρ)` covers in the longest step that pressure allows [-]. Infinite with an
+    /// Number of spacings that `sqrt(p/ρ)` covers in the longest step that pressure allows \[-]. Infinite with an
     /// equation of state, whose sound is faster.
     pressure_step: f32,
 }
 
 impl TimeStepControl {
-    /// The first time step [s] of a scene, and the control of the next ones.
+    /// The first time step \[s] of a scene, and the control of the next ones.
     pub(super) fn new(cfl: Cfl, scene: &Scene, limits: &StepLimits) -> (f32, Self) {
         let control = Self {
             cfl,
@@ -53,7 +53,7 @@ impl TimeStepControl {
         (dt, control)
     }
 
-    /// Half a time step [s], if the scene allows it.
+    /// Half a time step \[s], if the scene allows it.
     pub fn shorter(&self, dt: f32) -> Option<f32> {
         (0.5 * dt >= self.cfl.min).then_some(0.5 * dt)
     }

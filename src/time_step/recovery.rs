@@ -17,27 +17,27 @@ use crate::{
     state::{Clock, Material},
 };
 
-/// Decrease of τ per time that passes [-].
+/// Decrease of τ per time that passes \[-].
 const SLOWING: f32 = 0.1;
 
-/// Maximum compression that is left for later steps [-].
+/// Maximum compression that is left for later steps \[-].
 const MOST_LEFT: f32 = 0.2;
 
-/// Minimum factor on τ per step [-], so that a large τ of fluid at rest ends.
+/// Minimum factor on τ per step \[-], so that a large τ of fluid at rest ends.
 const LEAST_LEFT: f32 = 0.97;
 
-/// Speed factor λ of the time step that motion allows [-], that of `Cfl` by default.
+/// Speed factor λ of the time step that motion allows \[-], that of `Cfl` by default.
 const SPEED_FACTOR: f32 = 0.2;
 
-/// Longest τ [s], for fluid at rest.
+/// Longest τ \[s], for fluid at rest.
 const LONGEST: f32 = 1e6;
 
 /// The time over which compression is removed. Present in scenes that do not remove it at once.
 #[derive(Resource, Debug, Clone, Copy)]
 pub struct RecoveryTime {
-    /// Part of the compression found that a step of the length that motion allows removes [-].
+    /// Part of the compression found that a step of the length that motion allows removes \[-].
     share: f32,
-    /// τ [s].
+    /// τ \[s].
     time: f32,
 }
 
@@ -66,7 +66,7 @@ impl RecoveryTime {
         })
     }
 
-    /// Compression [-] that a step of `dt` [s] leaves for later. At most [`MOST_LEFT`]: the compression of an impact
+    /// Compression \[-] that a step of `dt` \[s] leaves for later. At most [`MOST_LEFT`]: the compression of an impact
     /// could fill a wall.
     #[inline]
     pub(crate) fn left_for_later(&self, dt: f32, found: f32) -> f32 {

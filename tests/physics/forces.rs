@@ -25,7 +25,7 @@ fn text(dimension: u32, dt: f32, fluid: &str, max: Vec3) -> String {
     )
 }
 
-/// Accelerations in the first step [m/s²], with the particles before it.
+/// Accelerations in the first step \[m/s²], with the particles before it.
 fn accelerations(text: &str, field: impl Fn(Vec3) -> Vec3, dt: f32) -> Vec<(Particle, Vec3)> {
     let mut simulation = simulation(text);
     set_velocities(&mut simulation, field);
@@ -155,7 +155,7 @@ fn kernel_of(scene: &Scene) -> Kernel {
     Kernel::of(scene)
 }
 
-/// Mass of a particle [kg]: Σ m W over the lattice is the rest density.
+/// Mass of a particle \[kg]: Σ m W over the lattice is the rest density.
 fn mass_of(scene: &Scene) -> f32 {
     let kernel = kernel_of(scene);
     let lattice = kernel.lattice(Dimension::Three, scene.spacing);

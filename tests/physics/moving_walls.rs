@@ -12,7 +12,7 @@ const METHODS: [&str; 4] = [
     "Dfsph()",
 ];
 
-/// Where the particles of a half-filled tank are after 0.1 s, in a frame of its own that moves so fast [m/s].
+/// Where the particles of a half-filled tank are after 0.1 s, in a frame of its own that moves so fast \[m/s].
 fn in_its_frame(dimension: u32, method: &str, speed: Vec3) -> Vec<Vec3> {
     let Vec3 { x, y, z } = speed;
     let motion = if speed == Vec3::ZERO {

@@ -12,11 +12,11 @@ use crate::scene::{BoundaryShape, Bounds, Camera, Dimension, Scene, Shape};
 
 /// Direction from which an unset camera looks at the scene: from the front, a little from the right and above.
 const DEFAULT_DIRECTION: Vec3 = vec3(0.40, 0.38, 1.0);
-/// Vertical angle of view of an unset camera [°].
+/// Vertical angle of view of an unset camera \[°].
 const DEFAULT_FIELD_OF_VIEW: f32 = 26.0;
 /// Part of the picture, in the units −1 to 1 from edge to edge, that an unset camera fills: left, right, bottom, top.
 const FILLED: [f32; 4] = [-0.93, 0.93, -0.80, 0.90];
-/// Walls of meshes that are thinner are looked through [spacings].
+/// Walls of meshes that are thinner are looked through \[spacings].
 const THIN: f32 = 3.0;
 /// Samples along an edge of the light's layer.
 const SHADOW_SIZE: usize = 1024;
@@ -24,9 +24,9 @@ const SHADOW_SIZE: usize = 1024;
 /// What a picture shows, and from where. The same view for all frames of a series makes them comparable.
 #[derive(Debug, Clone, PartialEq)]
 pub struct View {
-    /// Width [pixels].
+    /// Width \[pixels].
     pub width: u32,
-    /// Height [pixels].
+    /// Height \[pixels].
     pub height: u32,
     /// 2-D scenes are seen as a plane; the camera has no say then.
     pub dimension: Dimension,
@@ -34,13 +34,13 @@ pub struct View {
     pub camera: Option<Camera>,
     /// What should be in the picture.
     pub bounds: Bounds,
-    /// Radius of a particle as drawn [m].
+    /// Radius of a particle as drawn \[m].
     pub particle_radius: f32,
-    /// Speeds at the ends of the colours [m/s].
+    /// Speeds at the ends of the colours \[m/s].
     pub speed_range: (f32, f32),
-    /// Height of the floor [m]; none if absent.
+    /// Height of the floor \[m]; none if absent.
     pub floor: Option<f32>,
-    /// Edges of tanks and walls: ends of lines [m].
+    /// Edges of tanks and walls: ends of lines \[m].
     pub edges: Vec<[Vec3; 2]>,
     /// Obstacles.
     pub solids: Vec<Solid>,
@@ -107,13 +107,13 @@ impl View {
         view
     }
 
-    /// The same view in another size [pixels].
+    /// The same view in another size \[pixels].
     pub fn with_size(mut self, width: u32, height: u32) -> Self {
         (self.width, self.height) = (width, height);
         self
     }
 
-    /// The same view with other speeds [m/s] at the ends of the colours.
+    /// The same view with other speeds \[m/s] at the ends of the colours.
     pub fn with_speed_range(mut self, low: f32, high: f32) -> Self {
         self.speed_range = (low, high);
         self
