@@ -90,7 +90,7 @@ trait Method {
     fn query(&mut self, points: &[Vec4], execution: &Execution);
     /// Those of one row that the last query found.
     fn neighbours(&self, row: usize) -> Vec<u32>;
-    /// Memory of the structure and of the lists [bytes].
+    /// Memory of the structure and of the lists \[bytes].
     fn bytes(&self) -> Option<(usize, usize)>;
 }
 
@@ -381,7 +381,8 @@ fn measure(size: IVec3, threads: usize, execution: &Execution, peers: bool) {
         .map(|row| methods[0].1.neighbours(row).len())
         .sum();
     println!(
-        "{} particles, {threads} thread(s), {:.1} neighbours each, {:.2} % change their cell in a run; median of {RUNS} runs",
+        "{} particles, {threads} thread(s), {:.1} neighbours each, {:.2} % change their cell in a run; median of \
+         {RUNS} runs",
         points.len(),
         neighbours as f64 / points.len().div_ceil(CHECK_EVERY) as f64,
         100.0 * changed

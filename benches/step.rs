@@ -225,7 +225,7 @@ fn stream_bandwidth(execution: &Execution) -> f64 {
 struct Pass {
     name: &'static str,
     system: SystemId,
-    /// Floating-point operations a pair, counted in the source; a division or a root is one.
+    /// Floating-point operations per pair, counted in the source; a division or a root is one.
     operations: f64,
     /// Bytes of columns: each is fetched once, since rows along the Z-curve share their neighbours.
     columns: f64,
@@ -302,7 +302,8 @@ fn passes(particles: usize) -> Result<(), Failure> {
         );
     }
     println!(
-        "\n{rows} particles, {neighbours:.1} neighbours; a copy {stream:.1} GB/s, fused multiply-add {peak:.0} Gflop/s on two threads"
+        "\n{rows} particles, {neighbours:.1} neighbours; a copy {stream:.1} GB/s, fused multiply-add {peak:.0} \
+         Gflop/s on two threads"
     );
     println!(
         "{:18} {:>8} {:>8} {:>6} {:>8} {:>8} {:>9} {:>8}",

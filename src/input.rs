@@ -4,10 +4,10 @@ use std::fs::{self, File, FileType};
 use std::io::{self, ErrorKind, Read};
 use std::path::Path;
 
-/// Longest text that is read [bytes]. A scene of 100 000 bodies has a tenth of it.
+/// Longest text that is read \[bytes]. A scene of 100 000 bodies has a tenth of it.
 pub const MAX_TEXT_BYTES: u64 = 64 << 20;
 
-/// Longest file of other data, a mesh or a frame, that is read [bytes].
+/// Longest file of other data, a mesh or a frame, that is read \[bytes].
 pub const MAX_BYTES: u64 = 16 << 30;
 
 /// Reads a text in UTF-8, with or without a byte order mark, which is left out.

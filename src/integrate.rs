@@ -13,6 +13,7 @@ use crate::{
     state::{
         Accelerations, BodyForces, CHUNK, ChunkResults, Clock, Densities, Execution, Failure,
         FailureCause, Material, Positions, PredictedPositions, PressureAccelerations, Pressures,
+        Remembers,
         Velocities,
     },
 };
@@ -36,6 +37,32 @@ pub struct Motion {
     rows: usize,
     chunks: ChunkResults<ChunkMotion>,
     end: ChunkResults<ChunkEnd>,
+}
+
+/// The next step's length follows from it, and so do the limits of a step that fails before it moves.
+impl Remembers for Motion {
+    type State = ([f32; 4], [f64; 2]);
+
+    fn state(&self, _: &[Entity]) -> Self::State {
+        let largest = [
+            self.max_speed,
+            self.max_acceleration,
+            self.max_pressure,
+            self.pressure_before,
+        ];
+        (largest, [self.kinetic_energy, self.potential_energy])
+    }
+
+    fn set_state(&mut self, state: Self::State, _: &[Entity]) -> Result<(), &'static str> {
+        [
+            self.max_speed,
+            self.max_acceleration,
+            self.max_pressure,
+            self.pressure_before,
+        ] = state.0;
+        [self.kinetic_energy, self.potential_energy] = state.1;
+        Ok(())
+    }
 }
 
 /// The part of the space that particles may not leave, if the scene has one.

@@ -76,7 +76,7 @@ impl Lattice {
         }
     }
 
-    /// Largest eigenvalue of the pressure system on this lattice, over its diagonal [-]: `|Σ_j ∇W_ij sin(k·x_ij)|²`
+    /// Largest eigenvalue of the pressure system on this lattice, over its diagonal \[-]: `|Σ_j ∇W_ij sin(k·x_ij)|²`
     /// over `Σ_j |∇W_ij|²`. A Jacobi iteration is stable for relaxations below 2 over it, with momentum below 4/3 over
     /// it.
     pub fn largest_eigenvalue(&self) -> f64 {
@@ -91,7 +91,7 @@ impl Lattice {
         })
     }
 
-    /// Longest stable time step under a pressure p, as the number of spacings that `sqrt(p/ρ)` covers in it [-]: 0.71
+    /// Longest stable time step under a pressure p, as the number of spacings that `sqrt(p/ρ)` covers in it \[-]: 0.71
     /// in 2-D and 0.68 in 3-D at a support of 2.
     pub fn pressure_step(&self) -> f64 {
         let stiffness = self.over_waves(|k| {
@@ -109,7 +109,7 @@ impl Lattice {
         2.0 / stiffness.sqrt()
     }
 
-    /// Longest stable time step under a kinematic viscosity ν, times ν and over the square of the spacing [-]. The
+    /// Longest stable time step under a kinematic viscosity ν, times ν and over the square of the spacing \[-]. The
     /// operator is that of [`viscosity`](crate::force): its short waves decay faster than `ν k²` says, and the faster
     /// the narrower the kernel is within its support.
     pub fn viscous_step(&self) -> f64 {
@@ -178,11 +178,11 @@ impl Lattice {
 /// What makes a wall of samples act on a lattice beside it as a lattice that goes on would.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BesideWall {
-    /// Factor of the gradients of the walls' kernels [-]. With it a constant pressure exerts no force beside a wall:
+    /// Factor of the gradients of the walls' kernels \[-]. With it a constant pressure exerts no force beside a wall:
     /// what the wall pushes, the fluid pushes back.
     pub push: f32,
     /// Part of a particle's force along the wall that is missing, for each part of its kernel that lies in the wall
-    /// [-].
+    /// \[-].
     pub slide: f32,
 }
 

@@ -19,9 +19,30 @@
 //! assert!(report.time > 0.0 && report.max_density_error < 0.01);
 //! ```
 //!
-//! A host with a [`World`](bevy_ecs::world::World) of its own calls [`install`] and then [`take_step`], or runs the
-//! schedule
-//! [`Step`]; see `examples/embed.rs`.
+//! # In a host
+//!
+//! [`Simulation`] has a world of its own. A host with a [`World`](bevy_ecs::world::World) calls [`install`], then
+//! [`take_step`] or, in a game's frame, [`advance`]; [`uninstall`] takes the scene out again. In an `App` of bevy
+//! `FluidPlugin` does so (feature `bevy_app`). [`Snapshot`](gauge::Snapshot) answers what the fluid is like at any point.
+//!
+//! A host's systems join the schedule [`Step`], ordered against [`Phase`]s, or are stages of their own
+//! ([`Stages`](step::Stages)), which an order file may name. What may be written when:
+//!
+//! | when | what a host may write |
+//! | --- | --- |
+//! | between steps, or before `Phase::RebuildIndex` | all components of particles; spawn, despawn, tag, by commands too; resources; with boundary particles moved, then [`boundary::refresh_boundary`] |
+//! | after `Phase::Forces`, before `Phase::Pressure` | add to [`Accelerations`](step::Accelerations), by row: [`Rows`](step::Rows) says whose |
+//! | after `Phase::RebuildIndex`, before `Phase::Integrate` | nothing of the particles: the step has read them and will write them |
+//! | after `Phase::Integrate`, before `Phase::Reorder` | components of particles, which the next step starts from; no spawning or tagging |
+//! | after `Phase::Reorder` | all again |
+//!
+//! What is written elsewhere is refused, not lost: the step fails with
+//! [`FailureCause::Overwritten`](step::FailureCause::Overwritten) or
+//! [`ParticlesChanged`](step::FailureCause::ParticlesChanged), which name component and particle, and the world keeps the
+//! state before it. A system that no order sets apart from the engine's is
+//! [`FailureCause::Schedule`](step::FailureCause::Schedule), with the names of both.
+//!
+//! Modules that are not in this documentation (`pub` for benches and tests) are internal and change without notice.
 //!
 //! # The map
 //!
@@ -44,9 +65,10 @@
 //! | `RebuildIndex` | [`registry`]: tables into columns; [`index`]: which particles are in which cell | 4.1–4.5 |
 //! | `FindNeighbours` | [`neighbours`]: lists, or neighbours found on the spot | 5.3.1 |
 //! | `Density` | [`density`] | eq. 1 |
-//! | `Forces` | [`force`]: gravity, viscosity, surface tension; before them DFSPH's [divergence solve](pressure::dfsph) | 5 |
-//! | `Pressure` | [`pressure`]: [`sesph`](pressure::sesph) (eqs. 4, 5), [`pcisph`](pressure::pcisph) (Algorithm 2), [`iisph`](pressure::iisph), [`dfsph`](pressure::dfsph) | 5.1, 5.2 |
-//! | `Integrate` | [`integrate`](mod@integrate): motion and the failure guard; [`boundary::contact`]; [`time_step`] | 5 |
+//! | `Forces` | [`force`]: gravity, viscosity, tension; before them DFSPH's [divergence](pressure::dfsph) | 5 |
+//! | `Pressure` | [`pressure`]: [SESPH](pressure::sesph), eqs. 4, 5 | 5.1 |
+//! | | [PCISPH](pressure::pcisph), Algorithm 2; [IISPH](pressure::iisph), [DFSPH](pressure::dfsph) | 5.2 |
+//! | `Integrate` | [`integrate`](mod@integrate): motion, guard; [`boundary::contact`]; [`time_step`] | 5 |
 //! | `Reorder` | [`reorder`](mod@reorder): rows along the Z-curve | 4.5.4 |
 //! | `Observe` | [`step::StepReport`]: what the step did | 6 |
 //!
@@ -54,7 +76,7 @@
 //!
 //! | module | what is in it |
 //! | --- | --- |
-//! | [`pairs`] | sums over neighbours: the one loop that all physics goes through; slopes of the kernel, kept for the step |
+//! | [`pairs`] | sums over neighbours: the one loop of all physics; slopes of the kernel, kept for the step |
 //! | [`sampling`] | surfaces of walls into particles |
 //! | [`boundary`] | walls in a step: volumes, their sums around the fluid, contact, direct forcing |
 //! | [`mesh`] | triangle meshes: files, distances, rays |
@@ -63,39 +85,68 @@
 //! | [`measure`] | what experiments and analytic solutions give, too: front, height, semi-axes, line of pressures |
 //! | [`gauge`] | instruments of a scene: pressure, velocity, height, front, flux, force, energies |
 //! | [`output`] | frames, series, history, summary, pictures |
+//! | [`checkpoint`] | the state of a run in a file, from which it goes on bit for bit |
 //! | [`study`] | variants of a scene measured side by side: the paper's tables, speed against error |
+//! | [`validate`] | cases with known answers, every pressure method against them |
 
+// What is hidden from the documentation is internal: benches and tests use it.
 pub mod boundary;
+pub mod checkpoint;
+#[doc(hidden)]
 pub mod density;
+#[doc(hidden)]
 pub mod force;
 pub mod gauge;
+#[doc(hidden)]
 pub mod index;
+#[doc(hidden)]
 pub mod input;
+#[doc(hidden)]
 pub mod integrate;
+#[doc(hidden)]
 pub mod kernel;
+#[doc(hidden)]
 pub mod lattice;
+#[doc(hidden)]
 pub mod loading;
 pub mod measure;
 mod memory;
+#[doc(hidden)]
 pub mod mesh;
+#[doc(hidden)]
 pub mod neighbours;
 pub mod output;
+#[doc(hidden)]
 pub mod pairs;
+#[cfg(feature = "bevy_app")]
+mod plugin;
+#[doc(hidden)]
 pub mod pressure;
+#[doc(hidden)]
 pub mod registry;
+#[doc(hidden)]
 pub mod reorder;
+#[doc(hidden)]
 pub mod sampling;
 pub mod scene;
+#[doc(hidden)]
 pub mod simd;
+#[doc(hidden)]
 pub mod state;
 pub mod step;
 pub mod study;
+#[doc(hidden)]
 pub mod time_step;
+pub mod validate;
 
 pub use loading::Override;
-pub use state::particle;
+#[cfg(feature = "bevy_app")]
+pub use plugin::{FluidPlugin, FluidStatus, FluidStopped, Pace};
+#[doc(inline)]
+pub use state::{Execution, particle};
 pub use step::{
-    Phase, Plan, Simulation, Step, StepError, StepOutcome, StepReport, install, plan, take_step,
+    Advance, Phase, Plan, Simulation, Step, StepError, StepOutcome, StepReport, advance, install,
+    plan, take_step, uninstall,
 };
 
 /// The README's commands and code, compiled.

@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use sysinfo::{MemoryRefreshKind, System};
 
-/// Memory that the process may have [bytes]: the machine's, or less where a control group or the process' own limit
+/// Memory that the process may have \[bytes]: the machine's, or less where a control group or the process' own limit
 /// (`ulimit -v`) says so. Where the system does not tell there is no limit.
 pub(crate) fn of_machine() -> u64 {
     static BYTES: OnceLock<u64> = OnceLock::new();

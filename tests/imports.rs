@@ -40,8 +40,11 @@ const FLOORS: &[&str] = &[
     "registry",
     "loading",
     "step",
+    "plugin",
     "output",
+    "checkpoint",
     "study",
+    "validate",
 ];
 
 /// A path inside of the crate, segment by segment.

@@ -12,7 +12,14 @@
 
 use std::{path::Path, time::Instant};
 
-use overfall::{Simulation, boundary, state::{Densities, Material, particle::{Fluid, Position}}, loading::Override, scene::Scene};
+use overfall::{
+    Override, Simulation,
+    scene::Scene,
+    state::{
+        Densities, Material,
+        particle::{Fluid, Position},
+    },
+};
 use salva3d::{
     LiquidWorld,
     math::Vector,
@@ -85,7 +92,7 @@ fn run_overfall(
         }
         measured.particles = report.particles;
     }
-    measured.boundary_particles = boundary::sample(&scene)?.len();
+    measured.boundary_particles = overfall::sampling::sample(&scene)?.len();
     measured.print();
     Ok(())
 }
@@ -105,7 +112,7 @@ fn run_salva(steps: usize, warm_up: usize, threads: usize, tolerance: f32) -> Re
     let world = probe.world_mut();
     let mut query = world.query_filtered::<&Position, bevy_ecs::prelude::With<Fluid>>();
     let fluid: Vec<_> = query.iter(world).map(|x| vector(x.0)).collect();
-    let walls: Vec<_> = boundary::sample(&scene)?
+    let walls: Vec<_> = overfall::sampling::sample(&scene)?
         .iter()
         .map(|sample| vector(sample.position))
         .collect();

@@ -6,8 +6,8 @@ use bevy_ecs::prelude::*;
 #[derive(Component, Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SampleOf(pub u32);
 
-/// The same of all boundary particles, in the order of [`BoundarySamples`](super::BoundarySamples); [`NOBODY`] for what
-/// a host spawned without it.
+/// The same of all boundary particles, in the order of [`BoundarySamples`](crate::index::BoundarySamples); [`NOBODY`]
+/// for what a host spawned without it.
 #[derive(Resource, Debug, Clone, Default)]
 pub struct Owners(pub Vec<u32>);
 

@@ -53,8 +53,8 @@ pub enum BoundaryError {
     NotInstalled,
     /// A particle lacks a component that every boundary particle has.
     #[error(
-        "the boundary particle {particle} lacks the component `{component}`; insert it again, or remove `Boundary` from what \
-         is no wall"
+        "the boundary particle {particle} lacks the component `{component}`; insert it again, or remove `Boundary` \
+         from what is no wall"
     )]
     LacksComponent {
         /// The particle.

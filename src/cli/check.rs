@@ -197,13 +197,14 @@ fn time_step(scene: &Scene, plan: &Plan) -> String {
             format!("\nThe time step is from {min:e} to {max:e} s, and at most\n")
         }
         TimeStep::Adaptive(scheme) => format!(
-            "\nThe time step is from {:e} to {:e} s; steps are taken back where the largest density error jumps by {:.1} % or \
-             is above {:.1} %\nIt shrinks above\n",
+            "\nThe time step is from {:e} to {:e} s; steps are taken back where the largest density error jumps by \
+             {:.1} % or is above {:.1} %\nIt shrinks above\n",
             scheme.min,
             scheme.max,
             800.0 * scheme.density_error,
             100.0 * scheme.max_density_error,
         ),
+        _ => "\nThe time step should be at most\n".to_owned(),
     };
     for (name, limit) in &plan.time_step_limits {
         let limit = if limit.is_finite() {

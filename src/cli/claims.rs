@@ -21,7 +21,7 @@ const LOCK: &str = ".overfall_lock";
 
 /// Who wants to write into a folder.
 pub(super) struct Writer<'a> {
-    /// `run` or `study`.
+    /// `run`, `study` or `validation`.
     pub(super) kind: &'static str,
     /// Name of the scene or the study.
     pub(super) name: &'a str,
@@ -89,6 +89,28 @@ impl Claims {
             .map_err(|error| failed("cannot write", &path, &error))?;
         let listed = BTreeSet::new();
         Ok((Self::new(root, file, listed, lock), aside))
+    }
+
+    /// Goes on writing into the folder of a run that goes on. Refuses one of another writer.
+    pub(super) fn go_on(root: &Path, writer: &Writer) -> Result<Self, Failure> {
+        if let Some(listing) = Listing::read(root)?
+            && listing.writer != writer.line()
+        {
+            return Err(Failure::Refused(format!(
+                "{}: this is the folder of {}, not of {}; choose another --out",
+                root.display(),
+                listing.writer,
+                writer.line()
+            )));
+        }
+        Self::reopen(root)
+    }
+
+    /// Whether the manifest lists a file.
+    pub(super) fn is_ours(&self, name: &str) -> bool {
+        let manifest = self.manifest.lock();
+        let manifest = manifest.unwrap_or_else(|lock| lock.into_inner());
+        manifest.listed.contains(name)
     }
 
     /// Goes on writing into the folder of a run that is over.
@@ -183,7 +205,8 @@ fn refuse_inputs(root: &Path, older: &Listing, writer: &Writer) -> Result<(), Fa
             .any(|name| same(&root.join(name), input));
         if ours {
             return Err(Failure::Refused(format!(
-                "{}: it is read, and belongs to an older {} in the folder {}, which would be moved; choose another --out",
+                "{}: it is read, and belongs to an older {} in the folder {}, which would be moved; choose another \
+                 --out",
                 input.display(),
                 older.writer,
                 root.display()

@@ -7,7 +7,7 @@ use clap::{Parser, Subcommand};
 use super::{
     check, console,
     exit::{Exit, Failure},
-    options, picture, run, study,
+    options, picture, run, study, validate,
 };
 
 /// Smoothed particle hydrodynamics as entities and systems, driven by RON scene files.
@@ -26,6 +26,8 @@ enum Command {
     Check(options::Check),
     /// Measure variants of a scene side by side; write a table and a chart.
     Study(options::Study),
+    /// Run cases whose answer is known; say how far off every method is, write a page with charts.
+    Validate(options::Validate),
     /// Draw the pictures of a run again, from the frames it wrote.
     Picture(options::Picture),
 }
@@ -40,6 +42,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Run(options) => run::run(&options),
         Command::Check(options) => check::check(&options),
         Command::Study(options) => study::study(&options),
+        Command::Validate(options) => validate::validate(&options),
         Command::Picture(options) => picture::picture(&options),
     };
     match ended {

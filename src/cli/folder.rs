@@ -5,6 +5,7 @@
 //!   history.csv         a row a step
 //!   gauges/wall.csv     a row a reading; a chart beside it if there is something to compare with
 //!   summary.json        how it went
+//!   checkpoint.overfall the state to go on from, if one was asked for or the run was interrupted
 //!   dam_break.pvd       the frames as one animation
 //!   contact_sheet.png   the pictures at a glance
 //!   frames/frame_00000.vtu
@@ -30,6 +31,7 @@ const DEFAULT_PARENT: &str = "out";
 /// Names in the folder, relative to it.
 pub(super) const HISTORY: &str = "history.csv";
 pub(super) const SUMMARY: &str = "summary.json";
+pub(super) const CHECKPOINT: &str = "checkpoint.overfall";
 pub(super) const CONTACT_SHEET: &str = "contact_sheet.png";
 const RESERVE: &str = ".overfall_reserve";
 const FRAMES: &str = "frames";
@@ -80,6 +82,7 @@ impl RunFolder {
             HISTORY.into(),
             SUMMARY.into(),
             RESERVE.into(),
+            CHECKPOINT.into(),
             self.series(),
         ];
         planned.extend(copy.names().map(str::to_owned));
@@ -108,6 +111,30 @@ impl RunFolder {
             self.create_pictures()?;
         }
         Ok(started)
+    }
+
+    /// Makes the folder ready for a run that goes on in it after so many frames: later ones go.
+    pub(super) fn reopen(
+        &self,
+        writer: &Writer,
+        scene: &Scene,
+        frames: usize,
+    ) -> Result<Claims, Failure> {
+        let claims = Claims::go_on(&self.root, writer)?;
+        for (folder, extension) in [(FRAMES, "vtu"), (FRAMES, "ply"), (PICTURES, "png")] {
+            for (number, path) in numbered_files(&self.root.join(folder), extension)? {
+                let name = format!("{folder}/{STEM}{number:05}.{extension}");
+                if number >= frames as u64 && claims.is_ours(&name) {
+                    fs::remove_file(&path)
+                        .map_err(|error| failed("cannot remove the later", &path, &error))?;
+                }
+            }
+        }
+        create_folder(&self.frames())?;
+        if scene.output.pictures {
+            self.create_pictures()?;
+        }
+        Ok(claims)
     }
 
     /// Makes the folder of the pictures, if it is not there.
@@ -228,7 +255,7 @@ fn numbered_files(folder: &Path, extension: &str) -> Result<Vec<(u64, PathBuf)>,
     }
 }
 
-/// Longest name of a folder that is made of a scene's or a study's name [bytes]; file systems take 255, endings
+/// Longest name of a folder that is made of a scene's or a study's name \[bytes]; file systems take 255, endings
 /// included.
 const LONGEST_NAME: usize = 120;
 

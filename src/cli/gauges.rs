@@ -34,19 +34,22 @@ struct Comparison {
 }
 
 impl GaugeFiles {
-    /// Starts the files.
+    /// Starts the files; in a run that goes on each after so many rows as `kept` says.
     pub(super) fn start(
         folder: &RunFolder,
         claims: &Claims,
         scene: &Scene,
+        kept: &[u64],
     ) -> Result<Self, Failure> {
         if !scene.gauges.is_empty() {
             create_folder(&folder.gauges())?;
         }
-        let files = scene.gauges.iter().map(|gauge| {
+        let kept = kept.iter().copied().chain(std::iter::repeat(0));
+        let files = scene.gauges.iter().zip(kept).map(|(gauge, kept)| {
             let columns = gauge.columns();
             let file = claims.claim(&folder::gauge(&gauge.name));
-            let rows = file.and_then(|path| GaugeFile::create(&path, &columns));
+            let rows = file.and_then(|path| GaugeFile::resume(&path, &columns, kept));
+            let (rows, old) = rows.map_err(cannot_write)?;
             let comparison = gauge.reference.as_ref().map(|reference| {
                 let known = reference
                     .load()
@@ -59,11 +62,13 @@ impl GaugeFiles {
                     title: format!("{}: {}", scene.name, gauge.name),
                     column: (wanted.clone(), place.unwrap_or(0)),
                     known,
-                    measured: Vec::new(),
+                    measured: (old.iter())
+                        .filter_map(|row| reading(row, place.unwrap_or(0)))
+                        .collect(),
                 })
             });
             Ok(Files {
-                rows: rows.map_err(cannot_write)?,
+                rows,
                 comparison: comparison.transpose()?,
             })
         });
@@ -88,6 +93,15 @@ impl GaugeFiles {
         Ok(())
     }
 
+    /// Writes the rows that wait, and says how many each file has.
+    pub(super) fn flush(&mut self) -> Result<Vec<u64>, OutputError> {
+        let rows = self.0.iter_mut().map(|files| {
+            files.rows.flush()?;
+            Ok(files.rows.rows())
+        });
+        rows.collect()
+    }
+
     /// Writes what is left, and draws the charts. Says what failed.
     pub(super) fn finish(mut self, world: &mut World) -> Vec<String> {
         let mut failures = Vec::new();
@@ -103,6 +117,13 @@ impl GaugeFiles {
         }
         failures
     }
+}
+
+/// Time \[s] and figure of a row, if there is one.
+fn reading(row: &str, place: usize) -> Option<(f64, f64)> {
+    let mut cells = row.trim_end().split(',').skip(1);
+    let time = cells.next()?.parse().ok()?;
+    Some((time, cells.nth(place)?.parse().ok()?))
 }
 
 impl Files {

@@ -1,9 +1,10 @@
-//! The command line: `run`, `check`, `study`, `picture`.
+//! The command line: `run`, `check`, `study`, `validate`, `picture`.
 //!
 //! Results go to standard output, progress and errors to standard error. The exit status says how it ended
 //! ([`Exit`](exit::Exit)).
 
 mod check;
+mod checkpoints;
 mod claims;
 mod command;
 mod console;
@@ -20,7 +21,9 @@ mod report;
 mod run;
 mod scene_copy;
 mod schedule;
+mod stages;
 mod study;
+mod validate;
 mod waiting;
 
 pub(crate) use command::main;

@@ -8,8 +8,10 @@ use overfall::step::InstallError;
 use overfall::{
     loading::Override,
     scene::{FrameFormat, Scene, SceneError},
+    validate::{METHODS, Method},
 };
 
+use super::checkpoints::Every;
 use super::exit::Failure;
 
 /// More threads than this are a slip of the keyboard, not a machine.
@@ -41,7 +43,7 @@ pub(super) struct Threads {
 pub(super) struct Run {
     #[command(flatten)]
     pub(super) scene: SceneOptions,
-    /// Simulated time [s] instead of the scene's.
+    /// Simulated time \[s] instead of the scene's.
     #[arg(long, value_name = "S", value_parser = positive, conflicts_with = "steps")]
     duration: Option<f32>,
     /// Take exactly so many steps, whatever the duration.
@@ -76,6 +78,13 @@ pub(super) struct Run {
     /// Draw no pictures.
     #[arg(long, overrides_with = "pictures")]
     no_pictures: bool,
+    /// Keep a checkpoint, a new one every so many steps (30), so much simulated time (0.5s) or so much wall time (10min,
+    /// 2h). Ctrl-C leaves one always.
+    #[arg(long, value_name = "EVERY")]
+    pub(super) checkpoint: Option<Every>,
+    /// Go on from a checkpoint, or from that in the folder of a run, and in that folder unless --out names another.
+    #[arg(long, value_name = "DIR|FILE", value_hint = ValueHint::AnyPath, conflicts_with = "force")]
+    pub(super) resume: Option<PathBuf>,
     /// Print the summary on standard output as JSON.
     #[arg(long)]
     pub(super) json: bool,
@@ -116,6 +125,42 @@ pub(super) struct Study {
     pub(super) force: bool,
     #[command(flatten)]
     pub(super) threads: Threads,
+}
+
+/// Options of `overfall validate`.
+#[derive(Args, Debug)]
+pub(super) struct Validate {
+    /// Cases by name or the start of it, e.g. hydrostatic; all if none is given.
+    #[arg(value_name = "CASE")]
+    pub(super) cases: Vec<String>,
+    /// A method to run; may be given again. All by default.
+    #[arg(long = "method", value_name = "METHOD", value_parser = method)]
+    pub(super) methods: Vec<&'static Method>,
+    /// Particles over the length that a case counts them across, instead of the case's own number (see --list).
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=10_000), conflicts_with = "convergence")]
+    pub(super) resolution: Option<u32>,
+    /// Run every case at three resolutions and fit the order of its errors.
+    #[arg(long)]
+    pub(super) convergence: bool,
+    /// Where to write; out/validation by default. An older page there is moved into a folder older_1, older_2, … in it.
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(super) out: Option<PathBuf>,
+    /// Replace an older page instead of moving it aside.
+    #[arg(long)]
+    pub(super) force: bool,
+    /// List the cases, the methods, and the cases that cannot be posed yet; run nothing.
+    #[arg(long)]
+    pub(super) list: bool,
+    #[command(flatten)]
+    pub(super) threads: Threads,
+}
+
+fn method(text: &str) -> Result<&'static Method, String> {
+    let known = METHODS.iter().find(|method| method.key == text);
+    known.ok_or_else(|| {
+        let keys = METHODS.map(|method| method.key);
+        format!("the methods are {}", keys.join(", "))
+    })
 }
 
 /// [`FrameFormat`] as the command line spells it.

@@ -16,7 +16,7 @@ use super::{console, options};
 /// Pictures on the contact sheet, and how many of them stand side by side.
 const SHEET_PICTURES: usize = 12;
 const SHEET_COLUMNS: usize = 4;
-/// Size of a picture on the sheet [pixels], half of one that stands alone: drawn at this size its text is sharp.
+/// Size of a picture on the sheet \[pixels], half of one that stands alone: drawn at this size its text is sharp.
 const SHEET_PICTURE: (u32, u32) = (480, 270);
 
 /// Draws the frames of a scene, all as seen from the same place and in the same colours.

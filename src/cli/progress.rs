@@ -13,7 +13,7 @@ use super::schedule::Goal;
 const BAR_INTERVAL: Duration = Duration::from_millis(100);
 /// Time between two lines: often enough to see that it lives, seldom enough for a log.
 const LINE_INTERVAL: Duration = Duration::from_secs(3);
-/// The speed that the time left is reckoned with is an average over about so long [s].
+/// The speed that the time left is reckoned with is an average over about so long \[s].
 const MEMORY: f64 = 10.0;
 /// Resolution of the bar.
 const BAR_LENGTH: u64 = 1000;
@@ -82,6 +82,11 @@ impl Progress {
         }
     }
 
+    /// The run goes on after so many steps at a time \[s].
+    pub(super) fn go_on(&mut self, steps: u64, time: f64) {
+        self.pace.fraction = self.goal.fraction(steps, time);
+    }
+
     /// Says things while the run goes on, from any thread, without getting in the way of the bar.
     pub(super) fn announcer(&self) -> impl Fn(&str) + Send + use<> {
         let bar = match &self.display {
@@ -130,11 +135,11 @@ struct Pace {
     steps: u32,
     /// The fraction of the way done at the last showing.
     fraction: f64,
-    /// Fraction of the way a second of wall time, smoothed [1/s]; 0 before the first showing.
+    /// Fraction of the way a second of wall time, smoothed \[1/s]; 0 before the first showing.
     per_second: f64,
     /// Wall time within these steps: waiting for a frame to be written is not the step's.
     stepping: Duration,
-    /// Wall time a step, over the steps before the last showing [ms].
+    /// Wall time a step, over the steps before the last showing \[ms].
     ms_per_step: f64,
     /// Steps taken back in all.
     taken_back: u64,
@@ -154,7 +159,7 @@ impl Pace {
         (self.steps, self.stepping) = (0, Duration::ZERO);
     }
 
-    /// Wall time left [s], if it can be told.
+    /// Wall time left \[s], if it can be told.
     fn time_left(&self) -> Option<f64> {
         (self.per_second > 0.0).then(|| (1.0 - self.fraction) / self.per_second)
     }
@@ -208,14 +213,12 @@ mod tests {
 
     #[test]
     fn the_line_says_how_far_how_fast_and_how_well() {
-        let report = StepReport {
-            step: 250,
-            time: 0.25,
-            dt: 0.001,
-            iterations: 4,
-            max_density_error: 0.0098,
-            ..StepReport::default()
-        };
+        let mut report = StepReport::default();
+        report.step = 250;
+        report.time = 0.25;
+        report.dt = 0.001;
+        report.iterations = 4;
+        report.max_density_error = 0.0098;
         let mut pace = Pace {
             steps: 250,
             stepping: Duration::from_secs(4),

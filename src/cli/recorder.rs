@@ -1,16 +1,18 @@
 //! Frames and pictures, written beside the steps that follow.
 
 use std::fs;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::{Builder, JoinHandle};
 
-use overfall::output::{Frame, OutputError, Series};
+use overfall::output::{Frame, OutputError, Series, write_durably};
 use overfall::scene::{FrameFormat, Scene};
 
 use super::claims::Claims;
 use super::exit::{Failure, cannot_write};
-use super::folder::{self, RunFolder};
+use super::folder::{self, CHECKPOINT, RunFolder};
+use super::manifest::is_absent;
 use super::picture::Painter;
 
 /// Frames that may wait to be written. One is enough to overlap writing with computing; a writer that cannot keep
@@ -26,8 +28,10 @@ pub(super) struct Recorder {
 /// What the writer is to do.
 enum Task {
     Write(Frame),
-    /// The run went back to this time [s]: frames after it never were.
+    /// The run went back to this time \[s]: frames after it never were.
     WithdrawAfter(f64),
+    /// A checkpoint, after the frames that it counts.
+    Checkpoint(Vec<u8>),
 }
 
 /// What came of the frames.
@@ -44,12 +48,13 @@ pub(super) struct Recorded {
 pub(super) struct GaveUp;
 
 impl Recorder {
-    /// Starts the writer for a run of a scene.
+    /// Starts the writer for a run of a scene; one that goes on has frames of these times \[s].
     pub(super) fn start(
         folder: &RunFolder,
         claims: &Arc<Claims>,
         scene: &Scene,
         threads: usize,
+        written: &[f64],
     ) -> Result<Self, Failure> {
         let (sender, receiver) = sync_channel(WAITING);
         let painter = scene.output.pictures.then(|| Painter::new(scene, threads));
@@ -61,10 +66,10 @@ impl Recorder {
         };
         let writer = Writer {
             claims: claims.clone(),
+            series: go_on(series, &formats, written)?,
             formats,
-            series: Series::new(series),
             painter: painter.transpose()?,
-            times: Vec::new(),
+            times: written.to_vec(),
         };
         let writer = Builder::new()
             .name("frame writer".to_owned())
@@ -80,10 +85,17 @@ impl Recorder {
         self.sender.send(Task::Write(frame)).map_err(|_| GaveUp)
     }
 
-    /// Takes back the frames after a time [s]: their files go.
+    /// Takes back the frames after a time \[s]: their files go.
     pub(super) fn withdraw_after(&self, time: f64) -> Result<(), GaveUp> {
         let task = Task::WithdrawAfter(time);
         self.sender.send(task).map_err(|_| GaveUp)
+    }
+
+    /// Hands over the bytes of a checkpoint.
+    pub(super) fn checkpoint(&self, bytes: Vec<u8>) -> Result<(), GaveUp> {
+        self.sender
+            .send(Task::Checkpoint(bytes))
+            .map_err(|_| GaveUp)
     }
 
     /// Waits until all frames are written.
@@ -96,13 +108,24 @@ impl Recorder {
     }
 }
 
+/// The series of the frames of these times \[s], in a folder where they are; without those that are not.
+fn go_on(path: PathBuf, formats: &[FrameFormat], written: &[f64]) -> Result<Series, Failure> {
+    if written.is_empty() || !formats.contains(&FrameFormat::Vtu) || !path.is_file() {
+        return Ok(Series::new(path));
+    }
+    let mut series = Series::read(path).map_err(|error| Failure::Refused(error.to_string()))?;
+    let last = written.last().copied().unwrap_or(0.0);
+    series.withdraw_after(last).map_err(cannot_write)?;
+    Ok(series)
+}
+
 /// What the writer's thread works with.
 struct Writer {
     claims: Arc<Claims>,
     formats: Vec<FrameFormat>,
     series: Series,
     painter: Option<Painter>,
-    /// Times of the frames that are written [s], by number.
+    /// Times of the frames that are written \[s], by number.
     times: Vec<f64>,
 }
 
@@ -114,6 +137,9 @@ impl Writer {
             let done = match task {
                 Task::Write(frame) => self.write(&frame),
                 Task::WithdrawAfter(time) => self.withdraw_after(time),
+                Task::Checkpoint(bytes) => {
+                    (self.claims.claim(CHECKPOINT)).and_then(|path| write_durably(&path, &bytes))
+                }
             };
             if let Err(error) = done {
                 failure = Some(format!("cannot write {error}"));
@@ -134,7 +160,11 @@ impl Writer {
             let picture = self.painter.iter().map(|_| folder::picture(number));
             for name in frames.chain(picture) {
                 let path = self.claims.claim(&name)?;
-                fs::remove_file(&path).map_err(|source| OutputError::Io { path, source })?;
+                match fs::remove_file(&path) {
+                    // A run that goes on in a folder of its own has its older frames elsewhere.
+                    Err(error) if is_absent(&error) => {}
+                    removed => removed.map_err(|source| OutputError::Io { path, source })?,
+                }
             }
         }
         Ok(())

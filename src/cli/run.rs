@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use bevy_ecs::prelude::With;
+use overfall::checkpoint::{Checkpoint, CheckpointError, steps_until_possible};
 use overfall::output::{Frame, History, OutputError, RunTotals, Status, Summary};
 use overfall::scene::Scene;
 use overfall::state::Execution;
@@ -12,6 +13,7 @@ use overfall::state::particle::{Boundary, Fluid};
 use overfall::{Simulation, StepError};
 use overfall::{state::Clock, step::warnings};
 
+use super::checkpoints::{CheckpointClock, Every, Resumed, RunState};
 use super::claims::{Claims, Writer};
 use super::exit::{Exit, Failure, cannot_write};
 use super::folder::{HISTORY, Reserve, RunFolder, SUMMARY};
@@ -22,6 +24,9 @@ use super::scene_copy::SceneCopy;
 use super::schedule::{FrameClock, Goal};
 use super::waiting::waiting;
 use super::{console, interrupt, options, picture, report};
+
+/// Steps that a run takes after a signal, at most, to come to where a checkpoint is possible.
+const MOST_STEPS_TO_LEAVE: u64 = 100;
 
 /// Runs a scene and writes what comes of it.
 pub(super) fn run(options: &options::Run) -> Result<Exit, Failure> {
@@ -34,15 +39,14 @@ pub(super) fn run(options: &options::Run) -> Result<Exit, Failure> {
             console::note(&format!("warning: {warning}"));
         }
     }
-    let simulation = waiting("setting the scene up", options.quiet, || {
-        Simulation::with_threads(&scene, threads)
-    });
-    let simulation = simulation.map_err(|error| options.scene.refuse(&error))?;
+    let resumed = (options.resume.as_deref()).map(Resumed::read).transpose()?;
+    let simulation = set_up(options, &scene, threads, resumed.as_ref())?;
     let goal = options
         .steps
         .map_or_else(|| Goal::duration(scene.duration), Goal::Steps);
 
-    let folder = RunFolder::new(options.out.as_deref(), &scene.name);
+    let own_folder = (resumed.as_ref()).and_then(|of| of.folder(options.out.as_deref()));
+    let folder = RunFolder::new(own_folder.or(options.out.as_deref()), &scene.name);
     let copy = SceneCopy::of(&scene)?;
     let writer = Writer {
         kind: "run",
@@ -50,7 +54,20 @@ pub(super) fn run(options: &options::Run) -> Result<Exit, Failure> {
         force: options.force,
         inputs: inputs(options, &scene),
     };
-    let (claims, aside) = folder.prepare(&writer, &scene, &copy)?;
+    let mut state = resumed.as_ref().map(|of| of.state.clone());
+    let (claims, aside) = match &mut state {
+        Some(state) if own_folder.is_some() => {
+            (folder.reopen(&writer, &scene, state.frames.len())?, None)
+        }
+        state => {
+            // The rows before are in another folder.
+            if let Some(state) = state {
+                state.history_rows = 0;
+                state.gauge_rows.clear();
+            }
+            folder.prepare(&writer, &scene, &copy)?
+        }
+    };
     let claims = Arc::new(claims);
     if let Some(aside) = aside.filter(|_| !options.quiet) {
         console::note(&format!("the older run is in {} now", aside.display()));
@@ -59,22 +76,13 @@ pub(super) fn run(options: &options::Run) -> Result<Exit, Failure> {
     interrupt::listen(progress.announcer())?;
     let reserve = Reserve::take(&claims).map_err(cannot_write)?;
     let summary_file = claims.claim(SUMMARY).map_err(cannot_write)?;
-    let history = claims
-        .claim(HISTORY)
-        .and_then(|path| History::create(&path));
     copy.write(folder.root(), &claims)?;
-    let mut run = Run {
-        simulation,
-        goal,
-        clock: FrameClock::new(&scene.output, goal),
-        history: history.map_err(cannot_write)?,
-        gauges: GaugeFiles::start(&folder, &claims, &scene)?,
-        recorder: Recorder::start(&folder, &claims, &scene, threads)?,
-        progress,
-        totals: RunTotals::default(),
-        stepping: Duration::ZERO,
-        recorded_steps: Vec::new(),
-    };
+    let mut run = Run::start(
+        (simulation, goal, progress),
+        (&folder, &claims, &scene),
+        (threads, options.checkpoint),
+        state,
+    )?;
     let ended = run.step_to_the_end();
     let mut summary = run.finish(ended, &scene, &folder, &claims, threads);
     summary.scene.clone_from(&scene.name);
@@ -99,11 +107,31 @@ pub(super) fn run(options: &options::Run) -> Result<Exit, Failure> {
     })
 }
 
+/// The simulation of a scene, at its start or where a checkpoint was written.
+fn set_up(
+    options: &options::Run,
+    scene: &Scene,
+    threads: usize,
+    resumed: Option<&Resumed>,
+) -> Result<Simulation, Failure> {
+    waiting("setting the scene up", options.quiet, || {
+        let mut simulation = Simulation::with_threads(scene, threads)
+            .map_err(|error| options.scene.refuse(&error))?;
+        if let Some(resumed) = resumed {
+            (resumed.checkpoint.restore(simulation.world_mut())).map_err(|error| {
+                Failure::Refused(format!("{}: {error}", resumed.file.display()))
+            })?;
+        }
+        Ok(simulation)
+    })
+}
+
 /// The files that a run reads.
 fn inputs(options: &options::Run, scene: &Scene) -> Vec<PathBuf> {
     let mut scene = scene.clone();
     let named = scene.files_mut().map(|file| PathBuf::from(&*file));
-    named.chain([options.scene.scene.clone()]).collect()
+    let named = named.chain([options.scene.scene.clone()]);
+    named.chain(options.resume.clone()).collect()
 }
 
 /// A run on its way.
@@ -118,8 +146,9 @@ struct Run {
     totals: RunTotals,
     /// Wall time within the steps: unlike the run's wall time, without waiting for the recorder.
     stepping: Duration,
-    /// The steps that have a frame.
-    recorded_steps: Vec<u64>,
+    /// Times of the frames \[s], and their steps.
+    frames: Vec<(f64, u64)>,
+    checkpoints: CheckpointClock,
 }
 
 /// Why a run stops before its goal.
@@ -131,6 +160,67 @@ enum Stop {
 }
 
 impl Run {
+    /// A run at its start, or where it goes on.
+    fn start(
+        (simulation, goal, mut progress): (Simulation, Goal, Progress),
+        (folder, claims, scene): (&RunFolder, &Arc<Claims>, &Scene),
+        (threads, every): (usize, Option<Every>),
+        resumed: Option<RunState>,
+    ) -> Result<Self, Failure> {
+        let time = simulation.time();
+        let mut clock = FrameClock::new(&scene.output, goal);
+        if let Some(state) = &resumed {
+            clock.set_state(state.frame_clock, time);
+        }
+        let state = resumed.unwrap_or_default();
+        progress.go_on(state.totals.steps(), time);
+        let history = (claims.claim(HISTORY))
+            .and_then(|path| History::resume_after_rows(&path, state.history_rows));
+        let times: Vec<f64> = state.frames.iter().map(|frame| frame.0).collect();
+        Ok(Self {
+            simulation,
+            goal,
+            clock,
+            history: history.map_err(cannot_write)?,
+            gauges: GaugeFiles::start(folder, claims, scene, &state.gauge_rows)?,
+            recorder: Recorder::start(folder, claims, scene, threads, &times)?,
+            progress,
+            checkpoints: CheckpointClock::new(every, state.totals.steps(), time),
+            totals: state.totals,
+            stepping: Duration::try_from_secs_f64(state.stepping).unwrap_or_default(),
+            frames: state.frames,
+        })
+    }
+
+    /// Hands a checkpoint of the present state to the recorder.
+    fn checkpoint(&mut self) -> Result<(), Stop> {
+        self.history.flush()?;
+        let state = RunState {
+            frames: self.frames.clone(),
+            frame_clock: self.clock.state(),
+            totals: self.totals,
+            stepping: self.stepping.as_secs_f64(),
+            history_rows: self.history.rows(),
+            gauge_rows: self.gauges.flush()?,
+        };
+        let failed = |error: CheckpointError| Stop::Failure(error.to_string());
+        let mut checkpoint = Checkpoint::of(self.simulation.world_mut()).map_err(failed)?;
+        (state.attach(&mut checkpoint)).map_err(|failure| Stop::Failure(failure.into_text()))?;
+        self.recorder.checkpoint(checkpoint.to_bytes())?;
+        (self.checkpoints).done(self.totals.steps(), self.simulation.time());
+        Ok(())
+    }
+
+    /// Whether the run may end for a signal here: it leaves a checkpoint, for which it may have to take some steps more.
+    fn may_leave(&mut self) -> Result<bool, Stop> {
+        match steps_until_possible(self.simulation.world_mut()) {
+            0 => self.checkpoint()?,
+            1..=MOST_STEPS_TO_LEAVE => return Ok(false),
+            _ => {}
+        }
+        Ok(true)
+    }
+
     /// Steps until the goal or a signal.
     fn step_to_the_end(&mut self) -> Result<Status, Stop> {
         self.record()?;
@@ -139,8 +229,13 @@ impl Run {
             if self.goal.is_reached(steps, time) {
                 return Ok(Status::Done);
             }
-            if interrupt::asked() {
+            if interrupt::asked() && self.may_leave()? {
                 return Ok(Status::Interrupted);
+            }
+            if self.checkpoints.is_due(steps, time)
+                && steps_until_possible(self.simulation.world_mut()) == 0
+            {
+                self.checkpoint()?;
             }
             let started = Instant::now();
             let report = match self.clock.until(time) {
@@ -168,21 +263,21 @@ impl Run {
     /// Hands the present state to the recorder, unless it has it.
     fn record(&mut self) -> Result<(), GaveUp> {
         let step = self.totals.steps();
-        if self.recorded_steps.last() == Some(&step) {
+        if self.frames.last().is_some_and(|last| last.1 == step) {
             return Ok(());
         }
-        self.recorded_steps.push(step);
+        self.frames.push((self.simulation.time(), step));
         let frame = Frame::from_world(self.simulation.world_mut());
         self.recorder.record(frame)
     }
 
-    /// Takes back what was written of steps after `time` [s], where the run stands again.
+    /// Takes back what was written of steps after `time` \[s], where the run stands again.
     fn withdraw(&mut self, time: f64) -> Result<(), GaveUp> {
         self.clock.set_back(time);
         let step = self.totals.steps();
-        let frames = self.recorded_steps.len();
-        self.recorded_steps.retain(|&recorded| recorded <= step);
-        if self.recorded_steps.len() < frames {
+        let frames = self.frames.len();
+        self.frames.retain(|recorded| recorded.1 <= step);
+        if self.frames.len() < frames {
             self.recorder.withdraw_after(time)?;
         }
         Ok(())

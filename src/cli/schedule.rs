@@ -5,7 +5,7 @@ use overfall::scene::Output;
 /// What a run goes for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Goal {
-    /// Simulated time [s].
+    /// Simulated time \[s].
     Time(f64),
     /// Number of steps.
     Steps(u64),
@@ -17,7 +17,7 @@ impl Goal {
         Self::Time(decimal(seconds))
     }
 
-    /// Whether a run that has taken `steps` steps, the last of which ended at `time` [s], is there.
+    /// Whether a run that has taken `steps` steps, the last of which ended at `time` \[s], is there.
     pub(super) fn is_reached(self, steps: u64, time: f64) -> bool {
         match self {
             Self::Time(end) => time >= end,
@@ -34,7 +34,7 @@ impl Goal {
         fraction.clamp(0.0, 1.0)
     }
 
-    /// The simulated time that the run goes for [s].
+    /// The simulated time that the run goes for \[s].
     fn end(self) -> f64 {
         match self {
             Self::Time(end) => end,
@@ -51,6 +51,9 @@ fn decimal(number: f32) -> f64 {
 /// Part of a step by which summed time may be off.
 const ROUNDING: f64 = 1e-2;
 
+/// Frames per second; the next multiple that has none; time of the last frame \[s], and the multiple that was next before.
+pub(super) type ClockState = (f64, f64, Option<(f64, f64)>);
+
 /// Says at which step ends a frame is due.
 ///
 /// These are the step ends nearest to the multiples of the frame interval: a picture is not worth a change of the
@@ -62,9 +65,9 @@ pub(super) struct FrameClock {
     exact: bool,
     /// The next multiple that has no frame yet.
     next: f64,
-    /// Multiples from here on are left to the last frame [s].
+    /// Multiples from here on are left to the last frame \[s].
     end: f64,
-    /// Time of the last frame [s], and the multiple that was next before it.
+    /// Time of the last frame \[s], and the multiple that was next before it.
     last: Option<(f64, f64)>,
 }
 
@@ -80,7 +83,21 @@ impl FrameClock {
         }
     }
 
-    /// The time after `time` that a step must not pass [s], if there is one.
+    /// What a run that goes on has to know: frames per second, the next multiple, the last frame.
+    pub(super) fn state(&self) -> ClockState {
+        (self.per_second, self.next, self.last)
+    }
+
+    /// Goes on from there at `time` \[s]; with another number of frames per second at its next multiple.
+    pub(super) fn set_state(&mut self, (per_second, next, last): ClockState, time: f64) {
+        if per_second == self.per_second {
+            (self.next, self.last) = (next, last);
+        } else {
+            self.next = (time * self.per_second).floor() + 1.0;
+        }
+    }
+
+    /// The time after `time` that a step must not pass \[s], if there is one.
     pub(super) fn until(&self, time: f64) -> Option<f64> {
         let multiple = self.next / self.per_second;
         let times = [self.end, if self.exact { multiple } else { self.end }];

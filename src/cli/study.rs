@@ -1,11 +1,10 @@
 //! `overfall study`: variants of a scene side by side, as a table, CSV and a chart.
 
-use std::io::{IsTerminal, Write as _};
+use std::io::Write as _;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use overfall::output::{OutputError, write_atomically};
 use overfall::simd::InstructionSet;
 use overfall::study::{Event, Plan, StudyError, Table, chart, run};
@@ -14,20 +13,15 @@ use serde::Serialize;
 use super::claims::{Claims, Writer};
 use super::exit::{Exit, Failure, cannot_write};
 use super::folder::{self, SUMMARY};
-use super::{console, interrupt, options, progress};
+use super::stages::Display;
+use super::{console, interrupt, options};
 
 /// Names in the folder, beside the summary's.
 const TABLE: &str = "table.csv";
 const CHART: &str = "chart.svg";
 
-/// Time between two drawings of the bar.
-const BAR_INTERVAL: Duration = Duration::from_millis(100);
-/// Time between two lines where there is no terminal.
-const LINE_INTERVAL: Duration = Duration::from_secs(5);
 /// Time between two looks whether the folder is there.
 const LOOK_INTERVAL: Duration = Duration::from_secs(1);
-/// Resolution of the bar.
-const BAR_LENGTH: u64 = 1000;
 
 /// Runs a study and writes what comes of it.
 pub(super) fn study(options: &options::Study) -> Result<Exit, Failure> {
@@ -157,7 +151,7 @@ struct Summary<'a> {
     status: &'static str,
     threads: usize,
     instruction_set: &'static str,
-    /// Wall time, starts and warm-ups included [s].
+    /// Wall time, starts and warm-ups included \[s].
     wall_s: f64,
     rows: Vec<SummaryRow<'a>>,
 }
@@ -200,92 +194,5 @@ impl<'a> Summary<'a> {
             serde_json::to_writer_pretty(&mut *out, self)?;
             out.write_all(b"\n")
         })
-    }
-}
-
-/// How far the study is: a bar on a terminal, plain lines elsewhere.
-struct Display {
-    bar: Option<ProgressBar>,
-    stage: String,
-    since: Instant,
-    shown: Option<Instant>,
-}
-
-impl Display {
-    fn start() -> Self {
-        let bar = std::io::stderr().is_terminal().then(|| {
-            let target = ProgressDrawTarget::stderr();
-            let bar = ProgressBar::with_draw_target(Some(BAR_LENGTH), target);
-            if let Ok(style) = ProgressStyle::with_template("{prefix} {wide_bar}\n{wide_msg}") {
-                bar.set_style(style.progress_chars("=> "));
-            }
-            bar
-        });
-        Self {
-            bar,
-            stage: String::new(),
-            since: Instant::now(),
-            shown: None,
-        }
-    }
-
-    fn step(&mut self, stage: &str, of: &str, fraction: f64) {
-        if self.stage != stage {
-            (self.stage, self.since, self.shown) = (stage.to_owned(), Instant::now(), None);
-        }
-        let interval = if self.bar.is_some() {
-            BAR_INTERVAL
-        } else {
-            LINE_INTERVAL
-        };
-        if self.shown.is_some_and(|shown| shown.elapsed() < interval) {
-            return;
-        }
-        self.shown = Some(Instant::now());
-        let way = way(fraction, self.since.elapsed().as_secs_f64());
-        match &self.bar {
-            Some(bar) => {
-                bar.set_position((fraction * BAR_LENGTH as f64) as u64);
-                bar.set_prefix(console::name(&format!("{stage}: {way}")));
-                bar.set_message(console::name(of));
-            }
-            None if of.is_empty() => console::note(&format!("{stage}: {way}")),
-            None => console::note(&format!("{stage}: {way}, {of}")),
-        }
-    }
-
-    fn announcer(&self) -> impl Fn(&str) + Send + use<> {
-        let bar = self.bar.clone();
-        move |text| match &bar {
-            Some(bar) => bar.println(console::shown(text)),
-            None => console::note(text),
-        }
-    }
-
-    fn finish(&self) {
-        if let Some(bar) = &self.bar {
-            bar.finish_and_clear();
-        }
-    }
-}
-
-/// How much of a stage is done and how long the rest takes.
-fn way(fraction: f64, elapsed: f64) -> String {
-    let left = if fraction > 0.01 {
-        progress::clock(elapsed * (1.0 - fraction) / fraction)
-    } else {
-        "?".to_owned()
-    };
-    format!("{:.0} %, {left} left", (100.0 * fraction).floor())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::way;
-
-    #[test]
-    fn the_time_left_is_told_from_the_part_done() {
-        assert_eq!(way(0.0, 0.0), "0 %, ? left");
-        assert_eq!(way(0.25, 20.0), "25 %, 1:00 left");
     }
 }

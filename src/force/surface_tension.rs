@@ -30,7 +30,7 @@ pub(crate) const STAGE: Stage = Stage {
     })
 };
 
-/// Strength κ [m³/s²; m²/s² in 2-D] of the scene.
+/// Strength κ \[m³/s²; m²/s² in 2-D] of the scene.
 #[derive(Resource, Debug, Clone, Copy)]
 pub struct Cohesion(pub f32);
 
@@ -54,7 +54,7 @@ struct CohesionSum<'a> {
     material: &'a Material,
     /// −κ σ
     factor: f32,
-    /// Square of the spacing [m²].
+    /// Square of the spacing \[m²].
     nearest: f32,
 }
 

@@ -1,6 +1,6 @@
 //! Viscosity, laminar or artificial.
 //!
-//! Laminar: `a_i = 2 (d + 2) ν Σ_j m/ρ_ij (v_ij · x_ij)/(|x_ij|² + 0.01 h²) ∇W_ij`, ν the kinematic viscosity [m²/s]
+//! Laminar: `a_i = 2 (d + 2) ν Σ_j m/ρ_ij (v_ij · x_ij)/(|x_ij|² + 0.01 h²) ∇W_ij`, ν the kinematic viscosity \[m²/s]
 //! (Monaghan 2005), with the mean density of the two, `ρ_ij = (ρ_i + ρ_j)/2`: with ρ_j alone, as often written, a free
 //! blob drifts.
 //!
@@ -31,11 +31,11 @@ use crate::{
     },
 };
 
-/// Part of h²/ν that a step may take [-]: 1/8 of the square of the smoothing length h/2 (Morris et al. 1997, eq. 23).
+/// Part of h²/ν that a step may take \[-]: 1/8 of the square of the smoothing length h/2 (Morris et al. 1997, eq. 23).
 const LIMIT_FACTOR: f32 = 1.0 / 32.0;
 
-/// Part of the longest step in which a lattice is stable under its viscosity [-]: disorder raises what it needs. Kernels
-/// that are narrow within their support, as Wendland's C4, would not be stable at the limit above.
+/// Part of the longest step in which a lattice is stable under its viscosity \[-]: disorder raises what it needs.
+/// Kernels that are narrow within their support, as Wendland's C4, would not be stable at the limit above.
 const LATTICE_LIMIT_FACTOR: f32 = 0.8;
 
 /// Viscosity.
@@ -109,20 +109,20 @@ fn limits(scene: &Scene) -> Vec<Limit> {
     limit.into_iter().collect()
 }
 
-/// Kinematic viscosity ν [m²/s] of the scene.
+/// Kinematic viscosity ν \[m²/s] of the scene.
 #[derive(Resource, Debug, Clone, Copy)]
 pub struct LaminarViscosity(pub f32);
 
 /// Parameters of the artificial viscosity.
 #[derive(Resource, Debug, Clone, Copy)]
 pub struct ArtificialViscosity {
-    /// α [-].
+    /// α \[-].
     pub alpha: f32,
-    /// Speed of sound c [m/s].
+    /// Speed of sound c \[m/s].
     pub sound_speed: f32,
 }
 
-/// α of the numerical viscosity [-]. In scenes that have one.
+/// α of the numerical viscosity \[-]. In scenes that have one.
 #[derive(Resource, Debug, Clone, Copy)]
 pub struct NumericalViscosity(pub f32);
 

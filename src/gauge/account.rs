@@ -1,19 +1,20 @@
 //! What the steps dissipate.
 //!
-//! Dissipated is booked step by step: kinetic and potential energy in the tables before it, less the same after it, less
-//! what compression took up. So what a host does between steps, pouring, moving or removing, is no dissipation; what
-//! viscosity, the pressure solve, walls at rest and the scheme take away (or add, if it is negative) is.
+//! Dissipated is booked step by step: kinetic and potential energy in the tables before it, less the same after it,
+//! less what compression took up. So what a host does between steps, pouring, moving or removing, is no dissipation;
+//! what viscosity, the pressure solve, walls at rest and the scheme take away (or add, if it is negative) is.
 //!
 //! Gravity and central forces have a potential. What walls that move and tables of accelerations do comes from outside:
 //! it is booked with the rest, as a dissipation below zero.
 
 use bevy_ecs::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use crate::{
     integrate::Motion,
     pressure::sesph::EquationOfState,
     state::{
-        BodyForces, Densities, Material, in_order,
+        BodyForces, Densities, Material, Remembers, in_order,
         particle::{Fluid, Position, Velocity},
     },
 };
@@ -28,12 +29,25 @@ pub struct EnergyAccount {
     before: Booked,
 }
 
-#[derive(Debug, Default, Clone, Copy)]
-struct Booked {
+#[derive(Debug, Default, Clone, Copy, Serialize, Deserialize)]
+pub(crate) struct Booked {
     /// Kinetic and potential energy that all steps took away \[J].
     taken: f64,
     /// That of compression in the first step \[J], and now.
     compression: Option<(f64, f64)>,
+}
+
+impl Remembers for EnergyAccount {
+    type State = [Booked; 2];
+
+    fn state(&self, _: &[Entity]) -> [Booked; 2] {
+        [self.booked, self.before]
+    }
+
+    fn set_state(&mut self, state: [Booked; 2], _: &[Entity]) -> Result<(), &'static str> {
+        [self.booked, self.before] = state;
+        Ok(())
+    }
 }
 
 impl EnergyAccount {

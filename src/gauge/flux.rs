@@ -1,9 +1,9 @@
 //! Volume flow through a parallelogram, or in 2-D a segment.
 //!
 //! `Q = Σ_j V v_j·n w(z_j)` over the particles beside it, z the distance from its plane and w the cubic spline of one
-//! dimension, whose integral is 1: a particle that passes counts for its volume V = m/ρ0 in all, whatever its way, and a
-//! lattice that moves as one gives the same at every moment, since the splines of a row of spacings add up to 1 at the
-//! default support.
+//! dimension, whose integral is 1: a particle that passes counts for its volume V = m/ρ0 in all, whatever its way, and
+//! a lattice that moves as one gives the same at every moment, since the splines of a row of spacings add up to 1 at
+//! the default support.
 
 use glam::{DVec3, Vec3};
 

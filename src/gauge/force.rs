@@ -3,9 +3,9 @@
 //! Three things act between walls and fluid, and the momentum that the fluid gets from them is what the walls lose.
 //! Pressure: a sample b takes `m_i ρ0 t_i V_b ∇W_ib` times the walls' push from particle i, t the pressure terms of all
 //! solves of the step together. Beside walls the fluid's own force along the wall is made up for what the wall leaves
-//! out of the kernel ([`made_up`](crate::boundary::sums::Walls::made_up)); that comes from the wall, from its samples by
-//! their part in the particle's kernel. And contact: what [`contact`](crate::boundary::contact) or direct forcing changed
-//! a velocity by comes from the nearest sample. No viscosity acts between walls and fluid.
+//! out of the kernel ([`made_up`](crate::boundary::sums::Walls::made_up)); that comes from the wall, from its samples
+//! by their part in the particle's kernel. And contact: what [`contact`](crate::boundary::contact) or direct forcing
+//! changed a velocity by comes from the nearest sample. No viscosity acts between walls and fluid.
 //!
 //! The pressure force on all particles is summed once more for it, with those terms: a pass in every step that is read.
 

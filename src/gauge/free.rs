@@ -5,7 +5,7 @@ use glam::Vec4;
 
 use crate::state::{Execution, Positions, Velocities};
 
-/// Velocities before walls correct them [m/s]. In scenes that measure forces.
+/// Velocities before walls correct them \[m/s]. In scenes that measure forces.
 #[derive(Resource, Debug, Default)]
 pub(crate) struct FreeVelocities(pub Vec<Vec4>);
 

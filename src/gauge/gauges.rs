@@ -4,6 +4,7 @@ use std::fmt;
 
 use bevy_ecs::prelude::*;
 use glam::Vec3;
+use serde::{Deserialize, Serialize};
 
 use super::{
     account::EnergyAccount,
@@ -18,24 +19,24 @@ use super::{
 use crate::{
     kernel::Kernel,
     scene::{self, Dimension, GaugeKind, Quantity, Scene},
-    state::{Clock, TakenBack},
+    state::{Clock, Remembers, TakenBack},
     time_step::AdaptiveTimeStep,
 };
 
 /// What a gauge showed after a step.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Reading {
     /// Number of the step, from 1.
     pub step: u64,
-    /// Simulated time at its end [s].
+    /// Simulated time at its end \[s].
     pub time: f64,
     /// A figure for each of the gauge's [`columns`](Gauge::columns); none where there is no fluid to measure.
     pub values: Vec<Option<f64>>,
 }
 
 /// What a gauge remembers from step to step.
-#[derive(Debug, Clone)]
-struct Memory {
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct Memory {
     timing: Timing,
     window: Window,
     latest: Option<Reading>,
@@ -47,7 +48,7 @@ pub struct Gauge {
     columns: Vec<String>,
     quantities: &'static [Quantity],
     probe: Box<dyn Probe>,
-    /// Length of the window [s]; 0 for none.
+    /// Length of the window \[s]; 0 for none.
     window: f64,
     memory: Memory,
     /// The memory before the last step, where steps may be taken back.
@@ -67,6 +68,32 @@ impl fmt::Debug for Gauge {
 /// The gauges of the scene, in its order, with what they showed. In scenes that have some.
 #[derive(Resource, Debug)]
 pub struct Gauges(Vec<Gauge>);
+
+/// Readings that nobody has taken yet are part of it.
+impl Remembers for Gauges {
+    type State = Vec<(Memory, Option<Memory>, Vec<Reading>)>;
+
+    fn state(&self, _: &[Entity]) -> Self::State {
+        let of = |gauge: &Gauge| {
+            (
+                gauge.memory.clone(),
+                gauge.before.clone(),
+                gauge.readings.clone(),
+            )
+        };
+        self.iter().map(of).collect()
+    }
+
+    fn set_state(&mut self, state: Self::State, _: &[Entity]) -> Result<(), &'static str> {
+        if state.len() != self.0.len() {
+            return Err("it is of other gauges");
+        }
+        for (gauge, saved) in self.0.iter_mut().zip(state) {
+            (gauge.memory, gauge.before, gauge.readings) = saved;
+        }
+        Ok(())
+    }
+}
 
 impl Gauges {
     /// All gauges, in the order of the scene.
@@ -108,8 +135,8 @@ impl Gauge {
         self.memory.latest.as_ref()
     }
 
-    /// The figure of a column that it showed last; none before the first reading, without fluid to measure, or if it has
-    /// no such column.
+    /// The figure of a column that it showed last; none before the first reading, without fluid to measure, or if it
+    /// has no such column.
     pub fn value(&self, column: &str) -> Option<f64> {
         let column = self.columns.iter().position(|name| name == column)?;
         self.latest()?.values[column]
@@ -228,7 +255,8 @@ fn probe(kind: &GaugeKind, scene: &Scene) -> Box<dyn Probe> {
     }
 }
 
-/// The last step whose readings stay, whatever becomes of the next: where steps may be taken back it is the last but one.
+/// The last step whose readings stay, whatever becomes of the next: where steps may be taken back it is the last but
+/// one.
 pub fn settled_step(world: &World) -> u64 {
     let step = world.get_resource::<Clock>().map_or(0, |clock| clock.step);
     let may_go_back = world.contains_resource::<AdaptiveTimeStep>();

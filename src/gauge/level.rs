@@ -71,8 +71,8 @@ impl Probe for Front {
     }
 }
 
-/// The last of the largest part of a sorted list, of the first if there are several: parts are what lies more than `gap`
-/// apart.
+/// The last of the largest part of a sorted list, of the first if there are several: parts are what lies more than
+/// `gap` apart.
 fn end_of_largest_part(sorted: &[f32], gap: f32) -> Option<f32> {
     let parts = sorted.chunk_by(|a, b| b - a <= gap);
     let larger = |a: &'_ [f32], b: &'_ [f32]| b.len() > a.len();

@@ -1,4 +1,4 @@
-//! Gauges: instruments of a scene that are read while it runs ([`scene::Gauge`]), after steps that were good.
+//! Gauges: instruments of a scene that are read while it runs ([`crate::scene::Gauge`]), after steps that were good.
 //!
 //! | file | gauges |
 //! | --- | --- |
@@ -12,6 +12,7 @@
 //! | `free`, `reactions` | velocities before contact; what walls do to the fluid |
 //! | `state`, `moment` | what gauges read of a step |
 //! | `gauges` | the resource, and the systems that read |
+//! | `snapshot` | what a host asks of the fluid between steps: neighbours and quantities at any point |
 //! | `near` | who is in a box, through the spatial index |
 //!
 //! All read the state as frames hold it: places and velocities at the end of the step, densities and pressures that the
@@ -60,6 +61,7 @@ mod moment;
 mod near;
 mod point;
 mod reactions;
+mod snapshot;
 mod state;
 mod window;
 
@@ -68,3 +70,6 @@ pub(crate) use account::{book, note_start};
 pub(crate) use free::keep_velocities;
 pub use gauges::{Gauge, Gauges, Reading, settled_step};
 pub(crate) use gauges::{go_back, install, measures_energy, measures_forces, read_gauges};
+pub use snapshot::{
+    Field, Interpolated, Neighbour, Snapshot, SnapshotError, Target, neighbours_of,
+};

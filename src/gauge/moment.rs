@@ -5,8 +5,12 @@ use std::sync::OnceLock;
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
-use super::{near::Near, reactions::Reactions, state::State};
-use crate::{scene::Dimension, state::CHUNK};
+use super::{
+    near::{Crowd, Near},
+    reactions::Reactions,
+    state::State,
+};
+use crate::state::CHUNK;
 
 /// What a kind of gauge does.
 pub(super) trait Probe: Send + Sync {
@@ -43,12 +47,19 @@ impl<'a, 'w> Moment<'a, 'w> {
         &self.state.places.0[..self.state.places_len()]
     }
 
+    /// The fluid at the end of the step, found through the index of its start.
+    pub(super) fn crowd(&self) -> Crowd<'_> {
+        Crowd {
+            near: self.fluid(),
+            places: self.places(),
+            dimension: self.state.material.dimension,
+            spacing: self.state.material.spacing,
+        }
+    }
+
     /// Half of the box around a ball or disc.
     pub(super) fn reach(&self, radius: f32) -> Vec3 {
-        match self.state.material.dimension {
-            Dimension::Two => Vec3::new(radius, radius, 0.0),
-            Dimension::Three => Vec3::splat(radius),
-        }
+        self.crowd().reach(radius)
     }
 
     /// The box around the fluid at the start of the step.

@@ -2,7 +2,10 @@
 
 use glam::{IVec3, Vec3, Vec4};
 
-use crate::index::{Run, SpatialIndex};
+use crate::{
+    index::{Run, SpatialIndex},
+    scene::Dimension,
+};
 
 /// Points with their index.
 #[derive(Clone, Copy)]
@@ -10,6 +13,27 @@ pub(super) struct Near<'a> {
     pub(super) index: &'a dyn SpatialIndex,
     /// By row, as the index was given them.
     pub(super) points: &'a [Vec4],
+}
+
+/// Particles that are asked: where they are, and where their index has them.
+#[derive(Clone, Copy)]
+pub(super) struct Crowd<'a> {
+    pub(super) near: Near<'a>,
+    /// Places now, by row.
+    pub(super) places: &'a [Vec4],
+    pub(super) dimension: Dimension,
+    /// Distance of the particles at rest \[m].
+    pub(super) spacing: f32,
+}
+
+impl Crowd<'_> {
+    /// Half of the box around a ball or disc.
+    pub(super) fn reach(&self, radius: f32) -> Vec3 {
+        match self.dimension {
+            Dimension::Two => Vec3::new(radius, radius, 0.0),
+            Dimension::Three => Vec3::splat(radius),
+        }
+    }
 }
 
 /// Blocks of cells that are asked for at most, for each point: a box with more of them is compared with every point.

@@ -1,12 +1,15 @@
 //! Pressure and velocity at a point: means over the particles around it, weighted by a cubic spline.
 //!
-//! `f(x) = Σ_j f_j W(x − x_j) / Σ_j W(x − x_j)` (Shepard 1968): exact for a constant field wherever there is a particle,
-//! beside surfaces and walls too. Within the fluid it is of second order in the radius; beside a wall, where all
-//! particles are on one side, of first: a linear pressure is that about 0.4 radii before the face.
+//! `f(x) = Σ_j f_j W(x − x_j) / Σ_j W(x − x_j)` (Shepard 1968): exact for a constant field wherever there is a
+//! particle, beside surfaces and walls too. Within the fluid it is of second order in the radius; beside a wall, where
+//! all particles are on one side, of first: a linear pressure is that about 0.4 radii before the face.
 
 use glam::{DVec3, Vec3};
 
-use super::moment::{Moment, Probe};
+use super::{
+    moment::{Moment, Probe},
+    near::Crowd,
+};
 use crate::kernel::Kernel;
 
 /// The particles around a point.
@@ -22,21 +25,18 @@ const BEHIND: f32 = 0.5;
 
 impl Around {
     /// How many particles speak, and the mean of what they say.
-    fn mean(
+    pub(super) fn mean(
         &self,
-        moment: &Moment,
+        crowd: Crowd,
         rows: &mut Vec<u32>,
         value: impl Fn(usize) -> DVec3,
     ) -> (u32, Option<DVec3>) {
-        let radius = self.kernel.support_radius;
-        let reach = moment.reach(radius);
-        moment
-            .fluid()
-            .rows_in(self.at - reach, self.at + reach, rows);
-        let behind = -BEHIND * moment.state.material.spacing;
+        let reach = crowd.reach(self.kernel.support_radius);
+        crowd.near.rows_in(self.at - reach, self.at + reach, rows);
+        let behind = -BEHIND * crowd.spacing;
         let (mut speak, mut sum, mut weights) = (0, DVec3::ZERO, 0.0);
         for &row in &*rows {
-            let x = moment.state.places.0[row as usize].truncate() - self.at;
+            let x = crowd.places[row as usize].truncate() - self.at;
             let weight = f64::from(self.kernel.value(x.length()));
             let counts = self.side.is_none_or(|side| x.dot(side) >= behind);
             if counts && weight > 0.0 {
@@ -56,7 +56,7 @@ impl Probe for Pressure {
     fn read(&self, moment: &Moment, rows: &mut Vec<u32>, values: &mut Vec<Option<f64>>) {
         let pressures = &moment.state.pressures.0;
         let value = |row: usize| DVec3::splat(pressures[row].into());
-        let (speak, mean) = self.0.mean(moment, rows, value);
+        let (speak, mean) = self.0.mean(moment.crowd(), rows, value);
         // A wall that is dry feels no pressure; within the fluid there is no fluid to ask.
         let dry = self.0.side.map(|_| 0.0);
         values.extend([mean.map(|mean| mean.x).or(dry), Some(speak.into())]);
@@ -70,7 +70,7 @@ impl Probe for Velocity {
     fn read(&self, moment: &Moment, rows: &mut Vec<u32>, values: &mut Vec<Option<f64>>) {
         let velocities = &moment.state.velocities.0;
         let value = |row: usize| velocities[row].truncate().as_dvec3();
-        let (speak, mean) = self.0.mean(moment, rows, value);
+        let (speak, mean) = self.0.mean(moment.crowd(), rows, value);
         values.extend([0, 1, 2].map(|axis| mean.map(|mean| mean[axis])));
         values.push(Some(speak.into()));
     }

@@ -9,7 +9,7 @@ use crate::{boundary::sums::Walls, pressure::force::PressureForce};
 pub(super) struct Reactions {
     /// Pressure term of all solves, `p/ρ²`.
     pub(super) terms: Vec<f32>,
-    /// Acceleration along the wall that was made up [m/s²].
+    /// Acceleration along the wall that was made up \[m/s²].
     pub(super) added: Vec<Vec3>,
     /// Rows that contact changed.
     pub(super) touched: Vec<u32>,

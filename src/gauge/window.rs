@@ -2,10 +2,12 @@
 
 use std::collections::VecDeque;
 
+use serde::{Deserialize, Serialize};
+
 use crate::{scene::Rate, state::Clock};
 
 /// When a gauge is read.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Timing {
     rate: Rate,
     /// The next multiple without a reading.
@@ -17,8 +19,8 @@ impl Timing {
         Self { rate, next: 1.0 }
     }
 
-    /// Whether the step that ended is one of those after which the gauge is read. Several multiples within one step make
-    /// one reading.
+    /// Whether the step that ended is one of those after which the gauge is read. Several multiples within one step
+    /// make one reading.
     pub(super) fn is_due(&mut self, clock: &Clock) -> bool {
         match self.rate {
             Rate::Steps(count) => clock.step.is_multiple_of(count.max(1).into()),
@@ -41,23 +43,23 @@ pub(super) fn decimal(number: f32) -> f64 {
 }
 
 /// Means over the steps between two readings.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 struct Interval {
-    /// Where it begins [s].
+    /// Where it begins \[s].
     begin: f64,
     /// Of each quantity, the sum of its figures times the lengths of their steps, and of these.
     sums: Vec<(f64, f64)>,
 }
 
 /// Means over a window of time, of the intervals between readings that lie in it.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct Window {
     present: Interval,
     past: VecDeque<Interval>,
 }
 
 impl Window {
-    /// Adds what was measured after a step that is `dt` long [s].
+    /// Adds what was measured after a step that is `dt` long \[s].
     pub(super) fn add(&mut self, values: &[Option<f64>], dt: f64) {
         self.present.sums.resize(values.len(), (0.0, 0.0));
         for ((sum, weight), value) in self.present.sums.iter_mut().zip(values) {
@@ -68,8 +70,8 @@ impl Window {
         }
     }
 
-    /// Ends the interval at `time` [s] and gives the means over the intervals that began no earlier than `length` before
-    /// [s], the last at least. A step may be off the rate by half of its length `dt` [s].
+    /// Ends the interval at `time` \[s] and gives the means over the intervals that began no earlier than `length`
+    /// before \[s], the last at least. A step may be off the rate by half of its length `dt` \[s].
     pub(super) fn close(&mut self, time: f64, length: f64, dt: f64) -> Vec<Option<f64>> {
         let next = Interval {
             begin: time,

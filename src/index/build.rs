@@ -40,7 +40,7 @@ pub fn build(scene: &Scene) -> Box<dyn SpatialIndex> {
     (row(scene.index.structure).build)(grid(scene), per_cell)
 }
 
-/// Memory of the structure's tables for all cells of a box, used or empty [bytes]. The corners of the box are in
+/// Memory of the structure's tables for all cells of a box, used or empty \[bytes]. The corners of the box are in
 /// metres. Fails if there are too many cells.
 pub(crate) fn table_bytes(scene: &Scene, low: DVec3, high: DVec3) -> Result<u64, DomainTooLarge> {
     let Some(table) = row(scene.index.structure).table else {
@@ -52,7 +52,7 @@ pub(crate) fn table_bytes(scene: &Scene, low: DVec3, high: DVec3) -> Result<u64,
     Ok(4 * table(cells))
 }
 
-/// Memory of the structure besides these tables [bytes per particle].
+/// Memory of the structure besides these tables \[bytes per particle].
 pub(crate) fn bytes_per_particle(scene: &Scene) -> f64 {
     row(scene.index.structure).bytes_per_particle
 }

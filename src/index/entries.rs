@@ -29,7 +29,7 @@ pub struct Entries {
     /// Blocks of four columns: positions as bit patterns of `f32`, and rows. Rows alone if `pitch` is 0. Followed by
     /// [`PADDING`].
     pub(super) words: Words,
-    /// Length of a column [entries].
+    /// Length of a column \[entries].
     pub(super) pitch: usize,
 }
 
@@ -77,7 +77,7 @@ impl Words {
         }
     }
 
-    /// Memory held [bytes].
+    /// Memory held \[bytes].
     fn bytes(&self) -> usize {
         self.lines.capacity() * size_of::<Line>()
     }
@@ -157,7 +157,7 @@ impl Entries {
         });
     }
 
-    /// Memory held [bytes].
+    /// Memory held \[bytes].
     pub(super) fn bytes(&self) -> usize {
         self.words.bytes()
     }

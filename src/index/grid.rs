@@ -7,9 +7,9 @@ use crate::{scene::Dimension, simd::Cube};
 /// Cells of edge d ≤ h, counted from the origin; coordinates may be negative.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grid {
-    /// Support radius h [m].
+    /// Support radius h \[m].
     pub support_radius: f32,
-    /// Cell edge d [m].
+    /// Cell edge d \[m].
     pub cell_size: f64,
     inverse_size: f64,
     /// Number of cells that the support radius reaches along x, y and z.

@@ -32,6 +32,11 @@ impl CellHash {
         }
     }
 
+    /// A table with `places_per_point` positions per point.
+    pub(super) fn for_points(points: usize, places_per_point: f32) -> Self {
+        Self::new((points as f64 * f64::from(places_per_point)) as usize)
+    }
+
     /// A table with `places_per_point` positions per point. The present table is kept if its size is between half and
     /// four times of that.
     pub(super) fn resized(self, points: usize, places_per_point: f32) -> Self {

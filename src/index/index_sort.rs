@@ -1,6 +1,7 @@
 //! Index sort (paper 4.2): handles sorted by row-major cell index; every cell refers to its first handle.
 //!
-//! Requires a bounding box: 4 bytes for every cell in it, used or empty, at most [`MAX_CELLS`](super::MAX_CELLS).
+//! Requires a bounding box: 4 bytes for every cell in it, used or empty, at most
+//! [`MAX_CELLS`](crate::state::MAX_CELLS).
 //!
 //! - Handles are sorted in every step by a parallel radix sort (6.1.2).
 //! - A parallel reduction inserts the references into the grid (4.2.1).

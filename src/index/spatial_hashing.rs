@@ -109,7 +109,9 @@ impl SpatialHashing {
 
 impl SpatialIndex for SpatialHashing {
     fn update(&mut self, points: &[Vec4], execution: &Execution) -> Result<(), DomainTooLarge> {
-        self.hash = self.hash.resized(points.len(), self.cells_per_point);
+        // Who shares a hash cell, and so the order of neighbours, follows from the points alone: not from how many there
+        // were before.
+        self.hash = CellHash::for_points(points.len(), self.cells_per_point);
         let grid = &self.grid;
         execution.install(|| {
             points

@@ -15,7 +15,7 @@ pub(super) struct Structure {
     pub(super) build: fn(Grid, f32) -> Box<dyn SpatialIndex>,
     /// Number of table entries (4 bytes each) for a box of cells; none if empty cells take no memory.
     pub(super) table: Option<TableSize>,
-    /// Memory, measured with eight particles per cell [bytes per particle].
+    /// Memory, measured with eight particles per cell \[bytes per particle].
     pub(super) bytes_per_particle: f64,
 }
 
@@ -63,6 +63,6 @@ pub trait SpatialIndex: Send + Sync + 'static {
         let _ = partition;
     }
 
-    /// Memory held [bytes].
+    /// Memory held \[bytes].
     fn bytes(&self) -> usize;
 }

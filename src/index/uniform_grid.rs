@@ -1,7 +1,8 @@
 //! Basic uniform grid (paper 4.1): a dense grid over the bounding box, filled serially, queried in parallel over
 //! particles.
 //!
-//! Requires a bounding box: 4 bytes for every cell in it, used or empty, at most [`MAX_CELLS`](super::MAX_CELLS).
+//! Requires a bounding box: 4 bytes for every cell in it, used or empty, at most
+//! [`MAX_CELLS`](crate::state::MAX_CELLS).
 //!
 //! Points are inserted serially, because two threads that insert into one cell would race; only cell indices (eq. 2)
 //! are computed in parallel. The query iterates over particles: "we do not have to traverse the whole, sparsely filled

@@ -1,8 +1,8 @@
 //! Z-index sort (paper 4.3): as index sort, but keys follow the Z-curve and handles stay sorted between steps.
 //!
 //! Requires a bounding box whose edges are padded to powers of two: up to 32 bytes for every cell in the unpadded box,
-//! at most [`MAX_CELLS`](super::MAX_CELLS) with padding. Keys interleave the bits of the coordinates (4.3.1), as many
-//! bits as each axis needs, so that a long flat box is not padded to a cube.
+//! at most [`MAX_CELLS`](crate::state::MAX_CELLS) with padding. Keys interleave the bits of the coordinates (4.3.1), as
+//! many bits as each axis needs, so that a long flat box is not padded to a cube.
 //!
 //! Handles are nearly sorted in the order of the last step (4.3.2: about 2 % of the points change their cell).
 //! Deviation: instead of an insertion sort, changed handles are removed, sorted and merged in one sweep (4 ns per

@@ -5,10 +5,10 @@
 //! | cubic spline | `2 a³ − b³`, b = (1 − 2q)₊ | 40/(7π) | 8/π | Monaghan 1992 |
 //! | Wendland C2 | `a⁴ (1 + 4q)` | 7/π | 21/(2π) | Wendland 1995 |
 //! | Wendland C4 | `a⁶ (1 + 6q + 35/3 q²)` | 9/π | 495/(32π) | Wendland 1995 |
-//! | quintic spline | `(81 a⁵ − 64 b⁵ + 5 c⁵)/22`, b = (1 − 3/2 q)₊, c = (1 − 3q)₊ | 2079/(239π) | 297/(20π) | Morris et al. 1997 |
+//! | quintic spline | `(81 a⁵ − 64 b⁵ + 5 c⁵)/22` | 2079/(239π) | 297/(20π) | Morris et al. 1997 |
 //!
-//! with a = (1 − q)₊; the factors of Wendland's as in Dehnen & Aly 2012, table 1. The quintic's knots are a third of
-//! the support apart.
+//! with a = (1 − q)₊, of the quintic b = (1 − 3/2 q)₊ and c = (1 − 3q)₊; the factors of Wendland's as in Dehnen & Aly
+//! 2012, table 1. The quintic's knots are a third of the support apart.
 
 use std::f32::consts::PI;
 
@@ -18,7 +18,7 @@ use crate::scene::{Dimension, KernelFunction};
 type Factors = [[f32; 2]; 2];
 
 impl KernelFunction {
-    /// σ [m⁻³; m⁻² in 2-D] that makes the integral 1 at a support radius `h` [m].
+    /// σ \[m⁻³; m⁻² in 2-D] that makes the integral 1 at a support radius `h` \[m].
     pub(super) fn normalisation(self, dimension: Dimension, h: f32) -> f32 {
         let [plane, space]: Factors = match self {
             Self::CubicSpline => [[40.0, 7.0], [8.0, 1.0]],
@@ -32,7 +32,7 @@ impl KernelFunction {
         }
     }
 
-    /// Factor of the derivative by q that [`Kernel::slope`](super::Kernel::slope) leaves out [-].
+    /// Factor of the derivative by q that [`Kernel::slope`](super::Kernel::slope) leaves out \[-].
     pub(super) fn slope_factor(self) -> f32 {
         match self {
             Self::CubicSpline => 6.0,
@@ -42,7 +42,7 @@ impl KernelFunction {
         }
     }
 
-    /// `W/σ` and its first two derivatives by q [-].
+    /// `W/σ` and its first two derivatives by q \[-].
     pub fn derivatives(self, q: f64) -> [f64; 3] {
         let hat = |knot: f64| (1.0 - knot * q).max(0.0);
         let a = hat(1.0);

@@ -14,7 +14,7 @@ fn radius<S: Simd>(simd: S, distance_squared: S::F) -> S::F {
 }
 
 impl Kernel {
-    /// `W/σ` at eight squared distances [m²].
+    /// `W/σ` at eight squared distances \[m²].
     #[inline(always)]
     pub fn shape<S: Simd>(&self, simd: S, distance_squared: S::F) -> S::F {
         let r = radius(simd, distance_squared);
@@ -49,8 +49,8 @@ impl Kernel {
         }
     }
 
-    /// What [`slope_factor`](Self::slope_factor) times the distance vector makes the gradient of [m⁻¹], at eight squared
-    /// distances [m²]: `(b² − a²)/r` for the cubic spline.
+    /// What [`slope_factor`](Self::slope_factor) times the distance vector makes the gradient of \[m⁻¹], at eight
+    /// squared distances \[m²]: `(b² − a²)/r` for the cubic spline.
     #[inline(always)]
     pub fn slope<S: Simd>(&self, simd: S, distance_squared: S::F) -> S::F {
         let r = radius(simd, distance_squared);

@@ -1,5 +1,5 @@
-//! The smoothing kernel, with support radius h, in 2-D and 3-D: one of four functions ([`function`]), for one particle or
-//! for eight pairs at a time ([`lanes`]).
+//! The smoothing kernel, with support radius h, in 2-D and 3-D: one of four functions ([`function`]), for one particle
+//! or for eight pairs at a time ([`lanes`]).
 
 mod function;
 mod lanes;
@@ -15,20 +15,21 @@ use crate::scene::{Dimension, KernelFunction, Scene};
 pub struct Kernel {
     /// W/σ over r/h.
     pub function: KernelFunction,
-    /// Support radius h [m]: the kernel is zero from here on.
+    /// Support radius h \[m]: the kernel is zero from here on.
     pub support_radius: f32,
     inverse_radius: f32,
-    /// `σ` [m⁻³; m⁻² in 2-D]: [`shape`](Self::shape) times this is W.
+    /// `σ` \[m⁻³; m⁻² in 2-D]: [`shape`](Self::shape) times this is W.
     pub normalisation: f32,
-    /// [`slope`](Self::slope) times this [m⁻⁴; m⁻³ in 2-D] and the distance vector is ∇W: `6 σ/h` for the cubic spline.
+    /// [`slope`](Self::slope) times this \[m⁻⁴; m⁻³ in 2-D] and the distance vector is ∇W: `6 σ/h` for the cubic
+    /// spline.
     pub slope_factor: f32,
 }
 
-/// Squares of distances are not taken below this [m²]: two particles in one place have no direction.
+/// Squares of distances are not taken below this \[m²]: two particles in one place have no direction.
 const TINY: f32 = 1e-30;
 
 impl Kernel {
-    /// The kernel of support radius `h` [m].
+    /// The kernel of support radius `h` \[m].
     pub fn new(function: KernelFunction, dimension: Dimension, h: f32) -> Self {
         let normalisation = function.normalisation(dimension, h);
         Self {
@@ -45,7 +46,7 @@ impl Kernel {
         Self::new(scene.kernel(), scene.dimension, scene.support_radius())
     }
 
-    /// W [m⁻³; m⁻² in 2-D] at distance `r` [m].
+    /// W \[m⁻³; m⁻² in 2-D] at distance `r` \[m].
     pub fn value(&self, r: f32) -> f32 {
         let q = r * self.inverse_radius;
         self.normalisation
@@ -58,7 +59,7 @@ impl Kernel {
             }
     }
 
-    /// ∇W [m⁻⁴; m⁻³ in 2-D] at `x` [m], the first particle's position minus the second's.
+    /// ∇W \[m⁻⁴; m⁻³ in 2-D] at `x` \[m], the first particle's position minus the second's.
     pub fn gradient(&self, x: Vec3) -> Vec3 {
         let r = x.length_squared().max(TINY).sqrt();
         let q = r * self.inverse_radius;
@@ -74,7 +75,7 @@ impl Kernel {
         }
     }
 
-    /// Every point of the lattice of `spacing` [m] within the support of the origin, the origin included.
+    /// Every point of the lattice of `spacing` \[m] within the support of the origin, the origin included.
     pub fn lattice(&self, dimension: Dimension, spacing: f32) -> impl Iterator<Item = Vec3> {
         let reach = (self.support_radius / spacing).ceil() as i32;
         let depth = match dimension {

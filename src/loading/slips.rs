@@ -12,7 +12,7 @@ use serde::de::DeserializeOwned;
 use super::ron_text::deserialize;
 use super::spans::byte_at;
 
-/// Longer texts are not read a few dozen times for a hint [bytes].
+/// Longer texts are not read a few dozen times for a hint \[bytes].
 const LONGEST: usize = 1 << 20;
 
 /// No variant and no field is called so.

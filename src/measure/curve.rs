@@ -7,7 +7,7 @@ use crate::input::{read_text, without_mark};
 /// Figures over time, in SI units, times ascending.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Curve {
-    /// Times [s] and figures.
+    /// Times \[s] and figures.
     pub points: Vec<(f64, f64)>,
     /// What a reader should know: the file's lines of comment.
     pub notes: Vec<String>,
@@ -61,7 +61,7 @@ impl CurveError {
 
 impl Curve {
     /// Reads the columns of these names, of times and of figures, by default the first and the second; `to_si` makes
-    /// time [s] and figure of what a row says. The file may begin with lines of comment (`#`).
+    /// time \[s] and figure of what a row says. The file may begin with lines of comment (`#`).
     pub fn load(
         file: &Path,
         columns: [Option<&str>; 2],
@@ -74,7 +74,8 @@ impl Curve {
         Self::parse(&text, file, columns, to_si)
     }
 
-    fn parse(
+    /// As [`load`](Self::load), from a text; `file` stands in errors.
+    pub fn parse(
         text: &str,
         file: &Path,
         [time, value]: [Option<&str>; 2],
@@ -133,7 +134,7 @@ impl Curve {
         Ok(Self { points, notes })
     }
 
-    /// The figure at a time [s], linear between points; none before the first and after the last.
+    /// The figure at a time \[s], linear between points; none before the first and after the last.
     pub fn at(&self, time: f64) -> Option<f64> {
         let after = self.points.partition_point(|point| point.0 < time);
         let &(t1, y1) = self.points.get(after)?;

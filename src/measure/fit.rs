@@ -2,7 +2,7 @@
 
 /// Weighted least-squares line `y = slope · x + intercept`, a point at a time; sums in f64.
 ///
-/// Through the pressures [Pa] over the heights [m] of still water it gives both things that are known: the slope is
+/// Through the pressures \[Pa] over the heights \[m] of still water it gives both things that are known: the slope is
 /// `−ρ0 g`, and the line's zero is the surface.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct LineFit {

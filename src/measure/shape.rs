@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
-/// Front [m] of fluid that runs along a floor at y = 0 towards +x: the outer side, half a spacing from the centre, of
+/// Front \[m] of fluid that runs along a floor at y = 0 towards +x: the outer side, half a spacing from the centre, of
 /// the foremost particle of the connected fluid. `None` without particles near the floor.
 ///
 /// Counted is what is less than `4 spacing` above the floor; the fluid ends where the next particle is more than a
@@ -21,8 +21,8 @@ pub fn front(positions: impl IntoIterator<Item = Vec3>, spacing: f32) -> Option<
     last.map(|x| x + 0.5 * spacing)
 }
 
-/// Height [m] of the fluid over `from`–`to` [m] along x: the upper side, half a spacing from the centre, of its highest
-/// particle. `None` without particles there.
+/// Height \[m] of the fluid over `from`–`to` \[m] along x: the upper side, half a spacing from the centre, of its
+/// highest particle. `None` without particles there.
 pub fn height(
     positions: impl IntoIterator<Item = Vec3>,
     [from, to]: [f32; 2],
@@ -32,7 +32,7 @@ pub fn height(
     above.map(|x| x.y + 0.5 * spacing).max_by(f32::total_cmp)
 }
 
-/// Semi-axes along x and y [m] of a filled ellipse in the plane, from the second moments about its centre: `a² =
+/// Semi-axes along x and y \[m] of a filled ellipse in the plane, from the second moments about its centre: `a² =
 /// 4⟨x²⟩`.
 ///
 /// Option 1 was the outermost particles: a single one that leaves the surface is then the axis. All particles have a

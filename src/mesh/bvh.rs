@@ -163,7 +163,7 @@ impl Bvh {
 }
 
 impl Node {
-    /// Square of the distance of a point [m²].
+    /// Square of the distance of a point \[m²].
     fn distance(&self, point: DVec3) -> f64 {
         (point - point.clamp(self.min, self.max)).length_squared()
     }

@@ -15,11 +15,11 @@ use super::{
 };
 use crate::scene::{MeshBoundary, MeshSide};
 
-/// Vertices on borders that are so near become one; surfaces that are so near touch [spacings].
+/// Vertices on borders that are so near become one; surfaces that are so near touch \[spacings].
 pub(crate) const TOLERANCE: f64 = 0.01;
 
 impl Mesh {
-    /// Reads and places a mesh, for particles at a spacing [m]: seams of up to 1/100 of it are closed. Fails if the
+    /// Reads and places a mesh, for particles at a spacing \[m]: seams of up to 1/100 of it are closed. Fails if the
     /// file is no mesh or its surface does not say where the solid is.
     pub fn load(boundary: &MeshBoundary, spacing: f32) -> Result<Self, MeshError> {
         let file = Path::new(&boundary.file);

@@ -38,8 +38,12 @@ pub(super) fn read(bytes: &[u8]) -> Result<Soup, String> {
             }
             Some("f" | "fo") => {
                 for word in words {
-                    let row = row(word, soup.vertices.len())
-                        .ok_or_else(|| format!("line {number}: a line `f` needs whole numbers of vertices, `{word}` is none"))?;
+                    let row = row(word, soup.vertices.len()).ok_or_else(|| {
+                        format!(
+                            "line {number}: a line `f` needs whole numbers of vertices, `{word}` \
+                         is none"
+                        )
+                    })?;
                     corners.push(row);
                 }
                 faces.push((number, corners.len()));
@@ -51,7 +55,8 @@ pub(super) fn read(bytes: &[u8]) -> Result<Soup, String> {
             }
             Some(word) if word.starts_with(|c: char| c.is_ascii_digit() || c == '-') => {
                 return Err(format!(
-                    "line {number} starts with `{word}`, which belongs to no statement; a line that goes on ends in `\\`"
+                    "line {number} starts with `{word}`, which belongs to no statement; a line that goes on ends in \
+                     `\\`"
                 ));
             }
             // Texture, normals, groups, materials, points and lines.

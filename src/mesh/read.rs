@@ -6,7 +6,7 @@ use std::path::Path;
 use super::{error::MeshError, obj, soup::Soup, stl};
 use crate::input::read_bytes;
 
-/// Larger files hold more triangles than are read [bytes].
+/// Larger files hold more triangles than are read \[bytes].
 const MAX_BYTES: u64 = 2_000_000_000;
 
 pub(super) fn read(file: &Path) -> Result<Soup, MeshError> {

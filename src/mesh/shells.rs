@@ -25,18 +25,19 @@ const DIRECTIONS: [DVec3; 3] = [
 ];
 
 /// Turns the shells so that normals point out of the solid, or into it (`inwards`). Fails where that is not clear.
-/// Surfaces nearer than the tolerance [m] touch.
+/// Surfaces nearer than the tolerance \[m] touch.
 pub(super) fn orient(soup: &mut Soup, inwards: bool, tolerance: f64) -> Result<(), String> {
     cancel(&mut soup.triangles);
     if soup.triangles.is_empty() {
-        return Err("none of its triangles has an area that bounds a solid, all lie back to back; write `side: Both` for a thin sheet"
+        return Err("none of its triangles has an area that bounds a solid, all lie back to back; write `side: Both` \
+         for a thin sheet"
                 .to_owned());
     }
     let bvh = Bvh::new(&soup.vertices, &soup.triangles);
     if let Some(at) = crossing(soup, &bvh, tolerance) {
         return Err(format!(
-            "parts of its surface cross at {}, so inside and outside are not clear; unite them (boolean union), or write \
-             a mesh for each",
+            "parts of its surface cross at {}, so inside and outside are not clear; unite them (boolean union), or \
+             write a mesh for each",
             place(at)
         ));
     }
@@ -55,8 +56,8 @@ pub(super) fn orient(soup: &mut Soup, inwards: bool, tolerance: f64) -> Result<(
         let here = if turned[shell] { -sign } else { sign };
         if !matches!((before, here), (0, 1) | (1, -1)) {
             return Err(format!(
-                "a shell at {} lies in another that is wound the same way, so inside and outside are not clear; turn it \
-                 over (flip its normals) if it bounds a cavity, delete it if it does not",
+                "a shell at {} lies in another that is wound the same way, so inside and outside are not clear; turn \
+                 it over (flip its normals) if it bounds a cavity, delete it if it does not",
                 place(shells.middle(soup, shell))
             ));
         }
@@ -117,7 +118,7 @@ struct Around {
     shell: usize,
     /// How often it winds around it.
     winding: i32,
-    /// How far on it is left [lengths of the direction].
+    /// How far on it is left \[lengths of the direction].
     depth: f64,
 }
 
@@ -174,7 +175,7 @@ impl Shells {
         self.rows[shell].iter().map(|&row| corners(soup, row))
     }
 
-    /// Six times the volume [m³]; negative if normals point inwards.
+    /// Six times the volume \[m³]; negative if normals point inwards.
     fn volume(&self, soup: &Soup, shell: usize) -> f64 {
         let mut triangles = self.triangles(soup, shell).peekable();
         let origin = triangles.peek().map_or(DVec3::ZERO, |corners| corners[0]);

@@ -13,7 +13,7 @@ use super::{
     text::{lines, point, text_of},
 };
 
-/// Header and count of a binary file, and a triangle in it [bytes].
+/// Header and count of a binary file, and a triangle in it \[bytes].
 const HEADER: usize = 84;
 const TRIANGLE: usize = 50;
 
@@ -71,8 +71,8 @@ fn binary(bytes: &[u8]) -> Soup {
     soup
 }
 
-/// `solid` [name] facets `endsolid` [name], any number of them. A facet is `facet normal x y z outer loop`, three times
-/// `vertex x y z`, `endloop endfacet`; lines may break anywhere but in names, which end with theirs.
+/// `solid` \[name] facets `endsolid` \[name], any number of them. A facet is `facet normal x y z outer loop`, three
+/// times `vertex x y z`, `endloop endfacet`; lines may break anywhere but in names, which end with theirs.
 fn text(text: &str) -> Result<Soup, String> {
     let mut soup = Soup::default();
     // Corners of the facet that is open, if one is; line of the solid that is open.

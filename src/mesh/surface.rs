@@ -12,7 +12,7 @@ use crate::scene::MeshSide;
 /// A mesh in the scene: its normals point from the solid into the fluid.
 #[derive(Debug, PartialEq)]
 pub struct Mesh {
-    /// Corners [m].
+    /// Corners \[m].
     pub(crate) vertices: Vec<DVec3>,
     /// Rows of `vertices`, counter-clockwise seen from the fluid. None is without area.
     pub(crate) triangles: Vec<[u32; 3]>,
@@ -27,18 +27,18 @@ pub struct Mesh {
 /// The point of a mesh nearest to another.
 #[derive(Debug, Clone, Copy)]
 pub struct Nearest {
-    /// Where [m].
+    /// Where \[m].
     pub at: DVec3,
     /// On which triangle.
     pub triangle: usize,
-    /// Distance [m]; negative on the side that normals point away from.
+    /// Distance \[m]; negative on the side that normals point away from.
     pub distance: f64,
     /// Whether it is on the border of an open mesh.
     pub on_border: bool,
 }
 
 impl Mesh {
-    /// Corners of a triangle [m].
+    /// Corners of a triangle \[m].
     pub(crate) fn corners(&self, triangle: usize) -> [DVec3; 3] {
         self.triangles[triangle].map(|corner| self.vertices[corner as usize])
     }
@@ -48,12 +48,12 @@ impl Mesh {
         &self.topology.vertex_normals
     }
 
-    /// The box around the mesh [m].
+    /// The box around the mesh \[m].
     pub fn bounds(&self) -> (DVec3, DVec3) {
         self.bvh.bounds()
     }
 
-    /// Area of the surface [m²].
+    /// Area of the surface \[m²].
     pub fn area(&self) -> f64 {
         let double = |t| {
             let [a, b, c]: [DVec3; 3] = self.corners(t);

@@ -71,8 +71,8 @@ pub(super) fn fault(soup: &Soup, tolerance: f64) -> Option<String> {
     Some(match up + down {
         1 => format!(
             "the surface is not closed: {count} of its edges bound one triangle alone, the first at {place}, and \
-             vertices up to {tolerance:.1e} m (1/100 spacing) apart have been merged; close it (merge vertices by a larger \
-             distance, fill holes), or write `side: Front` for a surface that is solid behind its triangles, \
+             vertices up to {tolerance:.1e} m (1/100 spacing) apart have been merged; close it (merge vertices by a \
+             larger distance, fill holes), or write `side: Front` for a surface that is solid behind its triangles, \
              `side: Both` for a thin sheet"
         ),
         2 => format!(

@@ -98,7 +98,7 @@ impl NeighbourLists {
         self.regions.iter().map(|region| region.found).sum()
     }
 
-    /// Memory held [bytes].
+    /// Memory held \[bytes].
     pub fn bytes(&self) -> usize {
         self.spans.starts.capacity() * size_of::<AtomicU32>()
             + self.spans.lengths.capacity() * size_of::<AtomicU16>()

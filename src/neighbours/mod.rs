@@ -1,6 +1,6 @@
 //! Neighbour lists: rows in one flat array, in an order that does not depend on the number of threads.
 //!
-//! [`search`] iterates over the cells of an index in parallel (paper 4.5.2), tests the candidates around each cell and
+//! `search` iterates over the cells of an index in parallel (paper 4.5.2), tests the candidates around each cell and
 //! writes the hits. Every block of cells has a region of the flat array, sized by the last step; lists that do not fit
 //! are appended. A particle is not in its own list.
 //!

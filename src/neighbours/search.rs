@@ -142,7 +142,7 @@ impl Scratch {
     }
 }
 
-/// Maximum memory per pair [bytes]: an entry that did not fit exists three times for a moment, and each has a kernel
+/// Maximum memory per pair \[bytes]: an entry that did not fit exists three times for a moment, and each has a kernel
 /// gradient.
 const BYTES_PER_PAIR: u64 = 16;
 

@@ -30,6 +30,31 @@ pub fn write_atomically(
     })
 }
 
+/// As [`write_atomically`], and on the disk when it returns: it survives a power failure, too.
+pub fn write_durably(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
+    let partial = partial_name(path);
+    let write = || {
+        let mut file = File::create(&partial)?;
+        file.write_all(bytes)?;
+        file.sync_all()?;
+        fs::rename(&partial, path)?;
+        sync_folder_of(path)
+    };
+    write().map_err(|source| {
+        let _ = fs::remove_file(&partial);
+        OutputError::io(path, source)
+    })
+}
+
+/// Forces a new name in a folder to the disk, where folders can be opened.
+fn sync_folder_of(path: &Path) -> std::io::Result<()> {
+    if cfg!(not(unix)) {
+        return Ok(());
+    }
+    let folder = path.parent().filter(|folder| *folder != Path::new(""));
+    File::open(folder.unwrap_or(Path::new(".")))?.sync_all()
+}
+
 /// The name under which [`write_atomically`] writes a file until it is complete.
 pub fn partial_name(path: &Path) -> PathBuf {
     let mut name = path.as_os_str().to_owned();

@@ -55,7 +55,8 @@ pub const FIELDS: [Field; 5] = [
     Field {
         name: "id",
         unit: "-",
-        sentence: "lasting number of the particle: the same in every frame, whatever its row, and never another particle's",
+        sentence: "lasting number of the particle: the same in every frame, whatever its row, and never another \
+         particle's",
         ply: &["id"],
         column: |frame| Column::Numbers(&frame.ids),
         column_mut: |frame| ColumnMut::Numbers(&mut frame.ids),

@@ -9,17 +9,17 @@ use glam::Vec3;
 pub struct Frame {
     /// Number of the step, 0 before the first.
     pub step: u64,
-    /// Simulated time [s].
+    /// Simulated time \[s].
     pub time: f64,
     /// A particle's lasting number: see [`ParticleId`](crate::state::particle::ParticleId).
     pub ids: Vec<u32>,
-    /// [m]
+    /// \[m]
     pub positions: Vec<Vec3>,
-    /// [m/s]
+    /// \[m/s]
     pub velocities: Vec<Vec3>,
-    /// [kg/m³]
+    /// \[kg/m³]
     pub densities: Vec<f32>,
-    /// [Pa]
+    /// \[Pa]
     pub pressures: Vec<f32>,
 }
 
@@ -34,7 +34,7 @@ impl Frame {
         self.positions.is_empty()
     }
 
-    /// Largest speed [m/s]; 0 without particles. Speeds that are not numbers are left out.
+    /// Largest speed \[m/s]; 0 without particles. Speeds that are not numbers are left out.
     pub fn max_speed(&self) -> f32 {
         let squared = self.velocities.iter().map(|v| v.length_squared());
         squared.fold(0.0, f32::max).sqrt()

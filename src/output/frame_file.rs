@@ -21,7 +21,7 @@ impl Frame {
     }
 
     /// Writes a VTK XML unstructured grid with a vertex a particle, raw appended data, little endian.
-    /// Time [s] and step are the field data `TimeValue` and `step`.
+    /// Time \[s] and step are the field data `TimeValue` and `step`.
     ///
     /// # Errors
     /// As [`write`](Self::write).
@@ -29,8 +29,8 @@ impl Frame {
         vtu::write(self, path)
     }
 
-    /// Writes a binary little endian PLY file with an element `vertex` a particle: x, y, z [m], vx, vy, vz [m/s],
-    /// density [kg/m³], pressure [Pa], id. Time [s] and step are in comments of the header.
+    /// Writes a binary little endian PLY file with an element `vertex` a particle: x, y, z \[m], vx, vy, vz \[m/s],
+    /// density \[kg/m³], pressure \[Pa], id. Time \[s] and step are in comments of the header.
     ///
     /// # Errors
     /// As [`write`](Self::write).

@@ -7,9 +7,9 @@ use super::OutputError;
 use super::rows::RowFile;
 use crate::gauge::Reading;
 
-/// Writes a gauge's readings as CSV: `step`, `t_s`, and a column for each of its figures, empty where there was no fluid
-/// to measure. Only whole rows ever go to the file; rows that wait are written by [`flush`](Self::flush) or when it is
-/// dropped.
+/// Writes a gauge's readings as CSV: `step`, `t_s`, and a column for each of its figures, empty where there was no
+/// fluid to measure. Only whole rows ever go to the file; rows that wait are written by [`flush`](Self::flush) or when
+/// it is dropped.
 #[derive(Debug)]
 pub struct GaugeFile(RowFile);
 
@@ -20,8 +20,26 @@ impl GaugeFile {
     /// # Errors
     /// When the system refuses.
     pub fn create(path: &Path, columns: &[String]) -> Result<Self, OutputError> {
-        let header = format!("step,t_s,{}\n", columns.join(","));
-        Ok(Self(RowFile::start(path, &header)?))
+        Ok(Self(RowFile::start(path, &header(columns))?))
+    }
+
+    /// Goes on with a gauge's file after its first `rows` rows, and gives those. A missing file, or one with other
+    /// columns, is started afresh.
+    ///
+    /// # Errors
+    /// When the system refuses.
+    pub fn resume(
+        path: &Path,
+        columns: &[String],
+        rows: u64,
+    ) -> Result<(Self, Vec<String>), OutputError> {
+        let (file, kept) = RowFile::resume(path, &header(columns), rows)?;
+        Ok((Self(file), kept))
+    }
+
+    /// Rows so far, those included that wait.
+    pub fn rows(&self) -> u64 {
+        self.0.rows()
     }
 
     /// Adds a reading.
@@ -49,4 +67,8 @@ impl GaugeFile {
     pub fn flush(&mut self) -> Result<(), OutputError> {
         self.0.flush()
     }
+}
+
+fn header(columns: &[String]) -> String {
+    format!("step,t_s,{}\n", columns.join(","))
 }

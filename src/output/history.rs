@@ -68,6 +68,19 @@ impl History {
         Ok(Self(RowFile::start(path, &kept)?))
     }
 
+    /// Goes on with a history after its first `rows` rows. A missing file, or one with other columns, is started afresh.
+    ///
+    /// # Errors
+    /// When the system refuses.
+    pub fn resume_after_rows(path: &Path, rows: u64) -> Result<Self, OutputError> {
+        Ok(Self(RowFile::resume(path, &header(), rows)?.0))
+    }
+
+    /// Rows so far, those included that wait.
+    pub fn rows(&self) -> u64 {
+        self.0.rows()
+    }
+
     /// Adds the row of a step.
     ///
     /// # Errors

@@ -31,7 +31,7 @@ mod series;
 pub mod summary;
 mod vtu;
 
-pub use atomic::{partial_name, write_atomically};
+pub use atomic::{partial_name, write_atomically, write_durably};
 pub use error::OutputError;
 pub use fields::{FIELDS, Field};
 pub use frame::Frame;

@@ -13,13 +13,15 @@ const BUFFER_BYTES: usize = 1 << 16;
 /// … or so long after the last time, so that who watches the file sees a slow run go on.
 const BUFFER_TIME: Duration = Duration::from_secs(1);
 
-/// A file that rows are appended to. Only whole rows ever go to it: what an interruption leaves is valid. Rows that wait
-/// are written by [`flush`](Self::flush) or when it is dropped.
+/// A file that rows are appended to. Only whole rows ever go to it: what an interruption leaves is valid. Rows that
+/// wait are written by [`flush`](Self::flush) or when it is dropped.
 #[derive(Debug)]
 pub(super) struct RowFile {
     path: PathBuf,
     file: File,
     waiting: String,
+    /// Rows in the file and waiting.
+    rows: u64,
     written_at: Instant,
 }
 
@@ -35,21 +37,50 @@ impl RowFile {
             path: path.to_owned(),
             file,
             waiting: String::new(),
+            rows: 0,
             written_at: Instant::now(),
         })
+    }
+
+    /// Goes on with a file after its first `rows` rows, and gives those. Of one with another header, or none, nothing is
+    /// kept.
+    pub(super) fn resume(
+        path: &Path,
+        header: &str,
+        rows: u64,
+    ) -> Result<(Self, Vec<String>), OutputError> {
+        let old = match fs::read_to_string(path) {
+            Err(error) if error.kind() == ErrorKind::NotFound => String::new(),
+            old => old.map_err(|source| OutputError::io(path, source))?,
+        };
+        let old = old.strip_prefix(header).unwrap_or_default();
+        let whole = old.split_inclusive('\n').filter(|row| row.ends_with('\n'));
+        let kept: Vec<String> = whole
+            .take(usize::try_from(rows).unwrap_or(usize::MAX))
+            .map(str::to_owned)
+            .collect();
+        let mut file = Self::start(path, &(header.to_owned() + &kept.concat()))?;
+        file.rows = kept.len() as u64;
+        Ok((file, kept))
+    }
+
+    /// Rows so far.
+    pub(super) fn rows(&self) -> u64 {
+        self.rows
     }
 
     /// Adds a row by what appends it, line break included.
     pub(super) fn push(&mut self, append: impl FnOnce(&mut String)) -> Result<(), OutputError> {
         append(&mut self.waiting);
+        self.rows += 1;
         if self.waiting.len() >= BUFFER_BYTES || self.written_at.elapsed() >= BUFFER_TIME {
             self.flush()?;
         }
         Ok(())
     }
 
-    /// Writes the rows that wait. Fails when the system refuses, or the file was removed meanwhile: whole rows stay, and
-    /// those that wait are lost.
+    /// Writes the rows that wait. Fails when the system refuses, or the file was removed meanwhile: whole rows stay,
+    /// and those that wait are lost.
     pub(super) fn flush(&mut self) -> Result<(), OutputError> {
         let result = self.append();
         self.waiting.clear();

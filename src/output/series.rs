@@ -12,7 +12,7 @@ use crate::input::read_text;
 /// One frame of a series.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SeriesEntry {
-    /// Simulated time [s].
+    /// Simulated time \[s].
     pub time: f64,
     /// The frame's file, relative to the series' folder.
     pub file: String,
@@ -46,7 +46,7 @@ impl Series {
         Ok(Self { path, entries })
     }
 
-    /// Adds a frame at a time [s] and writes the file. Frames of that time or later are dropped first: a run that
+    /// Adds a frame at a time \[s] and writes the file. Frames of that time or later are dropped first: a run that
     /// resumes from a checkpoint draws them again.
     ///
     /// # Errors
@@ -65,7 +65,7 @@ impl Series {
         write_atomically(&self.path, |out| out.write_all(text.as_bytes()))
     }
 
-    /// Takes back the frames after a time [s] and writes the file, if there are some.
+    /// Takes back the frames after a time \[s] and writes the file, if there are some.
     ///
     /// # Errors
     /// As [`push`](Self::push).
@@ -90,7 +90,8 @@ impl Series {
 
     fn text(&self) -> String {
         let mut text = String::from(
-            "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n<Collection>\n",
+            "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" \
+             byte_order=\"LittleEndian\">\n<Collection>\n",
         );
         for SeriesEntry { time, file } in &self.entries {
             // Writing to a String cannot fail.

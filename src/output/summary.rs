@@ -57,21 +57,21 @@ pub struct Summary {
     pub steps_taken_back: u64,
     /// Frames written.
     pub frames: u64,
-    /// Simulated time at the end [s].
+    /// Simulated time at the end \[s].
     pub simulated_s: f64,
-    /// Wall time of the run, output included [s].
+    /// Wall time of the run, output included \[s].
     pub wall_s: f64,
-    /// Wall time of a step, mean over the steps [ms]; that of all its phases, unless the caller measured around them.
+    /// Wall time of a step, mean over the steps \[ms]; that of all its phases, unless the caller measured around them.
     pub ms_per_step: f64,
-    /// Wall time of each phase, mean over the steps [ms].
+    /// Wall time of each phase, mean over the steps \[ms].
     pub ms_per_phase: BTreeMap<String, f64>,
-    /// Pressure iterations, mean over the steps [-].
+    /// Pressure iterations, mean over the steps \[-].
     pub mean_iterations: f64,
-    /// Largest density error of all steps [-].
+    /// Largest density error of all steps \[-].
     pub max_density_error: f32,
-    /// Mean density error, mean over the steps [-].
+    /// Mean density error, mean over the steps \[-].
     pub mean_density_error: f64,
-    /// Most memory the process held at any time [bytes]; none where the system does not tell.
+    /// Most memory the process held at any time \[bytes]; none where the system does not tell.
     pub peak_rss_bytes: Option<u64>,
 }
 
@@ -109,7 +109,7 @@ impl Summary {
 }
 
 /// Sums over the steps of a run, from which its summary takes the means.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct RunTotals {
     steps: u64,
     iterations: u64,
@@ -124,7 +124,7 @@ pub struct RunTotals {
 }
 
 /// Density errors of all steps.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 struct Errors {
     largest: f32,
     mean_sum: f64,
@@ -185,7 +185,7 @@ impl RunTotals {
     }
 }
 
-/// Most memory this process held at any time [bytes], where the system tells (Linux).
+/// Most memory this process held at any time \[bytes], where the system tells (Linux).
 pub fn peak_rss_bytes() -> Option<u64> {
     let status = fs::read_to_string("/proc/self/status").ok()?;
     let line = status

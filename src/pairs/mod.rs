@@ -1,10 +1,10 @@
 //! Sums over neighbours: the shape that every loop of the paper's Algorithms 1 and 2 has.
 //!
 //! A pass says what one particle adds up over its fluid and its boundary neighbours, eight at a time ([`PairSum`]);
-//! [`PairsWithSlopes::sum`] runs it over all rows in parallel, with stored lists or with neighbours found on the spot. The
-//! loop fetches the neighbours' positions, a third of its time, and hands a [`Pair`] to the pass: several sums in one
-//! pass fetch them once. What comes out goes to takers, one a chunk of rows ([`putting`], [`adding`], [`both`]). After
-//! the density pass the kernel's slopes are known, too (see [`PairSlopes`]).
+//! [`PairsWithSlopes::sum`] runs it over all rows in parallel, with stored lists or with neighbours found on the spot.
+//! The loop fetches the neighbours' positions, a third of its time, and hands a [`Pair`] to the pass: several sums in
+//! one pass fetch them once. What comes out goes to takers, one a chunk of rows ([`putting`], [`adding`], [`both`]).
+//! After the density pass the kernel's slopes are known, too (see [`PairSlopes`]).
 
 mod pass;
 mod rows;

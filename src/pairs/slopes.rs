@@ -2,10 +2,11 @@
 //!
 //! A square root and a division in every lane are a third of a force pass. Positions stay as they are from the density
 //! pass to the end of the step, so that pass, which has the roots anyway, writes the slopes down, and the others read 4
-//! bytes per pair. In a stand-alone loop over 130 000 particles (31 neighbours, ns per particle on one thread; computed,
-//! slopes kept, gradients kept): force 68, 45, 54; Dρ/Dt 82, 60, 59. A pass that calculates them anyway writes slopes
-//! for nothing that could be measured and gradients for 20; the density pass, which has the roots but divides for this
-//! alone, takes 15 more. Gradients would spare the positions, too, but are three times as much to read.
+//! bytes per pair. In a stand-alone loop over 130 000 particles (31 neighbours, ns per particle on one thread;
+//! computed, slopes kept, gradients kept): force 68, 45, 54; Dρ/Dt 82, 60, 59. A pass that calculates them anyway
+//! writes slopes for nothing that could be measured and gradients for 20; the density pass, which has the roots but
+//! divides for this alone, takes 15 more. Gradients would spare the positions, too, but are three times as much to
+//! read.
 
 use std::ops::Range;
 

@@ -10,11 +10,11 @@ use crate::{
 /// Convergence criterion of a method.
 #[derive(Resource, Debug, Clone, Copy, PartialEq)]
 pub struct Convergence {
-    /// Limit η on the density error `(ρ − ρ0)/ρ0` [-].
+    /// Limit η on the density error `(ρ − ρ0)/ρ0` \[-].
     pub max_density_error: f32,
     /// Whether η limits the largest or the mean error.
     pub criterion: Criterion,
-    /// Additional limit on the mean error [-], if the criterion limits the largest one.
+    /// Additional limit on the mean error \[-], if the criterion limits the largest one.
     pub mean_density_error: Option<f32>,
     /// Minimum number of iterations.
     pub min_iterations: u32,

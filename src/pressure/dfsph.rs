@@ -8,7 +8,7 @@
 //! Single corrections may be negative as long as their sum is not; iterations are relaxed and have momentum, since the
 //! paper's ω = 1 lets the shortest waves grow. The density solve starts from a share of the last pressures of both
 //! solves ([`warm_start`](super::warm_start)) and also limits densities that are too low (see
-//! [`solve`](super::solve)), so a dam break gains no energy for any share.
+//! [`solve`](super::convergence)), so a dam break gains no energy for any share.
 
 use std::mem;
 
@@ -27,8 +27,7 @@ use super::{
         store_pressures,
     },
     iterate::{PressureIteration, iterate, solve_pressure},
-    solver::{Iterations, PressureSolver, Requirement},
-    warm_start::WarmStart,
+    solver::{Iterations, PressureSolver, Requirement, iterations},
 };
 use crate::{
     boundary::sums::{WallSums, Walls},
@@ -43,22 +42,7 @@ use crate::{
 
 impl PressureSolver for Dfsph {
     fn iterations(&self) -> Option<Iterations> {
-        Some(Iterations {
-            convergence: Convergence {
-                max_density_error: self.max_density_error,
-                criterion: self.criterion,
-                mean_density_error: None,
-                min_iterations: self.min_iterations,
-                max_iterations: self.max_iterations,
-                not_converged: self.not_converged,
-            },
-            warm_start: WarmStart {
-                share: self.warm_start,
-                steps: self.warm_start_steps,
-            },
-            recovery: self.recovery,
-            momentum: self.momentum,
-        })
+        Some(iterations!(self, None))
     }
 
     fn requirements(&self) -> Vec<Requirement> {
@@ -136,7 +120,7 @@ impl PressureSolver for Dfsph {
 #[derive(ScheduleLabel, Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct DivergenceIteration;
 
-/// Head start of the momentum [iterations], from the second iteration on, or from the first if the solve starts from
+/// Head start of the momentum \[iterations], from the second iteration on, or from the first if the solve starts from
 /// mean pressures. The density error left between steps is a long wave, which iterations without momentum hardly
 /// reduce.
 ///
@@ -149,7 +133,7 @@ const HEAD_START: i32 = 10;
 #[derive(Resource, Debug, Clone, Copy)]
 pub struct DivergenceConvergence(Convergence);
 
-/// Impulses of the divergence solve, as pressure terms times dt [Pa s·m⁶/kg²].
+/// Impulses of the divergence solve, as pressure terms times dt \[Pa s·m⁶/kg²].
 #[derive(Resource, Debug, Default)]
 pub struct DivergenceTerms(Vec<Iterate>);
 

@@ -14,7 +14,7 @@ use crate::{
     state::{Densities, Material},
 };
 
-/// `1/D` of every particle [m⁸/kg²; m⁶/kg² in 2-D]; 0 if D is negligible.
+/// `1/D` of every particle \[m⁸/kg²; m⁶/kg² in 2-D]; 0 if D is negligible.
 #[derive(Resource, Debug, Default)]
 pub struct InverseDiagonals(pub Vec<f32>);
 
@@ -109,7 +109,7 @@ impl<'a> DiagonalSum<'a> {
 pub struct GradientSums<S: Simd> {
     sum: [S::F; 3],
     squares: S::F,
-    /// `Σ_b ρ0 V_b ∇W_ib` [kg/m⁴].
+    /// `Σ_b ρ0 V_b ∇W_ib` \[kg/m⁴].
     walls: Vec3,
 }
 

@@ -97,7 +97,7 @@ pub struct WithFirstForce<'w> {
 }
 
 impl WithFirstForce<'_> {
-    /// Share of the last step's pressure terms that is stored beside the positions [-].
+    /// Share of the last step's pressure terms that is stored beside the positions \[-].
     pub fn share_of_terms(&self) -> f32 {
         match (&self.first, &self.start) {
             (Some(_), Some(start)) => start.share,

@@ -47,7 +47,7 @@ pub struct ForceSums<S: Simd> {
     term: S::F,
     sum: [S::F; 3],
     row: usize,
-    /// `ρ0 t_i Σ_b V_b ∇W_ib` [m/s²].
+    /// `ρ0 t_i Σ_b V_b ∇W_ib` \[m/s²].
     walls: Vec3,
 }
 

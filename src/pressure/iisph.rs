@@ -5,7 +5,7 @@
 //! each iteration takes two. The system is described in [`implicit`]. A limit on the mean error and at least two
 //! iterations end the solve.
 //!
-//! Deviations. ω = 0.4 with momentum, warm start 0.8, and [`recovery`](super::recovery). The paper's method is
+//! Deviations. ω = 0.4 with momentum, warm start 0.8, and `recovery`. The paper's method is
 //! `momentum: false, relaxation: 0.5, warm_start: 0.5, recovery: 1, max_density_error: 1e-3`. The mean counts
 //! compressions, and too low densities of particles that have pressure: a signed mean is negative at free surfaces.
 //! Walls act by the particle's own term ([`force`](super::force)) and enter the diagonal likewise.
@@ -16,39 +16,22 @@ use bevy_ecs::{
 };
 
 use super::{
-    convergence::Convergence,
     diagonal,
     implicit::{self, store_pressures},
     iterate::{PressureIteration, solve_pressure},
-    solver::{Iterations, PressureSolver, Requirement},
-    warm_start::WarmStart,
+    solver::{Iterations, PressureSolver, Requirement, iterations},
 };
 use crate::{
     scene::{Iisph, Scene},
     state::{Column, Systems},
 };
 
-/// Head start of the momentum [iterations], as in [`dfsph`](super::dfsph), whose density solve is the same.
+/// Head start of the momentum \[iterations], as in [`dfsph`](super::dfsph), whose density solve is the same.
 const HEAD_START: i32 = 10;
 
 impl PressureSolver for Iisph {
     fn iterations(&self) -> Option<Iterations> {
-        Some(Iterations {
-            convergence: Convergence {
-                max_density_error: self.max_density_error,
-                criterion: self.criterion,
-                mean_density_error: None,
-                min_iterations: self.min_iterations,
-                max_iterations: self.max_iterations,
-                not_converged: self.not_converged,
-            },
-            warm_start: WarmStart {
-                share: self.warm_start,
-                steps: self.warm_start_steps,
-            },
-            recovery: self.recovery,
-            momentum: self.momentum,
-        })
+        Some(iterations!(self, None))
     }
 
     fn requirements(&self) -> Vec<Requirement> {

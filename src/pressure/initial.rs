@@ -24,7 +24,7 @@ use crate::{
 #[derive(ScheduleLabel, Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct InitialIteration;
 
-/// Fraction of the gravity that may remain in the first step [-].
+/// Fraction of the gravity that may remain in the first step \[-].
 const UNCARRIED: f32 = 1e-3;
 
 /// A column of 240 rows needs 400.
@@ -73,7 +73,7 @@ pub fn solve_initial_pressure(world: &mut World) {
     world.resource_mut::<PredictedVelocities>().0 = Vec::new();
 }
 
-/// Mean compression [-] of a step in which the fluid falls with the part [`UNCARRIED`] of the largest acceleration
+/// Mean compression \[-] of a step in which the fluid falls with the part [`UNCARRIED`] of the largest acceleration
 /// over its whole extent; none if there is no acceleration.
 fn limit(world: &World, dt: f32) -> Option<f32> {
     let positions = world.resource::<Positions>().points();

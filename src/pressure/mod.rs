@@ -2,9 +2,10 @@
 //!
 //! A method is a row, [`PressureSolver`](solver::PressureSolver): its systems, its schedules, its columns and what it
 //! requires of its parameters. Every method writes the pressure term `p/ρ²` beside the positions and leaves the rest to
-//! [`pressure_force`]. Those that iterate do so in [`iterate`], from what [`warm_start`] gives them; [`implicit`] is what
-//! the methods share whose densities are predicted from velocities, and [`diagonal`] the diagonal of their system.
-//! [`initial`] is what the first step starts from. The first force may be summed along with viscosity ([`first_force`]).
+//! [`pressure_force`]. Those that iterate do so in [`iterate`], from what [`warm_start`] gives them; [`implicit`] is
+//! what the methods share whose densities are predicted from velocities, and [`diagonal`] the diagonal of their system.
+//! [`initial`] is what the first step starts from. The first force may be summed along with viscosity
+//! ([`first_force`]).
 //!
 //! | method | file | solves for | iterates over |
 //! | --- | --- | --- | --- |

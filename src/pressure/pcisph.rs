@@ -7,7 +7,7 @@
 //!
 //! Deviations. Where a particle's own diagonal exceeds the lattice's, as beside walls, δ is divided by the ratio;
 //! otherwise its update overshoots (see `docs/decisions/pcisph.md`). The step uses the prediction that met η, without
-//! another correction. Warm start 0.8, momentum, [`recovery`](super::recovery) and a limit on the mean error are
+//! another correction. Warm start 0.8, momentum, `recovery` and a limit on the mean error are
 //! added. Algorithm 2 unchanged: `warm_start: 0, momentum: false, recovery: 1, mean_density_error: None,
 //! last_correction: true`.
 
@@ -17,13 +17,11 @@ use bevy_ecs::{
 };
 
 use super::{
-    convergence::Convergence,
     diagonal::{self, InverseDiagonals, lattice_diagonal},
     force::pressure_force,
     implicit::{self, Iterates, Jacobi, store_pressures},
     iterate::{LastCorrection, PressureIteration, solve_pressure},
-    solver::{Iterations, PressureSolver, Requirement},
-    warm_start::WarmStart,
+    solver::{Iterations, PressureSolver, Requirement, iterations},
 };
 use crate::{
     boundary::direct_forcing,
@@ -86,22 +84,7 @@ pub struct PredictedDensities(Vec<f32>);
 
 impl PressureSolver for Pcisph {
     fn iterations(&self) -> Option<Iterations> {
-        Some(Iterations {
-            convergence: Convergence {
-                max_density_error: self.max_density_error,
-                criterion: self.criterion,
-                mean_density_error: self.mean_density_error,
-                min_iterations: self.min_iterations,
-                max_iterations: self.max_iterations,
-                not_converged: self.not_converged,
-            },
-            warm_start: WarmStart {
-                share: self.warm_start,
-                steps: self.warm_start_steps,
-            },
-            recovery: self.recovery,
-            momentum: self.momentum,
-        })
+        Some(iterations!(self, self.mean_density_error))
     }
 
     fn requirements(&self) -> Vec<Requirement> {

@@ -20,7 +20,7 @@ use crate::{
     },
 };
 
-/// Maximum time step in units of the time that sound needs for the support radius [-] (Becker & Teschner 2007, eq.
+/// Maximum time step in units of the time that sound needs for the support radius \[-] (Becker & Teschner 2007, eq.
 /// 18).
 const SOUND_FACTOR: f32 = 0.4;
 
@@ -78,7 +78,7 @@ impl PressureSolver for Sesph {
 pub struct EquationOfState(pub StateEquation);
 
 impl EquationOfState {
-    /// Pressure [Pa] at a density [kg/m³], not below zero.
+    /// Pressure \[Pa] at a density \[kg/m³], not below zero.
     #[inline]
     pub fn pressure(&self, density: f32, rest_density: f32) -> f32 {
         match self.0 {
@@ -92,7 +92,7 @@ impl EquationOfState {
         .max(0.0)
     }
 
-    /// Energy of compression from rest, `∫ p/ρ² dρ` [J/kg], at a density [kg/m³].
+    /// Energy of compression from rest, `∫ p/ρ² dρ` \[J/kg], at a density \[kg/m³].
     pub fn energy(&self, density: f64, rest_density: f64) -> f64 {
         let ratio = density / rest_density;
         if ratio <= 1.0 {
@@ -109,7 +109,7 @@ impl EquationOfState {
         }
     }
 
-    /// Speed of sound at rest `sqrt(dp/dρ)` [m/s].
+    /// Speed of sound at rest `sqrt(dp/dρ)` \[m/s].
     pub fn sound_speed(&self, rest_density: f32) -> f32 {
         match self.0 {
             StateEquation::Tait { stiffness } => (7.0 * stiffness / rest_density).sqrt(),

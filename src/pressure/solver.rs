@@ -17,11 +17,35 @@ pub struct Iterations {
     pub convergence: Convergence,
     /// Initial pressures of the iterations.
     pub warm_start: WarmStart,
-    /// Maximum part of the compression found that a step removes [-].
+    /// Maximum part of the compression found that a step removes \[-].
     pub recovery: f32,
     /// Whether corrections have momentum.
     pub momentum: bool,
 }
+
+/// The [`Iterations`] of a method's parameters, whose fields have the same names in every method; with a limit on the
+/// mean error beside that on the largest, or `None`.
+macro_rules! iterations {
+    ($parameters:expr, $mean_density_error:expr) => {
+        $crate::pressure::solver::Iterations {
+            convergence: $crate::pressure::convergence::Convergence {
+                max_density_error: $parameters.max_density_error,
+                criterion: $parameters.criterion,
+                mean_density_error: $mean_density_error,
+                min_iterations: $parameters.min_iterations,
+                max_iterations: $parameters.max_iterations,
+                not_converged: $parameters.not_converged,
+            },
+            warm_start: $crate::pressure::warm_start::WarmStart {
+                share: $parameters.warm_start,
+                steps: $parameters.warm_start_steps,
+            },
+            recovery: $parameters.recovery,
+            momentum: $parameters.momentum,
+        }
+    };
+}
+pub(super) use iterations;
 
 /// Requirement on a parameter of a method.
 #[derive(Debug, Clone, Copy, PartialEq)]

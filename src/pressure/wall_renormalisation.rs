@@ -18,7 +18,7 @@ use crate::{
 /// Lower bound of γ: a particle in a right-angled corner of three walls has 0.3, a particle inside a wall has 0.
 const LEAST: f32 = 0.1;
 
-/// γ of a row [-], at least [`LEAST`].
+/// γ of a row \[-], at least [`LEAST`].
 #[inline]
 fn wall_renormalisation(walls: Walls, row: usize) -> f32 {
     (1.0 - walls.share(row)).max(LEAST)

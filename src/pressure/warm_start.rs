@@ -24,9 +24,9 @@ use crate::{
 /// The initial pressures of a step's iterations.
 #[derive(Resource, Debug, Clone, Copy, PartialEq)]
 pub struct WarmStart {
-    /// Share of the earlier pressures [-].
+    /// Share of the earlier pressures \[-].
     pub share: f32,
-    /// Averaging window [steps]: 1 uses the last step's pressures, n an exponential mean with weight 1/n.
+    /// Averaging window \[steps]: 1 uses the last step's pressures, n an exponential mean with weight 1/n.
     pub steps: u32,
 }
 

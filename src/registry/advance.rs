@@ -55,7 +55,11 @@ fn systems(scene: &Scene) -> Systems {
     } else {
         (integrated, contact::keep_outside).chain()
     };
-    let guard = (transfer::check_rows, integrate::guard).chain();
+    let unwritten = lasting(scene)
+        .iter()
+        .map(|column| (column.check_unwritten)())
+        .collect();
+    let guard = (transfer::check_rows, chain(unwritten), integrate::guard).chain();
     let goes_back = matches!(scene.time_step, TimeStep::Adaptive(_));
     let guard = if goes_back {
         (guard, adaptive::detect_shock.run_if(healthy)).chain()

@@ -6,7 +6,9 @@
 mod advance;
 mod columns;
 mod gather;
+mod remembered;
 mod stages;
 
 pub use columns::columns;
+pub(crate) use remembered::REMEMBERED;
 pub use stages::{StageError, Stages};

@@ -62,8 +62,8 @@ impl Default for Stages {
 }
 
 impl Stages {
-    /// Adds a stage of a host's. An order runs it where it names it; one that does not name it is refused as long as the
-    /// stage is [`wanted`](Stage::wanted).
+    /// Adds a stage of a host's. An order runs it where it names it; one that does not name it is refused as long as
+    /// the stage is [`wanted`](Stage::wanted).
     pub fn register(&mut self, stage: Stage) -> Result<(), StageError> {
         let name = stage.name;
         let is_name = |name: &str| name.chars().all(|c| c.is_alphanumeric() || c == '_');

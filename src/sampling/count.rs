@@ -41,7 +41,7 @@ pub(crate) fn count(shape: &BoundaryShape, dimension: Dimension, spacing: f32, d
     }
 }
 
-/// Points of the surface of a box of `size` [m], on a lattice no coarser than the spacing.
+/// Points of the surface of a box of `size` \[m], on a lattice no coarser than the spacing.
 fn shell_count(size: Vec3, dimension: Dimension, spacing: f64) -> f64 {
     let axes = match dimension {
         Dimension::Two => 2,

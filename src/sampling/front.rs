@@ -23,7 +23,7 @@ const REACH: f32 = 1.35;
 
 /// Accepted samples, and the candidates that are left.
 pub(super) struct Front {
-    /// Least distance of two samples on one side [m].
+    /// Least distance of two samples on one side \[m].
     distance: f32,
     accepted: Vec<BoundarySample>,
     cells: HashMap<IVec3, Vec<u32>>,
@@ -47,7 +47,7 @@ impl Front {
     }
 
     /// Accepted samples whose normals are as near as `same`, a cosine, within `REACH` of the least distance: their
-    /// distances [m].
+    /// distances \[m].
     fn near(&self, sample: &BoundarySample, same: f32) -> impl Iterator<Item = f32> {
         let reach = REACH * self.distance;
         around(self.cell(sample.position))
@@ -59,7 +59,7 @@ impl Front {
             .filter(move |&distance| distance < reach)
     }
 
-    /// Whether an accepted sample that faces the same way is within a distance of at most `REACH` [m].
+    /// Whether an accepted sample that faces the same way is within a distance of at most `REACH` \[m].
     pub(super) fn covers(&self, point: Vec3, normal: Vec3, distance: f32) -> bool {
         around(self.cell(point))
             .filter_map(|cell| self.cells.get(&cell))
@@ -98,7 +98,7 @@ impl Front {
     }
 
     /// Whether an accepted sample faces much the same way as one and lies, along its face, within a distance of at most
-    /// the least distance or a little more [m].
+    /// the least distance or a little more \[m].
     pub(super) fn speaks_for(&self, sample: &BoundarySample, distance: f32) -> bool {
         around(self.cell(sample.position))
             .filter_map(|cell| self.cells.get(&cell))

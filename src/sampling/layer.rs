@@ -17,7 +17,7 @@ use crate::{
     state::Material,
 };
 
-/// Depth of the layer of samples behind the face of a wall [m]: there a lattice that starts half a spacing before the
+/// Depth of the layer of samples behind the face of a wall \[m]: there a lattice that starts half a spacing before the
 /// face has its rest density. With direct forcing half a spacing: its frozen particles go on with the lattice.
 pub fn layer_depth(scene: &Scene) -> f32 {
     if let BoundaryHandling::DirectForcing(_) = scene.boundary_handling {

@@ -28,9 +28,9 @@ use crate::{
 const DISTANCE: f32 = 0.96;
 /// A vertex is moved at most so many depths: at sharper valleys than 47° the layer would run far off.
 const LONGEST_MITRE: f64 = 2.5;
-/// A sample is at least so deep behind the surface [depths].
+/// A sample is at least so deep behind the surface \[depths].
 const DEEP: f64 = 0.98;
-/// A part of a face without a sample of the face's own this near, along it, is not guarded [spacings]: contact hears
+/// A part of a face without a sample of the face's own this near, along it, is not guarded \[spacings]: contact hears
 /// those up to 1.15.
 const OWN: f32 = 1.05;
 
@@ -73,7 +73,7 @@ struct Layer<'a> {
     vertices: Vec<DVec3>,
     /// Whether a vertex is deep enough behind all faces around it, or cannot be.
     is_mitred: Vec<bool>,
-    /// Of the layer behind the faces [m].
+    /// Of the layer behind the faces \[m].
     depth: f64,
 }
 

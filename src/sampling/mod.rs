@@ -19,7 +19,7 @@ pub(crate) use surfaces::{for_each_sample, for_each_sample_of};
 /// A boundary particle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoundarySample {
-    /// Where it is [m].
+    /// Where it is \[m].
     pub position: Vec3,
     /// Unit vector from the solid into the fluid; in edges and corners the mean of the faces'.
     pub normal: Vec3,

@@ -11,7 +11,7 @@ use crate::mesh::Mesh;
 
 /// Faces whose normals are further apart than by this cosine are the two sides of a thin part.
 const OPPOSITE: f64 = -0.5;
-/// A part of the surface without a sample of its side this near is not guarded [spacings]. The layers of a built-in
+/// A part of the surface without a sample of its side this near is not guarded \[spacings]. The layers of a built-in
 /// tank and box leave 0.90 and 1.04.
 const GUARDED: f32 = 1.15;
 

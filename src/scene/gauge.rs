@@ -17,7 +17,7 @@ pub struct Gauge {
     /// How often it is read.
     #[serde(default)]
     pub every: Rate,
-    /// Time that its means are taken over [s]: the last readings that began within it, each the mean over all steps
+    /// Time that its means are taken over \[s]: the last readings that began within it, each the mean over all steps
     /// since the reading before. 0 for no means.
     #[serde(default)]
     pub window: f32,
@@ -29,10 +29,10 @@ pub struct Gauge {
 /// How often a gauge is read.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Rate {
-    /// At the ends of the steps nearest to the multiples of a time [s]. Steps are not shortened for it, so gauges leave
-    /// the result as it is.
+    /// At the ends of the steps nearest to the multiples of a time \[s]. Steps are not shortened for it, so gauges
+    /// leave the result as it is.
     Seconds(f32),
-    /// After every so-manieth step.
+    /// After every n-th step.
     Steps(u32),
 }
 
@@ -47,20 +47,21 @@ impl Default for Rate {
 /// "Connected" is fluid without a gap of more than the support radius, seen along the direction of the measure.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub enum GaugeKind {
     /// Level of the fluid in a column against gravity (along +y without gravity): the upper side, half a spacing above
-    /// its centre, of the highest particle of the largest connected part [m].
+    /// its centre, of the highest particle of the largest connected part \[m].
     Height {
-        /// A point on the axis of the column [m].
+        /// A point on the axis of the column \[m].
         at: Vec3,
-        /// Radius of the column [m]; one spacing if absent.
+        /// Radius of the column \[m]; one spacing if absent.
         #[serde(default)]
         radius: Option<f32>,
     },
     /// How far the fluid has come along a direction: the outer side of the foremost particle of the largest connected
-    /// part [m].
+    /// part \[m].
     Front {
-        /// Where 0 is [m].
+        /// Where 0 is \[m].
         #[serde(default)]
         from: Vec3,
         /// Along what; any length but zero.
@@ -69,53 +70,53 @@ pub enum GaugeKind {
         #[serde(default)]
         within: Option<Bounds>,
     },
-    /// Pressure at a point of the fluid [Pa]: the mean of the particles around it, weighted by the kernel (Shepard).
+    /// Pressure at a point of the fluid \[Pa]: the mean of the particles around it, weighted by the kernel (Shepard).
     Pressure {
-        /// Where [m].
+        /// Where \[m].
         at: Vec3,
-        /// Radius of the kernel [m].
+        /// Radius of the kernel \[m].
         #[serde(default)]
         radius: Option<f32>,
     },
-    /// Pressure on a wall [Pa]: the same mean over the particles on the wall's wet side alone, 0 where it is dry.
+    /// Pressure on a wall \[Pa]: the same mean over the particles on the wall's wet side alone, 0 where it is dry.
     WallPressure {
-        /// A point of the wall's face [m].
+        /// A point of the wall's face \[m].
         at: Vec3,
         /// Direction from the wall into the fluid; any length but zero.
         normal: Vec3,
-        /// Radius of the kernel [m].
+        /// Radius of the kernel \[m].
         #[serde(default)]
         radius: Option<f32>,
     },
-    /// Velocity at a point [m/s]: the mean of the particles around it, weighted by the kernel (Shepard).
+    /// Velocity at a point \[m/s]: the mean of the particles around it, weighted by the kernel (Shepard).
     Velocity {
-        /// Where [m].
+        /// Where \[m].
         at: Vec3,
-        /// Radius of the kernel [m].
+        /// Radius of the kernel \[m].
         #[serde(default)]
         radius: Option<f32>,
     },
-    /// Force [N; N/m in 2-D] and torque [N m; N in 2-D] of the fluid on the boundaries of a name.
+    /// Force \[N; N/m in 2-D] and torque \[N m; N in 2-D] of the fluid on the boundaries of a name.
     Force {
         /// The boundaries' `name`; several of one name are one body.
         boundary: String,
-        /// The point that the torque is about [m].
+        /// The point that the torque is about \[m].
         #[serde(default)]
         about: Vec3,
     },
-    /// Volume that passes a parallelogram, in 2-D a segment, a second [m³/s; m²/s in 2-D]. Each particle counts for its
-    /// volume in all, spread over the support radius before and behind the surface.
+    /// Volume that passes a parallelogram, in 2-D a segment, a second \[m³/s; m²/s in 2-D]. Each particle counts for
+    /// its volume in all, spread over the support radius before and behind the surface.
     Flux {
-        /// A corner; in 2-D an end [m].
+        /// A corner; in 2-D an end \[m].
         corner: Vec3,
-        /// From there to the next corner; in 2-D to the other end [m].
+        /// From there to the next corner; in 2-D to the other end \[m].
         along: Vec3,
-        /// From the first corner to the one on its other side [m]; not in 2-D, where it points along z. Flow counts as
+        /// From the first corner to the one on its other side \[m]; not in 2-D, where it points along z. Flow counts as
         /// positive along `along × across`.
         #[serde(default)]
         across: Vec3,
     },
-    /// Energies of all fluid [J; J/m in 2-D]: kinetic, potential in the scene's gravity (0 at the origin), that of
+    /// Energies of all fluid \[J; J/m in 2-D]: kinetic, potential in the scene's gravity (0 at the origin), that of
     /// compression (equations of state store some, methods that solve for the pressure none), and what the steps so
     /// far have dissipated: what they took away of the three in all, gained if negative.
     Energy,
@@ -136,7 +137,7 @@ pub struct GaugeReference {
     /// The gauge's own column that it is drawn beside; the first if absent.
     #[serde(default)]
     pub quantity: Option<String>,
-    /// What the file's times and figures are multiplied by to be in SI units [-].
+    /// What the file's times and figures are multiplied by to be in SI units \[-].
     #[serde(default = "one")]
     pub scale: Vec2,
     /// What is added to them after that, in SI units.

@@ -65,6 +65,7 @@ pub struct Jitter {
 /// In 2-D a box's z range only has to hold 0, a sphere is a disc with its centre at z = 0, and a cylinder is refused.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub enum Shape {
     /// Axis-aligned box.
     Box {
@@ -98,6 +99,7 @@ pub enum Shape {
 /// do the walls of a tank. In 2-D a box's or tank's z range only has to hold 0; centres and normals have z = 0.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub enum BoundaryShape {
     /// A tank that holds fluid inside the box `min`–`max`.
     Tank {
@@ -196,6 +198,7 @@ fn one() -> f64 {
 
 /// Where the solid is that a mesh bounds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum MeshSide {
     /// The mesh is closed and the solid in it: fluid is outside. The winding must be the same all over a shell; a shell
     /// within another bounds a cavity and is wound the other way. Shells that cross are refused.

@@ -1,12 +1,14 @@
 //! The scene: what a RON file says, typed. SI units everywhere.
 //!
 //! [`Scene`] and the types it holds are exactly the file's fields; [`load`](Scene::load) reads one, applies the
-//! [`Override`](crate::Override)s and checks the result. [`shapes`] turns bodies into particles; nothing here knows of the world they are spawned into.
+//! [`Override`](crate::Override)s and checks the result. [`shapes`] turns bodies into particles; nothing here knows of
+//! the world they are spawned into.
 //!
 //! In a file `Some(…)` around a value, the names of structs, and the second bracket of `Pcisph((…))` may be left out;
 //! a variant whose fields all have defaults may stand alone, `Pcisph`.
 
 mod body_force;
+mod build;
 mod error;
 mod gauge;
 mod geometry;
@@ -119,6 +121,49 @@ fn default_duration() -> f32 {
 }
 
 impl Scene {
+    /// A scene without fluid, with the defaults of a file, of particles at a `spacing` \[m].
+    ///
+    /// ```
+    /// use overfall::scene::{BoundaryShape, FluidBody, Scene, Shape};
+    ///
+    /// let scene = Scene {
+    ///     bodies: vec![FluidBody::new(Shape::cuboid([0.0; 3], [0.4, 0.8, 0.4]))],
+    ///     boundaries: vec![BoundaryShape::tank([0.0; 3], [1.6, 1.2, 0.4])],
+    ///     duration: 2.0,
+    ///     ..Scene::new("pond", 0.05)
+    /// };
+    /// scene.check().expect("a scene without contradictions");
+    /// let text = scene.to_ron().expect("RON");
+    /// assert_eq!(Scene::parse(&text, "pond.ron", &[]).expect("the same"), scene);
+    /// ```
+    pub fn new(name: impl Into<String>, spacing: f32) -> Self {
+        Self {
+            name: name.into(),
+            dimension: Dimension::default(),
+            spacing,
+            kernel: None,
+            support: None,
+            gravity: default_gravity(),
+            body_forces: Vec::new(),
+            fluid: Fluid::default(),
+            bodies: Vec::new(),
+            boundaries: Vec::new(),
+            boundary_handling: BoundaryHandling::default(),
+            domain: None,
+            pressure: PressureMethod::default(),
+            time_step: TimeStep::default(),
+            index: Index::default(),
+            neighbours: Neighbours::default(),
+            reorder_interval: default_reorder_interval(),
+            order: None,
+            executor: Executor::default(),
+            limits: Limits::default(),
+            duration: default_duration(),
+            gauges: Vec::new(),
+            output: Output::default(),
+        }
+    }
+
     /// Function of the kernel, as written or as advised (`docs/decisions/kernels.md`).
     pub fn kernel(&self) -> KernelFunction {
         self.kernel.unwrap_or(KernelFunction::CubicSpline)

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Output {
-    /// Frames per simulated second [1/s]; 0 writes none but the first and the last.
+    /// Frames per simulated second \[1/s]; 0 writes none but the first and the last.
     pub frames_per_second: f32,
     /// Whether steps are shortened so that frames are at multiples of the interval exactly. Without it, they are at the
     /// ends of the steps nearest to them, and the result does not depend on how many are written.
@@ -22,6 +22,7 @@ pub struct Output {
 
 /// File format of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum FrameFormat {
     /// VTK XML unstructured grid, binary; ParaView opens it.
     Vtu,
@@ -33,16 +34,16 @@ pub enum FrameFormat {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Camera {
-    /// Where the eye is [m].
+    /// Where the eye is \[m].
     pub position: Vec3,
-    /// Where it looks [m].
+    /// Where it looks \[m].
     pub target: Vec3,
-    /// Vertical angle of view [degrees].
+    /// Vertical angle of view \[degrees].
     #[serde(default = "default_field_of_view")]
     pub field_of_view: f32,
 }
 
-fn default_field_of_view() -> f32 {
+pub(super) fn default_field_of_view() -> f32 {
     40.0
 }
 

@@ -8,7 +8,7 @@ use super::Dimension;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Fluid {
-    /// Density at rest [kg/m³].
+    /// Density at rest \[kg/m³].
     pub rest_density: f32,
     /// Friction within the fluid.
     pub viscosity: Viscosity,
@@ -19,23 +19,24 @@ pub struct Fluid {
 /// Viscosity model.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub enum Viscosity {
     /// None: no system, no pass.
     None,
     /// Laminar viscosity (Morris et al. 1997, in the form of Weiler et al. 2018).
     Laminar {
-        /// Kinematic viscosity ν [m²/s].
+        /// Kinematic viscosity ν \[m²/s].
         kinematic_viscosity: f32,
         /// α of a numerical viscosity beside it, `α h c/(2 (d + 2))` with `c = sqrt(p/ρ)` of each pair, the speed of
-        /// the waves of a lattice under pressure [-]. It damps those and fades with the spacing; 0: none.
+        /// the waves of a lattice under pressure \[-]. It damps those and fades with the spacing; 0: none.
         #[serde(default = "numerical_viscosity")]
         numerical: f32,
     },
     /// Artificial viscosity (Monaghan 1992; Becker & Teschner 2007).
     Artificial {
-        /// α [-].
+        /// α \[-].
         alpha: f32,
-        /// Speed of sound that scales it [m/s].
+        /// Speed of sound that scales it \[m/s].
         sound_speed: f32,
     },
 }
@@ -43,13 +44,14 @@ pub enum Viscosity {
 /// Surface tension model.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub enum SurfaceTension {
     /// None: no system, no pass.
     #[default]
     None,
     /// Pairwise cohesion (Becker & Teschner 2007).
     BeckerTeschner {
-        /// Strength κ in `a_i = −κ Σ_j (m_j / m_i) W(x_ij) x_ij` [m³/s²; m²/s² in 2-D].
+        /// Strength κ in `a_i = −κ Σ_j (m_j / m_i) W(x_ij) x_ij` \[m³/s²; m²/s² in 2-D].
         kappa: f32,
     },
 }
@@ -57,6 +59,7 @@ pub enum SurfaceTension {
 /// How walls keep the fluid off.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub enum BoundaryHandling {
     /// By pressure alone, with volumes that follow the sampling (Akinci et al. 2012).
     #[default]
@@ -70,18 +73,19 @@ pub enum BoundaryHandling {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct DirectForcing {
-    /// Distance r0 from a boundary particle within which fluid is put back, in spacings [-]. The particles lie half a
+    /// Distance r0 from a boundary particle within which fluid is put back, in spacings \[-]. The particles lie half a
     /// spacing behind the wall's face, so at 1 fluid is left alone up to half a spacing before it.
     pub rest_distance: f32,
-    /// Part of its velocity along the wall that a particle put back keeps, each step [-]: 1 slips freely, 0 sticks.
+    /// Part of its velocity along the wall that a particle put back keeps, each step \[-]: 1 slips freely, 0 sticks.
     pub slip: f32,
 }
 
 /// Control of the time step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub enum TimeStep {
-    /// Always the same [s].
+    /// Always the same \[s].
     Fixed(f32),
     /// From the speeds, forces and viscosity of the last step.
     Cfl(Cfl),
@@ -94,11 +98,11 @@ pub enum TimeStep {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Cfl {
-    /// λ in dt ≤ λ h / v_max [-].
+    /// λ in dt ≤ λ h / v_max \[-].
     pub factor: f32,
-    /// Never below [s].
+    /// Never below \[s].
     pub min: f32,
-    /// Never above [s].
+    /// Never above \[s].
     pub max: f32,
 }
 
@@ -106,16 +110,16 @@ pub struct Cfl {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Adaptive {
-    /// Never below [s]. A step that goes wrong in spite of it fails.
+    /// Never below \[s]. A step that goes wrong in spite of it fails.
     pub min: f32,
-    /// Never above [s].
+    /// Never above \[s].
     pub max: f32,
-    /// The first time step [s]; if absent, what the speeds and gravity at the start allow.
+    /// The first time step \[s]; if absent, what the speeds and gravity at the start allow.
     pub initial: Option<f32>,
-    /// η, the mean density error `(ρ − ρ0)/ρ0` up to which the time step grows [-]; a largest error that jumps by
+    /// η, the mean density error `(ρ − ρ0)/ρ0` up to which the time step grows \[-]; a largest error that jumps by
     /// more than 8 η is a shock. It is the scheme's own, whatever the pressure method limits.
     pub density_error: f32,
-    /// A largest density error above it is a shock [-].
+    /// A largest density error above it is a shock \[-].
     pub max_density_error: f32,
 }
 
@@ -141,7 +145,7 @@ impl KernelFunction {
         Self::QuinticSpline,
     ];
 
-    /// Support radius that a scene has if it names none, in spacings [-]. Measured: `docs/decisions/kernels.md`.
+    /// Support radius that a scene has if it names none, in spacings \[-]. Measured: `docs/decisions/kernels.md`.
     pub fn support(self, dimension: Dimension) -> f32 {
         let [plane, space] = match self {
             Self::CubicSpline => [2.0, 2.0],
@@ -162,14 +166,15 @@ impl KernelFunction {
 pub struct Index {
     /// Which structure.
     pub structure: IndexStructure,
-    /// Cell edge d in support radii [-], in (0, 1] (paper 6.2).
+    /// Cell edge d in support radii \[-], in (0, 1] (paper 6.2).
     pub cell_size: f32,
 }
 
 /// The structures of the paper's section 4. All find the same neighbours. The first three cover a box around all
-/// particles and need memory for every cell in it, at most [`MAX_CELLS`](crate::index::MAX_CELLS) cells; a step that
+/// particles and need memory for every cell in it, at most [`MAX_CELLS`](crate::state::MAX_CELLS) cells; a step that
 /// would need more fails.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum IndexStructure {
     /// Basic uniform grid (paper 4.1): filled serially.
     UniformGrid,
@@ -212,9 +217,9 @@ pub enum Neighbours {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Limits {
-    /// Largest tolerated compression `(ρ − ρ0)/ρ0` [-].
+    /// Largest tolerated compression `(ρ − ρ0)/ρ0` \[-].
     pub compression: f32,
-    /// Largest tolerated work of pressure in a step [-], in the energies that the step can draw on (see
+    /// Largest tolerated work of pressure in a step \[-], in the energies that the step can draw on (see
     /// [`guard`](crate::integrate::guard)).
     pub energy: f32,
 }

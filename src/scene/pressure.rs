@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 /// Pressure method with its own parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub enum PressureMethod {
     /// Equation of state (paper 5.1, SESPH).
     Sesph(Sesph),
@@ -27,15 +28,16 @@ pub struct Sesph {
 /// Equation of state.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub enum StateEquation {
     /// `p = k ((ρ/ρ0)^7 − 1)` (paper eq. 4).
     Tait {
-        /// Stiffness k [Pa]; `k = ρ0 c²/7` with c ten times the largest speed allows about 1 % of compression.
+        /// Stiffness k \[Pa]; `k = ρ0 c²/7` with c ten times the largest speed allows about 1 % of compression.
         stiffness: f32,
     },
     /// `p = k (ρ − ρ0)` (paper eq. 5).
     Gas {
-        /// Stiffness k [Pa·m³/kg = m²/s²].
+        /// Stiffness k \[Pa·m³/kg = m²/s²].
         stiffness: f32,
     },
 }
@@ -44,12 +46,12 @@ pub enum StateEquation {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Pcisph {
-    /// Limit η on the density error `(ρ − ρ0)/ρ0` [-]. With `recovery` below 1 it limits what a step leaves of the
+    /// Limit η on the density error `(ρ − ρ0)/ρ0` \[-]. With `recovery` below 1 it limits what a step leaves of the
     /// compression that it has to remove; compression that is left for later steps comes on top.
     pub max_density_error: f32,
     /// Whether η limits the largest or the mean error.
     pub criterion: Criterion,
-    /// Limit on the mean error beside that on the largest [-], if there is one (the paper has none): a body whose
+    /// Limit on the mean error beside that on the largest \[-], if there is one (the paper has none): a body whose
     /// particles are all compressed by a little less than η has fallen by that part of its height.
     pub mean_density_error: Option<f32>,
     /// At least so many iterations (paper 5.2: 3).
@@ -59,16 +61,16 @@ pub struct Pcisph {
     pub max_iterations: u32,
     /// What happens when `max_iterations` do not reach η.
     pub not_converged: NotConverged,
-    /// Share of the pressures before that the iterations start from [-].
+    /// Share of the pressures before that the iterations start from \[-].
     pub warm_start: f32,
     /// Steps whose pressures these are the mean of: 1, the last step's; n, each step counts 1/n, and what was before it
     /// the rest (see [`warm_start`](crate::pressure::warm_start)).
     pub warm_start_steps: u32,
     /// Whether corrections have momentum (see [`implicit`](crate::pressure::implicit)). The paper's have none.
     pub momentum: bool,
-    /// Part of the compression found at the start of a step that the step removes at most [-]; the paper's 1 removes
+    /// Part of the compression found at the start of a step that the step removes at most \[-]; the paper's 1 removes
     /// all (see
-    /// [`recovery`](crate::pressure::recovery)). Not more than 1 less `warm_start` is stable however few the iterations.
+    /// `recovery`). Not more than 1 less `warm_start` is stable however few the iterations.
     pub recovery: f32,
     /// Whether pressures are corrected once more after the prediction that met η, and the step is taken with their
     /// force: the paper's Algorithm 2 to the letter. Without it the step goes to the prediction itself.
@@ -79,7 +81,7 @@ pub struct Pcisph {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Iisph {
-    /// Limit η on the density error `(ρ − ρ0)/ρ0` [-].
+    /// Limit η on the density error `(ρ − ρ0)/ρ0` \[-].
     pub max_density_error: f32,
     /// Whether η limits the largest or the mean error.
     pub criterion: Criterion,
@@ -90,13 +92,13 @@ pub struct Iisph {
     pub max_iterations: u32,
     /// What happens when `max_iterations` do not reach η.
     pub not_converged: NotConverged,
-    /// Share of the pressures before that the iterations start from [-].
+    /// Share of the pressures before that the iterations start from \[-].
     pub warm_start: f32,
     /// Steps whose pressures these are the mean of.
     pub warm_start_steps: u32,
-    /// Relaxation ω of the Jacobi iteration [-]; with momentum a lattice of the default support is stable up to 0.54.
+    /// Relaxation ω of the Jacobi iteration \[-]; with momentum a lattice of the default support is stable up to 0.54.
     pub relaxation: f32,
-    /// Part of the compression found at the start of a step that the step removes at most [-]; the paper's is 1.
+    /// Part of the compression found at the start of a step that the step removes at most \[-]; the paper's is 1.
     pub recovery: f32,
     /// Whether corrections have momentum: fewer iterations, most of all in deep water (see
     /// [`implicit`](crate::pressure::implicit)). The paper's have none.
@@ -108,7 +110,7 @@ pub struct Iisph {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Dfsph {
-    /// Limit η on the density error `(ρ − ρ0)/ρ0` [-].
+    /// Limit η on the density error `(ρ − ρ0)/ρ0` \[-].
     pub max_density_error: f32,
     /// Whether η, and the limit on the divergence, are on the largest or the mean error.
     pub criterion: Criterion,
@@ -119,19 +121,19 @@ pub struct Dfsph {
     pub max_iterations: u32,
     /// What happens when `max_iterations` do not reach η.
     pub not_converged: NotConverged,
-    /// Share of the pressures before that the iterations start from [-]. Still water moves with 1 % of sqrt(g H) at
+    /// Share of the pressures before that the iterations start from \[-]. Still water moves with 1 % of sqrt(g H) at
     /// 0.9, with 0.05 % at 0.7 and below; a dam break takes 3988 iterations at 0.6 and 3673 at 0.7; at the end of the
     /// elliptic drop its axis is 0.98 % off at ½, 0.99 at 0.6, 1.01 at 0.7.
     pub warm_start: f32,
     /// Steps whose pressures these are the mean of.
     pub warm_start_steps: u32,
-    /// Relaxation ω of the Jacobi iterations of both solves [-].
+    /// Relaxation ω of the Jacobi iterations of both solves \[-].
     pub relaxation: f32,
     /// Whether their corrections have momentum.
     pub momentum: bool,
-    /// Part of the compression found at the start of a step that the step removes at most [-]; the paper's is 1.
+    /// Part of the compression found at the start of a step that the step removes at most \[-]; the paper's is 1.
     pub recovery: f32,
-    /// Limit on the compression that the velocities would cause in a step, `dt max(0, Dρ/Dt)/ρ0` [-].
+    /// Limit on the compression that the velocities would cause in a step, `dt max(0, Dρ/Dt)/ρ0` \[-].
     pub max_divergence_error: f32,
     /// At least so many iterations of the solve that removes the divergence. The paper's 1 finds out how much there is;
     /// here the density pass has, and velocities that are within the limit cost nothing more.
@@ -142,6 +144,7 @@ pub struct Dfsph {
 
 /// What a limit on the density error is compared with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum Criterion {
     /// The largest error of all particles (the paper's).
     #[default]
@@ -152,6 +155,7 @@ pub enum Criterion {
 
 /// What happens when an iterative method does not reach its limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum NotConverged {
     /// The run stops with an error.
     #[default]
@@ -166,7 +170,7 @@ impl Default for PressureMethod {
     }
 }
 
-/// Share of the last pressures that every method starts from [-], and share of the compression found that a step
+/// Share of the last pressures that every method starts from \[-], and share of the compression found that a step
 /// removes. Measured on tanks of 10 to 240 rows and columns of 40 and 80: `docs/decisions/still_water.md`.
 const WARM_START: f32 = 0.8;
 const RECOVERY: f32 = 0.3;

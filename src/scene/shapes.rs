@@ -22,7 +22,7 @@ use super::{Dimension, FluidBody, Jitter, Scene, Shape};
 pub(crate) const RESOLUTION: f64 = 0.01;
 
 /// By how many spacings counts and distances may miss, for the rounding of the file's numbers to f32: more where the
-/// largest of them [m] is many spacings.
+/// largest of them \[m] is many spacings.
 pub(crate) fn tolerance(largest: f64, spacing: f64) -> f64 {
     1e-3 + (f64::from(f32::EPSILON) * largest / spacing).min(RESOLUTION)
 }
@@ -30,9 +30,9 @@ pub(crate) fn tolerance(largest: f64, spacing: f64) -> f64 {
 /// A fluid particle to be spawned.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ParticleSeed {
-    /// [m]; z is zero in 2-D.
+    /// \[m]; z is zero in 2-D.
     pub position: Vec3,
-    /// [m/s]
+    /// \[m/s]
     pub velocity: Vec3,
 }
 
@@ -95,7 +95,7 @@ fn frame(axis: DVec3) -> (DVec3, DVec3) {
     (first, axis.cross(first))
 }
 
-/// The largest coordinate of the ends between which a shape has rows [m].
+/// The largest coordinate of the ends between which a shape has rows \[m].
 fn largest(shape: &Shape) -> f64 {
     let ends = match *shape {
         Shape::Box { min, max } => [min, max],
@@ -107,9 +107,9 @@ fn largest(shape: &Shape) -> f64 {
 
 /// The lattice of one shape, before jitter.
 pub(crate) struct Lattice {
-    /// The first point [m].
+    /// The first point \[m].
     origin: DVec3,
-    /// From one point to the next [m].
+    /// From one point to the next \[m].
     steps: [DVec3; 3],
     counts: [u32; 3],
     keep: Keep,
@@ -237,7 +237,7 @@ impl Lattice {
     }
 }
 
-/// Volume of a shape [m³; m² in 2-D].
+/// Volume of a shape \[m³; m² in 2-D].
 pub(crate) fn volume(shape: &Shape, dimension: Dimension) -> f64 {
     use std::f64::consts::PI;
     match (*shape, dimension) {
@@ -262,7 +262,7 @@ pub(crate) fn volume(shape: &Shape, dimension: Dimension) -> f64 {
 /// each coordinate, even in `[-amplitude, amplitude) × spacing`.
 struct Displacement {
     state: u64,
-    /// Largest displacement of a coordinate [m]; 0 without jitter.
+    /// Largest displacement of a coordinate \[m]; 0 without jitter.
     size: f64,
     dimension: Dimension,
 }

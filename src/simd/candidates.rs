@@ -8,9 +8,9 @@ pub const CANDIDATE_ALIGNMENT: usize = 16;
 /// What candidates are tested against.
 #[derive(Debug, Clone, Copy)]
 pub struct Probe {
-    /// Centre of the ball [m].
+    /// Centre of the ball \[m].
     pub center: [f32; 3],
-    /// Square of its radius [m²]; the ball is closed.
+    /// Square of its radius \[m²]; the ball is closed.
     pub radius_squared: f32,
     /// The row that is no neighbour of itself; `u32::MAX` if there is none.
     pub own_row: u32,
@@ -28,11 +28,11 @@ pub struct Run {
 /// What points must be near to become candidates: a box around the centres of several probes.
 #[derive(Debug, Clone, Copy)]
 pub struct Near {
-    /// Lowest coordinates [m].
+    /// Lowest coordinates \[m].
     pub low: [f32; 3],
-    /// Highest coordinates [m].
+    /// Highest coordinates \[m].
     pub high: [f32; 3],
-    /// Square of the largest distance from the box [m²].
+    /// Square of the largest distance from the box \[m²].
     pub radius_squared: f32,
 }
 
@@ -138,7 +138,7 @@ impl Candidates {
         self.rows.resize(len, 0);
     }
 
-    /// The padded columns x, y, z [m] and rows, all of one length.
+    /// The padded columns x, y, z \[m] and rows, all of one length.
     #[inline(always)]
     pub(super) fn columns(&self) -> ([&[f32]; 3], &[u32]) {
         let len = self.padded_len();

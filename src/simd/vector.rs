@@ -76,10 +76,10 @@ pub trait Simd: Copy {
     ) -> Self::F;
     /// Sum of the first three components of both halves, `((0+4)+(1+5)) + (2+6)`.
     fn sum_vectors(self, a: Self::F) -> f32;
-    /// Appends the entries of `runs` that are near, in their order. `blocks` are words and a pitch: columns of
-    /// that many entries, x, y, z as
-    /// bits and rows, block after block, and [`CANDIDATE_ALIGNMENT`] words more: whole vectors are read. A run
-    /// that is not in a block panics.
+    /// Appends the entries of `runs` that are near, in their order. `blocks` are words and a pitch: columns of that
+    /// many entries, x, y, z as bits and rows, block after block, and
+    /// [`CANDIDATE_ALIGNMENT`](super::CANDIDATE_ALIGNMENT) words more: whole vectors are read. A run that is not in a
+    /// block panics.
     fn take_near(
         self,
         candidates: &mut Candidates,
@@ -95,9 +95,9 @@ pub trait Simd: Copy {
 /// An open cube.
 #[derive(Debug, Clone, Copy)]
 pub struct Cube {
-    /// Its centre [m].
+    /// Its centre \[m].
     pub center: [f32; 3],
-    /// Half its edge [m].
+    /// Half its edge \[m].
     pub half: f32,
 }
 

@@ -41,7 +41,7 @@ impl Avx2 {
         .then_some(Self(()))
     }
 
-    /// Where eight rows of a table of so many entries begin [bytes]; of a row beyond it, where its last entry does.
+    /// Where eight rows of a table of so many entries begin \[bytes]; of a row beyond it, where its last entry does.
     #[inline(always)]
     fn offsets(self, rows: __m256i, entries: usize) -> [u32; LANES] {
         assert!(entries > 0, "a table ends with a sentinel");
@@ -56,7 +56,7 @@ impl Avx2 {
         offsets
     }
 
-    /// The entries at two offsets [bytes].
+    /// The entries at two offsets \[bytes].
     ///
     /// # Safety
     ///

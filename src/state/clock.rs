@@ -1,21 +1,25 @@
 //! Where a run stands, and whether it still may go on.
 
 use bevy_ecs::prelude::*;
+use serde::{Deserialize, Serialize};
 
-use super::failure::{Failure, FailureCause};
+use super::{
+    failure::{Failure, FailureCause},
+    remembered::Remembers,
+};
 
 /// Simulated time and steps.
-#[derive(Resource, Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Resource, Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Clock {
     /// Steps taken.
     pub step: u64,
-    /// Simulated time [s].
+    /// Simulated time \[s].
     pub time: f64,
-    /// Length of the step that is being taken, or was taken last [s].
+    /// Length of the step that is being taken, or was taken last \[s].
     pub dt: f32,
-    /// Length of the next step [s], if [`until`](Self::until) does not shorten it.
+    /// Length of the next step \[s], if [`until`](Self::until) does not shorten it.
     pub next_dt: f32,
-    /// Simulated time that no step passes [s]: one ends there exactly. Once it is reached, or where there is none,
+    /// Simulated time that no step passes \[s]: one ends there exactly. Once it is reached, or where there is none,
     /// steps have their own length.
     pub until: Option<f64>,
     /// The part of its own length that this step was shortened to.
@@ -26,14 +30,27 @@ pub struct Clock {
 /// a second that long.
 const ROUNDING: f64 = 1e-2;
 
+impl Remembers for Clock {
+    type State = Self;
+
+    fn state(&self, _: &[Entity]) -> Self {
+        *self
+    }
+
+    fn set_state(&mut self, state: Self, _: &[Entity]) -> Result<(), &'static str> {
+        *self = state;
+        Ok(())
+    }
+}
+
 impl Clock {
-    /// Length that this step would have had if it did not end at [`until`](Self::until) [s]: the next step's follows
+    /// Length that this step would have had if it did not end at [`until`](Self::until) \[s]: the next step's follows
     /// from it.
     pub fn full_dt(&self) -> f32 {
         self.shortened_to.map_or(self.dt, |part| self.dt / part)
     }
 
-    /// Length of a step [s] that would be `dt` long. The last two before [`until`](Self::until) share what is left: a
+    /// Length of a step \[s] that would be `dt` long. The last two before [`until`](Self::until) share what is left: a
     /// last one that is a small part of the one before would meet pressures that are not for it.
     fn shortened(&self, dt: f32) -> f32 {
         let Some(left) = self.until.map(|until| until - self.time) else {

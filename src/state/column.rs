@@ -5,15 +5,18 @@
 
 use std::ops::Range;
 
-use bevy_ecs::{component::Mutable, prelude::*};
+use bevy_ecs::{change_detection::Tick, component::Mutable, prelude::*, system::SystemChangeTick};
 use bytemuck::TransparentWrapper;
 use glam::Vec3;
+use serde::{Serialize, de::DeserializeOwned};
 use smallvec::SmallVec;
 
 use super::{
     execution::Execution,
     failure::{Failure, FailureCause},
     particle::{Fluid, Position, Pressure},
+    remembered::LoadRows,
+    remembered::{from_bytes, to_bytes},
     rows::Rows,
     stage::Systems,
 };
@@ -30,7 +33,7 @@ pub struct Column {
     pub about: &'static str,
     /// Whether other ranks need the rows near their border.
     pub halo: bool,
-    /// Memory, change ticks and packed copies included [bytes per particle].
+    /// Memory, change ticks and packed copies included \[bytes per particle].
     pub bytes: usize,
     /// Whether a scene asks for it.
     pub wanted: fn(&Scene) -> bool,
@@ -45,6 +48,8 @@ pub struct Lasting {
     pub(crate) check: Option<fn() -> Systems>,
     /// Copies it into rows at the start of a step.
     pub(crate) gather: Option<fn() -> Systems>,
+    /// Refuses a step in which a host wrote it after it was gathered.
+    pub(crate) check_unwritten: fn() -> Systems,
     /// Copies rows into the tables at the end of a step.
     pub(crate) scatter: fn() -> Systems,
     /// Keeps what the tables hold before they take a new state.
@@ -53,6 +58,14 @@ pub struct Lasting {
     pub(crate) install_keeping: fn(&mut World),
     /// Gives the particles, in the order of the rows, what was kept.
     pub(crate) restore: fn(&mut World, &[Entity]),
+    /// Its values of particles as bytes.
+    pub(crate) save: fn(&World, &[Entity]) -> Result<Vec<u8>, String>,
+    /// Gives particles the values that bytes hold.
+    pub(crate) load: LoadRows,
+    /// What is kept as bytes; none where nothing is.
+    pub(crate) save_kept: fn(&World) -> Result<Option<Vec<u8>>, String>,
+    /// Keeps what bytes hold.
+    pub(crate) load_kept: fn(&mut World, &[u8]) -> Result<(), String>,
 }
 
 /// Bytes of the two change ticks that a table holds per component.
@@ -94,10 +107,15 @@ impl Column {
             lasting: Some(Lasting {
                 check: Some(|| check::<C>.into_configs()),
                 gather: None,
+                check_unwritten: || check_unwritten::<C>.into_configs(),
                 scatter: || scatter::<C>.into_configs(),
                 keep: || keep::<C>.into_configs(),
                 install_keeping: |world| world.insert_resource(Kept::<C>(Vec::new())),
                 restore: restore::<C>,
+                save: save::<C>,
+                load: load::<C>,
+                save_kept: save_kept::<C>,
+                load_kept: load_kept::<C>,
             }),
         }
     }
@@ -131,7 +149,7 @@ pub(crate) trait StateColumn:
     Component<Mutability = Mutable> + TransparentWrapper<Self::Value> + Copy
 {
     /// What it wraps.
-    type Value: Copy + Send + Sync + 'static;
+    type Value: Copy + Send + Sync + Serialize + DeserializeOwned + 'static;
     /// The resource that holds its rows at the end of a step.
     type Result: Resource;
 
@@ -244,6 +262,28 @@ fn gather<C: GatheredColumn>(
     }
 }
 
+/// Refuses a step in which the tables changed since they were gathered (phase `Integrate`): its result would overwrite
+/// what a host wrote.
+fn check_unwritten<C: StateColumn>(
+    fluid: Query<(Entity, Option<Ref<C>>), With<Fluid>>,
+    places: Query<&Position>,
+    mut failure: ResMut<Failure>,
+    rows: Res<Rows>,
+    now: SystemChangeTick,
+) {
+    let is_late = |tick: &Tick| tick.is_newer_than(rows.gathered, now.this_run());
+    let tables = fluid.contiguous_iter().into_iter().flatten();
+    for (entities, values) in in_order(tables, |table| table.0) {
+        let Some(values) = values else { continue };
+        if let Some(row) = values.changed_ticks_slice().iter().position(is_late) {
+            let at = places.get(entities[row]).map_or(Vec3::NAN, |x| x.0);
+            let component = C::COMPONENT;
+            failure.record_of(FailureCause::Overwritten { component }, (entities[row], at));
+            return;
+        }
+    }
+}
+
 /// Writes a column of the step's result into the tables and marks it as changed (phase `Integrate`).
 fn scatter<C: StateColumn>(
     mut fluid: Query<(Entity, Option<&mut C>), With<Fluid>>,
@@ -293,4 +333,64 @@ fn restore<C: StateColumn>(world: &mut World, entities: &[Entity]) {
             }
         }
     });
+}
+
+/// A column in a checkpoint: the values of the particles that have it, and the rows of those that lack it.
+type Saved<V> = (Vec<V>, Vec<u32>);
+
+fn save<C: StateColumn>(world: &World, entities: &[Entity]) -> Result<Vec<u8>, String> {
+    let mut saved: Saved<C::Value> = (Vec::with_capacity(entities.len()), Vec::new());
+    for (row, &entity) in (0..).zip(entities) {
+        match world.get::<C>(entity) {
+            Some(value) => saved.0.push(C::peel(*value)),
+            None => saved.1.push(row),
+        }
+    }
+    to_bytes(&saved)
+}
+
+fn load<C: StateColumn>(
+    world: &mut World,
+    entities: &[Entity],
+    bytes: &[u8],
+) -> Result<(), String> {
+    let (values, lacking): Saved<C::Value> = from_bytes(bytes)?;
+    if values.len() + lacking.len() != entities.len() {
+        let found = values.len() + lacking.len();
+        return Err(format!("{found} values for {} particles", entities.len()));
+    }
+    let mut values = values.into_iter();
+    let mut lacking = lacking.into_iter().peekable();
+    for (row, &entity) in (0..).zip(entities) {
+        let mut particle = (world.get_entity_mut(entity)).map_err(|error| error.to_string())?;
+        if lacking.next_if_eq(&row).is_some() {
+            particle.remove::<C>();
+            continue;
+        }
+        let value = C::wrap(values.next().ok_or("its rows are mixed up")?);
+        match particle.get_mut::<C>() {
+            Some(mut present) => *present = value,
+            None => {
+                particle.insert(value);
+            }
+        }
+    }
+    Ok(())
+}
+
+fn save_kept<C: StateColumn>(world: &World) -> Result<Option<Vec<u8>>, String> {
+    let Some(kept) = world.get_resource::<Kept<C>>() else {
+        return Ok(None);
+    };
+    let values: Vec<C::Value> = kept.0.iter().map(|value| C::peel(*value)).collect();
+    to_bytes(&values).map(Some)
+}
+
+fn load_kept<C: StateColumn>(world: &mut World, bytes: &[u8]) -> Result<(), String> {
+    let values: Vec<C::Value> = from_bytes(bytes)?;
+    let Some(mut kept) = world.get_resource_mut::<Kept<C>>() else {
+        return Err("this scene keeps no state to go back to".to_owned());
+    };
+    kept.0 = values.into_iter().map(C::wrap).collect();
+    Ok(())
 }

@@ -25,37 +25,37 @@ use super::{
 /// that have no neighbour read it.
 pub const SENTINEL: Vec4 = Vec4::new(1e18, 1e18, 1e18, 0.0);
 
-/// Coordinates [m] and components of velocities [m/s] from which a step refuses a particle: squares overflow at 1e19,
+/// Coordinates \[m] and components of velocities \[m/s] from which a step refuses a particle: squares overflow at 1e19,
 /// and
 /// [`SENTINEL`] must be further away than any particle.
 pub(crate) const TOO_LARGE: f32 = 1e17;
 
-/// Positions [m]; the fourth entry is the pressure term `p/ρ²` of the pressure force. A sentinel ends them.
+/// Positions \[m]; the fourth entry is the pressure term `p/ρ²` of the pressure force. A sentinel ends them.
 #[derive(Resource, Debug, Clone)]
 pub struct Positions(pub Vec<Vec4>);
 
-/// Velocities [m/s]; the fourth entry is the density [kg/m³] where viscosity wants it. A sentinel of zero
+/// Velocities \[m/s]; the fourth entry is the density \[kg/m³] where viscosity wants it. A sentinel of zero
 /// ends them.
 #[derive(Resource, Debug, Clone)]
 pub struct Velocities(pub Vec<Vec4>);
 
-/// Densities [kg/m³; kg/m² in 2-D].
+/// Densities \[kg/m³; kg/m² in 2-D].
 #[derive(Resource, Debug, Clone, Default)]
 pub struct Densities(pub Vec<f32>);
 
-/// Pressures [Pa].
+/// Pressures \[Pa].
 #[derive(Resource, Debug, Clone, Default)]
 pub struct Pressures(pub Vec<f32>);
 
-/// Accelerations by all forces but pressure [m/s²].
+/// Accelerations by all forces but pressure \[m/s²].
 #[derive(Resource, Debug, Clone, Default)]
 pub struct Accelerations(pub Vec<Vec3>);
 
-/// Accelerations by pressure [m/s²].
+/// Accelerations by pressure \[m/s²].
 #[derive(Resource, Debug, Clone, Default)]
 pub struct PressureAccelerations(pub Vec<Vec3>);
 
-/// Positions at the end of the step [m], while it is not certain that the step is good. A sentinel ends them.
+/// Positions at the end of the step \[m], while it is not certain that the step is good. A sentinel ends them.
 #[derive(Resource, Debug, Clone)]
 pub struct PredictedPositions(pub Vec<Vec4>);
 
@@ -89,7 +89,7 @@ impl Default for Velocities {
     }
 }
 
-/// Means of the pressures over the steps before [Pa]. In scenes whose steps start from them.
+/// Means of the pressures over the steps before \[Pa]. In scenes whose steps start from them.
 #[derive(Resource, Debug)]
 pub struct MeanPressures {
     /// Weight 1/n of a step.

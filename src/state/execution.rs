@@ -32,10 +32,20 @@ impl Execution {
             .num_threads(threads)
             .thread_name(|k| format!("overfall-{k}"))
             .build()?;
-        Ok(Self {
-            pool: Arc::new(pool),
+        Ok(Self::with_pool(Arc::new(pool)))
+    }
+
+    /// A pool of the host's, which its own loops may share. Insert it before the scene is installed.
+    pub fn with_pool(pool: Arc<rayon::ThreadPool>) -> Self {
+        Self {
+            pool,
             instruction_set: InstructionSet::detect(),
-        })
+        }
+    }
+
+    /// The pool.
+    pub fn pool(&self) -> &Arc<rayon::ThreadPool> {
+        &self.pool
     }
 
     /// Number of threads.
@@ -91,7 +101,7 @@ impl Execution {
     }
 }
 
-/// Memory that threads find when they start [bytes].
+/// Memory that threads find when they start \[bytes].
 const ROOM: usize = 8 << 20;
 
 /// Starts the threads that bevy runs systems on, unless the process has them.

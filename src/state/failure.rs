@@ -42,6 +42,9 @@ impl Failure {
                 | FailureCause::TimeStep { .. }
                 | FailureCause::LacksComponent { .. }
                 | FailureCause::ParticlesChanged { .. }
+                | FailureCause::Overwritten { .. }
+                | FailureCause::Schedule { .. }
+                | FailureCause::Seconds { .. }
                 | FailureCause::TooLarge { .. },
             ) => false,
             Some(
@@ -95,6 +98,7 @@ pub(crate) fn name_the_particle(
 
 /// Why a step failed. The columns keep the last good state.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 #[error("step {step} at t = {time:.6} s: {cause}{}", place(.particle))]
 pub struct StepError {
     /// Number of the step that failed, from 1.
@@ -125,7 +129,8 @@ pub enum FailureCause {
     },
     /// Particles lack a component that every fluid particle has.
     #[error(
-        "a fluid particle lacks the component `{component}`{}; insert it again, or remove `Fluid` from what is no particle",
+        "a fluid particle lacks the component `{component}`{}; insert it again, or remove `Fluid` from what is no \
+         particle",
         others(*.particles)
     )]
     LacksComponent {
@@ -136,14 +141,40 @@ pub enum FailureCause {
     },
     /// Particles came, went or moved to another table while the step was computed.
     #[error(
-        "a system spawned, despawned or tagged fluid particles in the middle of the step, which had {before} and would write to {now}; \
-         order it before `Phase::RebuildIndex` or after `Phase::Integrate`, or do it between steps"
+        "a system spawned, despawned or tagged fluid particles in the middle of the step, which had {before} and \
+         would write to {now}; order it before `Phase::RebuildIndex` or after `Phase::Integrate`, or do it between \
+         steps"
     )]
     ParticlesChanged {
         /// Particles at the start of the step.
         before: usize,
         /// Particles at its end.
         now: usize,
+    },
+    /// A system wrote a component of the fluid while the step was computed: the step's result would overwrite it.
+    #[error(
+        "a system wrote `{component}` in the middle of the step, which would overwrite it; order it before \
+         `Phase::RebuildIndex` or after `Phase::Integrate`, or add to `Accelerations` between `Phase::Forces` and \
+         `Phase::Pressure`"
+    )]
+    Overwritten {
+        /// Name of the component.
+        component: &'static str,
+    },
+    /// The schedule of the step cannot be built any more: a host's system conflicts with others.
+    #[error(
+        "the step cannot be scheduled with the systems that a host added; order them against phases \
+         (`.after(Phase::Forces).before(Phase::Pressure)`): {conflict}"
+    )]
+    Schedule {
+        /// Systems and data that are in conflict, as bevy names them.
+        conflict: String,
+    },
+    /// The time that a host wants to advance by is none.
+    #[error("cannot advance by {seconds} s; the time must be finite and not negative")]
+    Seconds {
+        /// The time \[s].
+        seconds: f64,
     },
     /// A value that the step starts from is so large that its square is not finite.
     #[error("{quantity} is beyond 1e17 at the start of the step; a host wrote it")]
@@ -159,7 +190,8 @@ pub enum FailureCause {
     },
     /// A particle would move more than half the support radius.
     #[error(
-        "a particle would move {displacement:.3e} m in one step, more than h/2 = {limit:.3e} m; a smaller time step is needed"
+        "a particle would move {displacement:.3e} m in one step, more than h/2 = {limit:.3e} m; a smaller time step \
+         is needed"
     )]
     TooFast {
         /// Length of the movement \[m].
@@ -189,8 +221,8 @@ pub enum FailureCause {
     },
     /// Pressure did more work than the energies that it can draw on.
     #[error(
-        "pressure did {work:.3e} J of work in one step, `limits.energy` allows {limit:.3e} J; a smaller time step, more \
-         iterations (`pressure.max_density_error`) or a smaller `pressure.recovery` is needed"
+        "pressure did {work:.3e} J of work in one step, `limits.energy` allows {limit:.3e} J; a smaller time step, \
+         more iterations (`pressure.max_density_error`) or a smaller `pressure.recovery` is needed"
     )]
     EnergyGained {
         /// Work \[J; J/m in 2-D].
@@ -209,9 +241,9 @@ pub enum FailureCause {
     ListsTooLong(ListsTooLong),
     /// The pressure iterations did not reach the limit on the density error.
     #[error(
-        "pressure did not converge: density error {error:.3e} after {iterations} iterations, the limit is {limit:.3e}; take \
-         shorter steps (`time_step`), allow more iterations (`pressure.max_iterations`) or a larger error \
-         (`pressure.max_density_error`), or go on with the error that remains (`pressure.not_converged=Accept`)"
+        "pressure did not converge: density error {error:.3e} after {iterations} iterations, the limit is \
+         {limit:.3e}; take shorter steps (`time_step`), allow more iterations (`pressure.max_iterations`) or a larger \
+         error (`pressure.max_density_error`), or go on with the error that remains (`pressure.not_converged=Accept`)"
     )]
     NotConverged {
         /// Iterations done.
@@ -223,7 +255,8 @@ pub enum FailureCause {
     },
     /// The step met a shock, and the time step could not be made smaller (`time_step: Adaptive` only).
     #[error(
-        "shock: {0}, and no shorter step helped; `time_step.min` may be too large, or `time_step.density_error` too small"
+        "shock: {0}, and no shorter step helped; `time_step.min` may be too large, or `time_step.density_error` too \
+         small"
     )]
     Shock(Shock),
 }
@@ -252,9 +285,9 @@ pub const MAX_CELLS: u64 = 1 << 27;
 /// A dense structure would need more cells than [`MAX_CELLS`].
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error(
-    "the box around all particles has {} × {} × {} cells of {cell_size:.4} m, and the spatial index needs memory for each \
-     of them, at most {MAX_CELLS}; the structures CompactHashing and SpatialHashing need none for empty cells, and a \
-     `domain` in the scene stops particles that fly away", .cells[0], .cells[1], .cells[2]
+    "the box around all particles has {} × {} × {} cells of {cell_size:.4} m, and the spatial index needs memory for \
+     each of them, at most {MAX_CELLS}; the structures CompactHashing and SpatialHashing need none for empty cells, \
+     and a `domain` in the scene stops particles that fly away", .cells[0], .cells[1], .cells[2]
 )]
 pub struct DomainTooLarge {
     /// Cells along x, y and z.
@@ -267,6 +300,7 @@ pub struct DomainTooLarge {
 
 /// Lists that would be longer than their spans can say.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ListsTooLong {
     /// One of them.
     #[error(
@@ -281,8 +315,8 @@ pub enum ListsTooLong {
     },
     /// All together.
     #[error(
-        "there are {pairs} pairs of neighbours, and lists hold {most} in the memory of this machine; particles lie on top of \
-         each other, or there are too many: with `neighbours: Recomputed` there is no limit"
+        "there are {pairs} pairs of neighbours, and lists hold {most} in the memory of this machine; particles lie on \
+         top of each other, or there are too many: with `neighbours: Recomputed` there is no limit"
     )]
     Together {
         /// Pairs of a row and a neighbour.
@@ -294,6 +328,7 @@ pub enum ListsTooLong {
 
 /// Steps taken back.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct TakenBack {
     /// How many, the one that went wrong included: 2, or 1 where no older state is left to go back to.
     pub steps: u32,

@@ -13,16 +13,16 @@ use crate::{
 pub struct Material {
     /// 2 or 3.
     pub dimension: Dimension,
-    /// Distance of the particles at rest [m].
+    /// Distance of the particles at rest \[m].
     pub spacing: f32,
     /// The kernel, of support radius h.
     pub kernel: Kernel,
-    /// Density at rest ρ0 [kg/m³; kg/m² in 2-D].
+    /// Density at rest ρ0 \[kg/m³; kg/m² in 2-D].
     pub rest_density: f32,
-    /// Mass m of a particle [kg], such that the lattice at rest has density ρ0 exactly: `m = ρ0 / Σ_lattice W`. It
+    /// Mass m of a particle \[kg], such that the lattice at rest has density ρ0 exactly: `m = ρ0 / Σ_lattice W`. It
     /// differs from `ρ0 spacing^d` by under two per cent at the default support.
     pub particle_mass: f32,
-    /// Acceleration of every particle [m/s²].
+    /// Acceleration of every particle \[m/s²].
     pub gravity: Vec3,
 }
 

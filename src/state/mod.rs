@@ -11,6 +11,7 @@ pub mod failure;
 mod material;
 pub mod particle;
 mod phase;
+mod remembered;
 mod residual;
 mod rows;
 mod stage;
@@ -32,6 +33,7 @@ pub use failure::{
 };
 pub use material::Material;
 pub use phase::Phase;
+pub(crate) use remembered::{Remembered, Remembers, from_bytes, to_bytes};
 pub(crate) use residual::{Corrected, wants_force};
 pub use residual::{DensityError, PressureSolve};
 pub use rows::Rows;

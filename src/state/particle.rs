@@ -9,29 +9,59 @@ use bevy_ecs::{
 use bytemuck::{Pod, TransparentWrapper, Zeroable};
 use glam::Vec3;
 
-/// Where a particle is [m]. In 2-D, z is zero.
+#[cfg(feature = "bevy_reflect")]
+use bevy_ecs::reflect::ReflectComponent;
+
+use super::remembered::Remembers;
+
+/// Where a particle is \[m]. In 2-D, z is zero.
 #[derive(Component, Debug, Clone, Copy, Default, PartialEq, TransparentWrapper, Pod, Zeroable)]
+#[cfg_attr(
+    feature = "bevy_reflect",
+    derive(bevy_reflect::Reflect),
+    reflect(Component)
+)]
 #[repr(transparent)]
 pub struct Position(pub Vec3);
 
-/// Velocity of a fluid particle [m/s].
+/// Velocity of a fluid particle \[m/s].
 #[derive(Component, Debug, Clone, Copy, Default, PartialEq, TransparentWrapper, Pod, Zeroable)]
+#[cfg_attr(
+    feature = "bevy_reflect",
+    derive(bevy_reflect::Reflect),
+    reflect(Component)
+)]
 #[repr(transparent)]
 pub struct Velocity(pub Vec3);
 
-/// Density of a fluid particle [kg/m³] (paper eq. 1).
+/// Density of a fluid particle \[kg/m³] (paper eq. 1).
 #[derive(Component, Debug, Clone, Copy, Default, PartialEq, TransparentWrapper, Pod, Zeroable)]
+#[cfg_attr(
+    feature = "bevy_reflect",
+    derive(bevy_reflect::Reflect),
+    reflect(Component)
+)]
 #[repr(transparent)]
 pub struct Density(pub f32);
 
-/// Pressure of a fluid particle [Pa].
+/// Pressure of a fluid particle \[Pa].
 #[derive(Component, Debug, Clone, Copy, Default, PartialEq, TransparentWrapper, Pod, Zeroable)]
+#[cfg_attr(
+    feature = "bevy_reflect",
+    derive(bevy_reflect::Reflect),
+    reflect(Component)
+)]
 #[repr(transparent)]
 pub struct Pressure(pub f32);
 
-/// Mean pressure of a fluid particle over the steps before [Pa], in scenes whose pressure solve starts from it (see
+/// Mean pressure of a fluid particle over the steps before \[Pa], in scenes whose pressure solve starts from it (see
 /// [`warm_start`](crate::pressure::warm_start)).
 #[derive(Component, Debug, Clone, Copy, Default, PartialEq, TransparentWrapper, Pod, Zeroable)]
+#[cfg_attr(
+    feature = "bevy_reflect",
+    derive(bevy_reflect::Reflect),
+    reflect(Component)
+)]
 #[repr(transparent)]
 pub struct MeanPressure(pub f32);
 
@@ -41,6 +71,11 @@ pub struct MeanPressure(pub f32);
 /// Inserting it gives a new number, whatever the value. Particles that were spawned before the scene was installed get
 /// theirs then.
 #[derive(Component, Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(
+    feature = "bevy_reflect",
+    derive(bevy_reflect::Reflect),
+    reflect(Component)
+)]
 #[component(on_insert = give_a_number)]
 pub struct ParticleId(u32);
 
@@ -51,9 +86,29 @@ impl ParticleId {
     }
 }
 
+/// Gives a particle the number that it had.
+pub(crate) fn give_number_back(world: &mut World, particle: Entity, number: u32) {
+    if let Some(mut id) = world.get_mut::<ParticleId>(particle) {
+        id.0 = number;
+    }
+}
+
 /// The number that the next particle gets. After 2³² − 1 particles all others have the last one.
 #[derive(Resource, Debug, Clone, Copy, Default)]
 pub(crate) struct NextParticleId(u32);
+
+impl Remembers for NextParticleId {
+    type State = u32;
+
+    fn state(&self, _: &[Entity]) -> u32 {
+        self.0
+    }
+
+    fn set_state(&mut self, next: u32, _: &[Entity]) -> Result<(), &'static str> {
+        self.0 = next;
+        Ok(())
+    }
+}
 
 fn give_a_number(mut world: DeferredWorld, context: HookContext) {
     let Some(mut next) = world.get_resource_mut::<NextParticleId>() else {
@@ -79,16 +134,31 @@ pub(crate) fn number_particles(world: &mut World) {
 
 /// Marks a fluid particle. Spawning `(Fluid, Position(x))` is enough: the rest is required and starts at zero.
 #[derive(Component, Debug, Clone, Copy, Default)]
+#[cfg_attr(
+    feature = "bevy_reflect",
+    derive(bevy_reflect::Reflect),
+    reflect(Component)
+)]
 #[require(Position, Velocity, Density, Pressure, ParticleId)]
 pub struct Fluid;
 
-/// The part of space a boundary particle stands for [m³; m² in 2-D] (Akinci et al. 2012).
+/// The part of space a boundary particle stands for \[m³; m² in 2-D] (Akinci et al. 2012).
 #[derive(Component, Debug, Clone, Copy, Default, PartialEq, TransparentWrapper, Pod, Zeroable)]
+#[cfg_attr(
+    feature = "bevy_reflect",
+    derive(bevy_reflect::Reflect),
+    reflect(Component)
+)]
 #[repr(transparent)]
 pub struct BoundaryVolume(pub f32);
 
 /// Unit vector at a boundary particle from the solid into the fluid.
 #[derive(Component, Debug, Clone, Copy, PartialEq, TransparentWrapper, Pod, Zeroable)]
+#[cfg_attr(
+    feature = "bevy_reflect",
+    derive(bevy_reflect::Reflect),
+    reflect(Component)
+)]
 #[repr(transparent)]
 pub struct BoundaryNormal(pub Vec3);
 
@@ -100,5 +170,25 @@ impl Default for BoundaryNormal {
 
 /// Marks a boundary particle.
 #[derive(Component, Debug, Clone, Copy, Default)]
+#[cfg_attr(
+    feature = "bevy_reflect",
+    derive(bevy_reflect::Reflect),
+    reflect(Component)
+)]
 #[require(Position, BoundaryVolume, BoundaryNormal)]
 pub struct Boundary;
+
+/// Registers the components of particles, so that editors and scene files of bevy may name them. `FluidPlugin` does so.
+#[cfg(feature = "bevy_reflect")]
+pub fn register_types(registry: &mut bevy_reflect::TypeRegistry) {
+    registry.register::<Position>();
+    registry.register::<Velocity>();
+    registry.register::<Density>();
+    registry.register::<Pressure>();
+    registry.register::<MeanPressure>();
+    registry.register::<ParticleId>();
+    registry.register::<Fluid>();
+    registry.register::<BoundaryVolume>();
+    registry.register::<BoundaryNormal>();
+    registry.register::<Boundary>();
+}

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
     SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize,
 )]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Phase {
     /// Brings columns into rows and the spatial index up to date with the positions (paper 4.1–4.5).
     RebuildIndex,

@@ -2,8 +2,12 @@
 
 use bevy_ecs::prelude::*;
 use glam::Vec4;
+use serde::{Deserialize, Serialize};
 
-use super::execution::{ChunkResults, Execution};
+use super::{
+    execution::{ChunkResults, Execution},
+    remembered::Remembers,
+};
 
 /// How well the last step's pressure solve did.
 #[derive(Resource, Debug, Default)]
@@ -27,8 +31,8 @@ pub struct PressureSolve {
     chunks: ChunkResults<(ErrorSum, ErrorSum)>,
 }
 
-/// Compression `max(0, (ρ − ρ0)/ρ0)` [-] over all particles.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+/// Compression `max(0, (ρ − ρ0)/ρ0)` \[-] over all particles.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct DensityError {
     /// Largest.
     pub largest: f32,
@@ -36,6 +40,27 @@ pub struct DensityError {
     pub row: usize,
     /// Mean.
     pub mean: f32,
+}
+
+/// A step that fails before its pressure solve reports the solve of the step before.
+impl Remembers for PressureSolve {
+    type State = (u32, u32, (DensityError, DensityError), (bool, bool, f64));
+
+    fn state(&self, _: &[Entity]) -> Self::State {
+        (
+            self.iterations,
+            self.divergence_iterations,
+            (self.error, self.residual),
+            (self.wants_force, self.two_sided, self.progress),
+        )
+    }
+
+    fn set_state(&mut self, state: Self::State, _: &[Entity]) -> Result<(), &'static str> {
+        (self.iterations, self.divergence_iterations) = (state.0, state.1);
+        (self.error, self.residual) = state.2;
+        (self.wants_force, self.two_sided, self.progress) = state.3;
+        Ok(())
+    }
 }
 
 /// Largest error and sum of errors of one chunk of rows.
@@ -51,9 +76,9 @@ struct ErrorSum {
 pub(crate) struct Corrected {
     /// The pressure term `p/ρ²`.
     pub(crate) term: f32,
-    /// `(ρ − ρ0)/ρ0` [-], counted if positive.
+    /// `(ρ − ρ0)/ρ0` \[-], counted if positive.
     pub(crate) error: f32,
-    /// What of it the step has to remove [-].
+    /// What of it the step has to remove \[-].
     pub(crate) excess: f32,
     /// How far the correction went along that, where the method wants to know.
     pub(crate) progress: f32,

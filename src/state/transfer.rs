@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
-use bevy_ecs::prelude::*;
+use bevy_ecs::{prelude::*, system::SystemChangeTick};
 use rayon::prelude::*;
 
 use super::{
@@ -29,6 +29,7 @@ pub fn gather_rows(
     mut rows: ResMut<Rows>,
     mut predicted: ResMut<PredictedPositions>,
     execution: Res<Execution>,
+    now: SystemChangeTick,
 ) {
     let tables = || fluid.contiguous_iter().into_iter().flatten();
     let count: usize = tables().map(<[Entity]>::len).sum();
@@ -51,6 +52,7 @@ pub fn gather_rows(
     }
     rows.changed = changed.into_inner();
     rows.generation += 1;
+    rows.gathered = now.this_run();
 }
 
 /// Refuses a step in which particles came, went or changed tables since they were gathered (phase `Integrate`): their

@@ -18,6 +18,7 @@ pub(super) const LARGEST_ERROR: f32 = 0.1;
 
 /// How far the density of the fluid is above the rest density at the start.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct StartDensity {
     /// Largest `max(0, (ρ − ρ0)/ρ0)` \[-].
     pub max_error: f32,
@@ -45,9 +46,9 @@ pub enum InstallError {
     Boundary(DomainTooLarge),
     /// The fluid starts so compressed that it would explode.
     #[error(
-        "the fluid starts {:.1} % above its rest density at ({:.4}, {:.4}, {:.4}) m, more than {:.0} %: a wall, or other \
-         fluid, is nearer there than it may be; move the fluid away from there by a part of the spacing, or let walls that \
-         are thinner than 1.2 spacings be thicker",
+        "the fluid starts {:.1} % above its rest density at ({:.4}, {:.4}, {:.4}) m, more than {:.0} %: a wall, or \
+         other fluid, is nearer there than it may be; move the fluid away from there by a part of the spacing, or let \
+         walls that are thinner than 1.2 spacings be thicker",
         100.0 * .0.max_error, .0.place.x, .0.place.y, .0.place.z, 100.0 * LARGEST_ERROR
     )]
     Compressed(StartDensity),
@@ -65,8 +66,8 @@ pub enum InstallError {
     TaskThreads(std::io::Error),
     /// The machine has too little memory for the scene.
     #[error(
-        "the scene needs about {needed} of memory, and there are {machine}: {parts}; a spacing of {better} m would do, or a \
-         smaller scene"
+        "the scene needs about {needed} of memory, and there are {machine}: {parts}; a spacing of {better} m would \
+         do, or a smaller scene"
     )]
     Memory {
         /// What it needs.

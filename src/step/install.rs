@@ -3,6 +3,7 @@
 use bevy_ecs::prelude::*;
 
 use super::{
+    advance::Owed,
     error::InstallError,
     memory,
     order::order_of,
@@ -11,6 +12,7 @@ use super::{
     start::{FluidStart, Walls},
     start_density, start_slabs,
     timer::PhaseTimer,
+    uninstall::{note_installed, resources},
 };
 use crate::{
     gauge,
@@ -21,12 +23,14 @@ use crate::{
     time_step,
 };
 
-/// Sets `scene` up in a world: spawns its particles, inserts what its step needs, adds the schedule [`Step`].
+/// Sets `scene` up in a world: spawns its particles, inserts what its step needs, adds the schedule `Step`.
 ///
-/// The host calls [`take_step`](super::take_step), or runs the schedule itself and finds the result in [`StepOutcome`]. An [`Execution`]
-/// in the world is used; otherwise one with a thread for every core is made. Between steps the host may tag, move,
-/// spawn (`(Fluid, Position(…))` is enough) and despawn fluid particles; after a change of boundary particles it calls
-/// [`refresh_boundary`](crate::boundary::refresh_boundary).
+/// The host calls [`take_step`](super::take_step), or runs the schedule itself and finds the result in [`StepOutcome`].
+/// An [`Execution`] in the world is used; otherwise one with a thread for every core is made. Between steps the host
+/// may tag, move, spawn (`(Fluid, Position(…))` is enough) and despawn fluid particles; after a change of boundary
+/// particles it calls [`refresh_boundary`](crate::boundary::refresh_boundary).
+///
+/// [`uninstall`](super::uninstall()) takes the scene out again.
 ///
 /// After an error the world holds nothing of the scene, and another may be installed.
 pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
@@ -53,6 +57,7 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
         let samples = walls.as_ref().map_or(&[][..], |walls| &walls.sampled);
         start_slabs::of_large(scene, &size, Some(samples), &execution)?;
     }
+    let before = resources(world);
     let schedules = build_schedules(world, scene, &order, execution.threads())?;
     world.insert_resource(execution);
     warm_start::require_means(world, scene);
@@ -69,8 +74,25 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
         (stage.install)(world, scene);
     }
     gauge::install(world, scene);
+    world.insert_resource(Installed {
+        scene: scene.clone(),
+        stages: order
+            .stages()
+            .map(|planned| (planned.stage.name, planned.every))
+            .collect(),
+    });
     schedules.add(world);
+    note_installed(world, &before);
     Ok(())
+}
+
+/// The scene that a world runs.
+#[derive(Resource, Debug, Clone)]
+pub(crate) struct Installed {
+    /// As it was installed.
+    pub(crate) scene: Scene,
+    /// The stages of a step, in their order, and the steps between two runs of each.
+    pub(crate) stages: Vec<(&'static str, u64)>,
 }
 
 /// Inserts what a step has whatever its stages are.
@@ -85,4 +107,5 @@ fn insert_resources(world: &mut World, scene: &Scene, material: &Material, stage
     world.init_resource::<Failure>();
     world.init_resource::<PhaseTimer>();
     world.init_resource::<StepOutcome>();
+    world.init_resource::<Owed>();
 }

@@ -9,10 +9,10 @@ use crate::{
     time_step::{self, adaptive},
 };
 
-/// Part of the support radius that nothing may move farther than in a step [-].
+/// Part of the support radius that nothing may move farther than in a step \[-].
 const FARTHEST: f32 = 0.5;
 
-/// The speed that water reaches which falls through the whole height of a box [m/s].
+/// The speed that water reaches which falls through the whole height of a box \[m/s].
 fn fall(scene: &Scene, low: Vec3, high: Vec3) -> f32 {
     let along = scene.gravity.normalize_or_zero();
     let height = along.abs().dot((high - low).max(Vec3::ZERO));
@@ -20,7 +20,7 @@ fn fall(scene: &Scene, low: Vec3, high: Vec3) -> f32 {
     (2.0 * scene.gravity.length() * height + start * start).sqrt()
 }
 
-/// Limits by name [s], at the fastest that this scene's water can get by falling through its whole height.
+/// Limits by name \[s], at the fastest that this scene's water can get by falling through its whole height.
 pub(super) fn of(scene: &Scene, low: Vec3, high: Vec3) -> Vec<(String, f32)> {
     let gravity = scene.gravity.length();
     let fall = fall(scene, low, high);

@@ -1,5 +1,6 @@
 //! The step: its order, its schedule, and the ways to run it.
 
+mod advance;
 mod error;
 mod executor;
 mod install;
@@ -16,9 +17,12 @@ mod start_errors;
 mod start_slabs;
 mod take;
 mod timer;
+mod uninstall;
 mod warnings;
 
+pub use advance::{Advance, advance};
 pub use error::{InstallError, StartDensity};
+pub(crate) use install::Installed;
 pub use install::install;
 pub(crate) use order::check_order;
 pub use order::{Flow, Order, OrderError, OrderItem};
@@ -28,9 +32,13 @@ pub use schedule::Step;
 pub use simulation::Simulation;
 pub use take::take_step;
 pub use timer::PhaseTimer;
+pub use uninstall::{UninstallError, uninstall};
 pub use warnings::warnings;
 
 pub use crate::{
     registry::{StageError, Stages},
-    state::{Clock, Failure, FailureCause, Phase, Product, Stage, StepError, Systems},
+    state::{
+        Accelerations, Clock, Densities, Execution, Failure, FailureCause, Material, Phase,
+        Positions, Pressures, Product, Rows, Stage, StepError, Systems, Velocities,
+    },
 };

@@ -22,6 +22,7 @@ const FEW_CANDIDATES: f64 = 5e5;
 
 /// The plan of a scene.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Plan {
     /// Fluid particles.
     pub particles: usize,
@@ -29,29 +30,29 @@ pub struct Plan {
     pub boundary_particles: usize,
     /// Whether that is an estimate: meshes with many particles are not sampled for a plan.
     pub boundary_is_estimate: bool,
-    /// The box around the fluid at the start [m].
+    /// The box around the fluid at the start \[m].
     pub fluid_box: (Vec3, Vec3),
-    /// The box around fluid and boundaries [m].
+    /// The box around fluid and boundaries \[m].
     pub whole_box: (Vec3, Vec3),
-    /// Support radius h [m].
+    /// Support radius h \[m].
     pub support_radius: f32,
-    /// Mass of a particle [kg; kg/m in 2-D].
+    /// Mass of a particle \[kg; kg/m in 2-D].
     pub particle_mass: f32,
     /// Phases with their stages, in order.
     pub phases: Vec<(Phase, Vec<String>)>,
     /// The flow of data through the stages.
     pub flow: Vec<Flow>,
-    /// Memory by what holds it [bytes per fluid particle].
+    /// Memory by what holds it \[bytes per fluid particle].
     pub bytes_per_particle: Vec<(&'static str, f64)>,
-    /// The same [bytes per boundary particle].
+    /// The same \[bytes per boundary particle].
     pub bytes_per_boundary_particle: Vec<(&'static str, f64)>,
-    /// What the time step may be at most by each cause [s].
+    /// What the time step may be at most by each cause \[s].
     pub time_step_limits: Vec<(String, f32)>,
     /// Neighbours of a particle within the fluid.
     pub expected_neighbours: f32,
     /// Steps until the scene's end, if all are as long as the limits at the fastest fall allow.
     pub expected_steps: f64,
-    /// Memory that the run takes at most, tables of a dense index included [bytes].
+    /// Memory that the run takes at most, tables of a dense index included \[bytes].
     pub memory: f64,
     /// What is allowed, but looks like a slip.
     pub warnings: Vec<String>,
@@ -120,7 +121,7 @@ fn ask(scene: &Scene) -> Result<(StartDensity, usize), InstallError> {
     Ok((density, samples.len()))
 }
 
-/// The time step at the fastest fall [s].
+/// The time step at the fastest fall \[s].
 fn expected_step(scene: &Scene, limits: &[(String, f32)]) -> f32 {
     let least = limits
         .iter()

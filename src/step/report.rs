@@ -16,6 +16,7 @@ use crate::{
 /// are those where the run stands now, length, errors and iterations those of the step that went wrong, and so are the
 /// energies and the speed if it came so far, else those of the step before.
 #[derive(Debug, Clone, Default, PartialEq)]
+#[non_exhaustive]
 pub struct StepReport {
     /// Number of the step, from 1.
     pub step: u64,

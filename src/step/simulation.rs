@@ -3,11 +3,19 @@
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 
 use bevy_ecs::prelude::*;
+use glam::Vec3;
 
-use super::{error::InstallError, install::install, report::StepReport, take::take_step};
+use super::{
+    advance::{Advance, advance},
+    error::InstallError,
+    install::install,
+    report::StepReport,
+    take::take_step,
+};
 use crate::{
+    gauge::{self, Field, Interpolated, Neighbour, Snapshot, SnapshotError, Target},
     scene::Scene,
-    state::{Clock, Execution, StepError},
+    state::{Clock, Execution, Rows, StepError},
 };
 
 /// A scene running in a world of its own.
@@ -41,13 +49,64 @@ impl Simulation {
         take_step(&mut self.world)
     }
 
-    /// Takes one step that does not pass `until` [s]: the last before it is shortened, and ends there exactly.
+    /// Takes one step that does not pass `until` \[s]: the last before it is shortened, and ends there exactly.
     pub fn step_until(&mut self, until: f64) -> Result<StepReport, StepError> {
         self.set_until(Some(until));
         // After a panic of a host's system the next step has its own length again.
         let taken = catch_unwind(AssertUnwindSafe(|| self.step()));
         self.set_until(None);
         taken.unwrap_or_else(|panic| resume_unwind(panic))
+    }
+
+    /// Takes the whole steps that fit into a frame of `seconds`, and keeps the rest for the next: see [`advance`].
+    pub fn advance(&mut self, seconds: f64) -> Result<Advance, StepError> {
+        advance(&mut self.world, seconds)
+    }
+
+    /// The fluid as it is now, to be asked for many points.
+    pub fn snapshot(&self) -> Result<Snapshot, SnapshotError> {
+        Snapshot::of(&self.world)
+    }
+
+    /// Fluid particles nearer than the support radius h to a point \[m] or to an entity, the nearest first. Takes a
+    /// [`snapshot`](Self::snapshot).
+    pub fn neighbours_of(&self, of: impl Into<Target>) -> Result<Vec<Neighbour>, SnapshotError> {
+        gauge::neighbours_of(&self.world, of.into())
+    }
+
+    /// [`Pressure`](crate::particle::Pressure), [`Density`](crate::particle::Density) or
+    /// [`Velocity`](crate::particle::Velocity) at points \[m]. Takes a [`snapshot`](Self::snapshot).
+    ///
+    /// ```
+    /// use overfall::{Simulation, particle::Pressure, scene::{BoundaryShape, FluidBody, Scene, Shape}};
+    ///
+    /// let scene = Scene {
+    ///     bodies: vec![FluidBody::new(Shape::cuboid([0.0; 3], [0.5, 0.5, 0.5]))],
+    ///     boundaries: vec![BoundaryShape::tank([0.0; 3], [0.5, 1.0, 0.5])],
+    ///     ..Scene::new("pool", 0.1)
+    /// };
+    /// let mut simulation = Simulation::new(&scene).expect("threads");
+    /// simulation.advance(0.02).expect("steps");
+    /// let points = [[0.25, 0.1, 0.25].into(), [0.25, 5.0, 0.25].into()];
+    /// let found = simulation.interpolate::<Pressure>(&points).expect("a scene");
+    /// assert!(found[0].value.is_some() && found[0].neighbours > 10);
+    /// assert!(found[1].value.is_none() && found[1].neighbours == 0);
+    /// ```
+    pub fn interpolate<F: Field>(
+        &self,
+        points: &[Vec3],
+    ) -> Result<Vec<Interpolated<F>>, SnapshotError> {
+        Ok(self.snapshot()?.interpolate(points))
+    }
+
+    /// The particle of a row, as columns have it since the last step.
+    pub fn entity_of(&self, row: usize) -> Option<Entity> {
+        self.world.get_resource::<Rows>()?.entity_of(row)
+    }
+
+    /// The row of a particle in the columns of the last step.
+    pub fn row_of(&self, particle: Entity) -> Option<usize> {
+        self.world.get_resource::<Rows>()?.row_of(particle)
     }
 
     fn set_until(&mut self, until: Option<f64>) {
@@ -57,7 +116,7 @@ impl Simulation {
         }
     }
 
-    /// Simulated time [s].
+    /// Simulated time \[s].
     pub fn time(&self) -> f64 {
         self.world.resource::<Clock>().time
     }

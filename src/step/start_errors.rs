@@ -21,7 +21,7 @@ pub(super) fn allowed(scene: &Scene, found: StartDensity) -> Result<StartDensity
     Ok(found)
 }
 
-/// Places [m] with their compression `max(0, (ρ − ρ0)/ρ0)` [-] among each other and walls.
+/// Places \[m] with their compression `max(0, (ρ − ρ0)/ρ0)` \[-] among each other and walls.
 pub(super) fn errors(
     scene: &Scene,
     mut points: Vec<Vec4>,

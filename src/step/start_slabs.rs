@@ -109,7 +109,7 @@ fn of(
     Ok(found)
 }
 
-/// A part of the scene between two planes [m].
+/// A part of the scene between two planes \[m].
 struct Slab {
     axis: usize,
     from: f64,
@@ -224,7 +224,7 @@ impl Slab {
     }
 }
 
-/// How deep a place is in a shape [m].
+/// How deep a place is in a shape \[m].
 fn depth(shape: &Shape, place: Vec3) -> f64 {
     let place = place.as_dvec3();
     match *shape {
@@ -264,13 +264,14 @@ mod tests {
             ),
             (
                 3,
-                "(shape: Box(min: (0, 0, 0), max: (0.6, 0.6, 0.6))), (shape: Box(min: (0.6, 0.02, 0), max: (1.2, 0.6, 0.6)))",
+                "(shape: Box(min: (0, 0, 0), max: (0.6, 0.6, 0.6))), (shape: Box(min: (0.6, 0.02, 0), max: (1.2, 0.6, \
+                 0.6)))",
                 "Tank(min: (0, 0, 0), max: (1.23, 1, 0.6)), Sphere(center: (0.3, 0.8, 0.3), radius: 0.2)",
             ),
             (
                 3,
-                "(shape: Sphere(center: (0.4, 0.4, 0.4), radius: 0.4)), (shape: Cylinder(start: (1.3, 0.3, 0.3), end: (2, 0.3, 0.3), \
-                 radius: 0.3), jitter: (amplitude: 0.1))",
+                "(shape: Sphere(center: (0.4, 0.4, 0.4), radius: 0.4)), (shape: Cylinder(start: (1.3, 0.3, 0.3), end: \
+                 (2, 0.3, 0.3), radius: 0.3), jitter: (amplitude: 0.1))",
                 "Plane(center: (0, 0, 0), normal: (0, 1, 0), half_size: 3)",
             ),
             (

@@ -7,6 +7,7 @@ use bevy_ecs::prelude::*;
 use super::{
     report::{StepOutcome, StepReport},
     schedule::{Labels, SingleThreadedStep, Step},
+    uninstall::set_running,
 };
 use crate::state::{Clock, Execution, FailureCause, StepError};
 
@@ -24,30 +25,44 @@ use crate::state::{Clock, Execution, FailureCause, StepError};
 /// end.
 pub fn take_step(world: &mut World) -> Result<StepReport, StepError> {
     if let Some(reason) = what_is_missing(world) {
-        let clock = world.get_resource::<Clock>().copied().unwrap_or_default();
-        return Err(StepError {
-            step: clock.step + 1,
-            time: clock.time,
-            particle: None,
-            cause: FailureCause::NotInstalled { reason },
-        });
+        return Err(refused(world, FailureCause::NotInstalled { reason }));
     }
     if world.contains_resource::<SingleThreadedStep>() && world.storages().non_sends.is_empty() {
         let execution = world.resource::<Execution>().clone();
-        execution.install(|| run_step(world));
+        execution.install(|| run_step(world))?;
     } else {
-        run_step(world);
+        run_step(world)?;
     }
     world.resource::<StepOutcome>().0.clone()
 }
 
+/// A step that is not even begun.
+pub(super) fn refused(world: &World, cause: FailureCause) -> StepError {
+    let clock = world.get_resource::<Clock>().copied().unwrap_or_default();
+    StepError {
+        step: clock.step + 1,
+        time: clock.time,
+        particle: None,
+        cause,
+    }
+}
+
 /// Runs the schedule of the step. If a system panics, the schedule is put back before the panic goes on.
-fn run_step(world: &mut World) {
+fn run_step(world: &mut World) -> Result<(), StepError> {
+    set_running(world, true);
     let ran = world.try_schedule_scope(Step, |world, step| {
-        catch_unwind(AssertUnwindSafe(|| step.run(world)))
+        // A host may have added systems since the last step, which bevy would panic about.
+        if let Err(error) = step.initialize(world) {
+            let conflict = error.to_string(step.graph(), world);
+            return Err(refused(world, FailureCause::Schedule { conflict }));
+        }
+        Ok(catch_unwind(AssertUnwindSafe(|| step.run(world))))
     });
-    if let Ok(Err(panic)) = ran {
-        resume_unwind(panic);
+    set_running(world, false);
+    match ran {
+        Ok(Ok(Err(panic))) => resume_unwind(panic),
+        Ok(Err(error)) => Err(error),
+        _ => Ok(()),
     }
 }
 

@@ -6,7 +6,7 @@ use bevy_ecs::prelude::*;
 
 use crate::state::Phase;
 
-/// Wall time of the phases of one step [s].
+/// Wall time of the phases of one step \[s].
 #[derive(Resource, Debug, Clone)]
 pub struct PhaseTimer {
     last: Instant,

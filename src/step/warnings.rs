@@ -6,11 +6,11 @@ use crate::{
     scene::{Scene, SceneError},
 };
 
-/// Lengths from which a scene looks as if it were in millimetres: spacing and extent [m].
+/// Lengths from which a scene looks as if it were in millimetres: spacing and extent \[m].
 const LARGE_SPACING: f32 = 1.0;
 const LARGE_EXTENT: f64 = 500.0;
 
-/// Three tenths of the speed of sound in water, from which on it cannot be taken for incompressible [m/s].
+/// Three tenths of the speed of sound in water, from which on it cannot be taken for incompressible \[m/s].
 const FASTEST: f32 = 0.3 * 1480.0;
 
 /// What looks like a slip in a scene. Fails as [`Scene::check`] does.
@@ -23,8 +23,8 @@ pub(super) fn of_size(scene: &Scene, size: &Size) -> Vec<String> {
     let extent = (size.whole_box.1 - size.whole_box.0).max_element();
     if scene.spacing >= LARGE_SPACING || extent >= LARGE_EXTENT {
         warnings.push(format!(
-            "the scene is {extent} m long at a spacing of {} m; lengths are in metres, so if these are millimetres, write {} and \
-             {}",
+            "the scene is {extent} m long at a spacing of {} m; lengths are in metres, so if these are millimetres, \
+             write {} and {}",
             scene.spacing,
             1e-3 * extent,
             1e-3 * scene.spacing,
@@ -33,8 +33,8 @@ pub(super) fn of_size(scene: &Scene, size: &Size) -> Vec<String> {
     let start = scene.max_initial_speed();
     if start > FASTEST {
         warnings.push(format!(
-            "a body starts at {start} m/s; all methods take the fluid for incompressible, which water is up to {FASTEST:.0} m/s, \
-             three tenths of its speed of sound"
+            "a body starts at {start} m/s; all methods take the fluid for incompressible, which water is up to \
+             {FASTEST:.0} m/s, three tenths of its speed of sound"
         ));
     }
     let (low, high) = size.fluid_box;

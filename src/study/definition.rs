@@ -56,7 +56,7 @@ pub struct Study {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Start {
-    /// Simulated time that it is taken at [s].
+    /// Simulated time that it is taken at \[s].
     pub time: f32,
     /// Overrides for the simulation that leads there.
     #[serde(default)]
@@ -119,7 +119,7 @@ pub enum Rows {
 pub enum Span {
     /// So many steps.
     Steps(u64),
-    /// Simulated time [s], and on to the end of the step that reaches it: what is measured is no shortened step.
+    /// Simulated time \[s], and on to the end of the step that reaches it: what is measured is no shortened step.
     Time(f32),
 }
 

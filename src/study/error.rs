@@ -36,7 +36,7 @@ pub enum StudyError {
         /// The variant's label.
         variant: String,
         /// Why.
-        error: InstallError,
+        error: Box<InstallError>,
     },
     /// The state that all variants of a case set out from could not be simulated.
     #[error("the start of {case} failed: {error}")]
@@ -44,7 +44,7 @@ pub enum StudyError {
         /// The case, or the study if it has none.
         case: String,
         /// Why.
-        error: StepError,
+        error: Box<StepError>,
     },
     /// The system gave no threads.
     #[error("could not start threads: {0}")]

@@ -88,7 +88,8 @@ impl GaugeMeasure {
         }
         if self.statistic == Statistic::Error && gauge.reference.is_none() {
             return Err(format!(
-                "the gauge `{}` has no `reference` in the scene to be compared with; give it one, or choose another statistic",
+                "the gauge `{}` has no `reference` in the scene to be compared with; give it one, or choose another \
+                 statistic",
                 self.gauge
             ));
         }

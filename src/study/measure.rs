@@ -11,28 +11,28 @@ use crate::{state::Phase, step::StepReport};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum Measure {
-    /// Wall time of some phases a step [ms].
+    /// Wall time of some phases a step \[ms].
     Milliseconds(Vec<Phase>),
-    /// Steps a second of wall time, all phases counted [1/s].
+    /// Steps a second of wall time, all phases counted \[1/s].
     UpdatesPerSecond,
-    /// Part of the wall time that some phases take [%].
+    /// Part of the wall time that some phases take \[%].
     Share(Vec<Phase>),
-    /// Wall time that a simulated second takes [s/s].
+    /// Wall time that a simulated second takes \[s/s].
     WallTime,
-    /// Length of a step in simulated time, mean [ms].
+    /// Length of a step in simulated time, mean \[ms].
     TimeStep,
-    /// Pressure iterations per step [-].
+    /// Pressure iterations per step \[-].
     Iterations,
-    /// Mean density error: compression, mean over the particles and the steps [%].
+    /// Mean density error: compression, mean over the particles and the steps \[%].
     MeanDensityError,
-    /// Largest density error of any particle in any step [%].
+    /// Largest density error of any particle in any step \[%].
     LargestDensityError,
-    /// Entries of all fluid neighbour lists [-]; none if neighbours are not stored.
+    /// Entries of all fluid neighbour lists \[-]; none if neighbours are not stored.
     Pairs,
-    /// Candidates in the cells around the fluid's particles [-], a particle itself among its own: the distances that
+    /// Candidates in the cells around the fluid's particles \[-], a particle itself among its own: the distances that
     /// the paper's query computes.
     TestedPairs,
-    /// Distances computed for an entry [-].
+    /// Distances computed for an entry \[-].
     TestedRatio,
     /// What a gauge of the scene shows.
     Gauge(GaugeMeasure),
@@ -100,15 +100,15 @@ impl Measure {
 pub struct Block {
     /// Steps taken.
     pub steps: u64,
-    /// Simulated time [s].
+    /// Simulated time \[s].
     pub time: f64,
-    /// Wall time of each phase [s], in the order of [`Phase::ALL`].
+    /// Wall time of each phase \[s], in the order of [`Phase::ALL`].
     pub phase_seconds: [f64; Phase::ALL.len()],
     /// Pressure iterations.
     pub iterations: u64,
-    /// Sum of the steps' mean density errors [-].
+    /// Sum of the steps' mean density errors \[-].
     pub mean_density_errors: f64,
-    /// Largest density error [-].
+    /// Largest density error \[-].
     pub max_density_error: f32,
     /// How often pairs were counted, once at the end of a block.
     pub counts: f64,
@@ -127,7 +127,7 @@ pub struct Block {
 pub(super) struct LastStep {
     dt: f32,
     mean_density_error: f32,
-    /// Largest density error of its block without it [-].
+    /// Largest density error of its block without it \[-].
     largest_before: f32,
 }
 

@@ -1,8 +1,8 @@
 //! Studies: variants of a scene, measured side by side.
 //!
-//! A study is a RON file: a scene, variants of it ([`Override`](crate::loading::Override)s), what to measure and figures
-//! to compare with. [`Study::load`] reads and checks it, [`run()`] runs it, a [`Table`] says what came of it, as text
-//! and as CSV; `chart::draw` makes a picture of it (feature `cli`).
+//! A study is a RON file: a scene, variants of it ([`Override`](crate::loading::Override)s), what to measure and
+//! figures to compare with. `Study::load` reads and checks it, [`run()`] runs it, a [`Table`] says what came of it, as
+//! text and as CSV; `chart::draw` makes a picture of it (feature `cli`).
 //!
 //! | file | what is in it |
 //! | --- | --- |

@@ -19,7 +19,7 @@ pub struct Plan {
 pub struct PlannedCase {
     /// Its name; empty if the study has no cases.
     pub name: String,
-    /// The scene that leads to the start, and the simulated time to stop at [s].
+    /// The scene that leads to the start, and the simulated time to stop at \[s].
     pub start: Option<(Scene, f32)>,
     /// One measurement.
     pub block: Span,

@@ -195,7 +195,7 @@ impl Turns<'_, '_> {
                     "" => self.plan.study.name.clone(),
                     name => name.to_owned(),
                 },
-                error,
+                error: Box::new(error),
             }),
         }
     }
@@ -205,7 +205,7 @@ impl Turns<'_, '_> {
         world.insert_resource(self.execution.clone());
         install(&mut world, scene).map_err(|error| StudyError::Install {
             variant: of.to_owned(),
-            error,
+            error: Box::new(error),
         })?;
         Ok(world)
     }

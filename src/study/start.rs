@@ -15,7 +15,7 @@ use crate::{
     state::particle::{Fluid, ParticleId, Position, Velocity},
 };
 
-/// Positions [m] and velocities [m/s], in the order in which the particles were created.
+/// Positions \[m] and velocities \[m/s], in the order in which the particles were created.
 #[derive(Debug, Clone, Default)]
 pub(super) struct State(Vec<(Vec3, Vec3)>);
 

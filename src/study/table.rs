@@ -202,7 +202,8 @@ impl Table {
     /// What is not known is left empty.
     pub fn csv(&self) -> String {
         let mut text = String::from(
-            "case,variant,column,unit,value,low,high,ratio,reference,reference_ratio,rank,reference_rank,order,blocks,steps,failure\n",
+            "case,variant,column,unit,value,low,high,ratio,reference,reference_ratio,rank,reference_rank,order,blocks,\
+             steps,failure\n",
         );
         let number = |value: Option<f64>| value.map_or_else(String::new, |value| value.to_string());
         for (k, row) in self.rows.iter().enumerate() {

@@ -21,8 +21,8 @@ use crate::{
     integrate::Motion,
     scene::{self, Scene},
     state::{
-        Clock, DensityError, Failure, FailureCause, Limit, Material, PressureSolve, Shock,
-        TakenBack,
+        Clock, DensityError, Failure, FailureCause, Limit, Material, PressureSolve, Remembers,
+        Shock, TakenBack,
     },
 };
 
@@ -88,6 +88,20 @@ pub fn motion_limits(h: f32, max_speed: f32, max_acceleration: f32) -> [Limit; 2
         ("speed", 0.4 * h / max_speed),
         ("force", 0.2 * (h / max_acceleration).sqrt()),
     ]
+}
+
+impl Remembers for AdaptiveTimeStep {
+    type State = (f32, u32, f64);
+
+    fn state(&self, _: &[Entity]) -> Self::State {
+        (self.largest_error, self.in_a_row, self.place)
+    }
+
+    fn set_state(&mut self, state: Self::State, _: &[Entity]) -> Result<(), &'static str> {
+        (self.largest_error, self.in_a_row, self.place) = state;
+        self.taken_back = None;
+        Ok(())
+    }
 }
 
 impl AdaptiveTimeStep {
@@ -196,11 +210,9 @@ mod tests {
     use crate::scene::TimeStep;
 
     fn scheme(momentum: Option<bool>) -> AdaptiveTimeStep {
-        let text = format!(
-            "(name: \"t\", spacing: 0.1, time_step: Adaptive((density_error: 0.01)),
-              bodies: [(shape: Box(min: (0, 0, 0), max: (1, 1, 1)), velocity: (0, -8, 0))])"
-        );
-        let scene = ron::from_str::<Scene>(&text).expect("a scene");
+        let text = "(name: \"t\", spacing: 0.1, time_step: Adaptive((density_error: 0.01)),
+              bodies: [(shape: Box(min: (0, 0, 0), max: (1, 1, 1)), velocity: (0, -8, 0))])";
+        let scene = ron::from_str::<Scene>(text).expect("a scene");
         let limits = StepLimits {
             constant: f32::INFINITY,
             pressure_step: f32::INFINITY,

@@ -5,7 +5,7 @@ use bevy_ecs::prelude::*;
 use super::{adaptive, cfl::TimeStepControl, limits::StepLimits};
 use crate::scene::{Scene, TimeStep};
 
-/// Inserts the resources of the time step control, and returns the first time step [s].
+/// Inserts the resources of the time step control, and returns the first time step \[s].
 pub fn install(world: &mut World, scene: &Scene, limits: &StepLimits) -> f32 {
     match scene.time_step {
         TimeStep::Fixed(dt) => dt,

@@ -15,7 +15,7 @@ pub fn motion_limits(factor: f32, h: f32, max_speed: f32, max_acceleration: f32)
     ]
 }
 
-/// Longest time step [s] under a pressure [Pa], if `sqrt(p/ρ)` may cover `pressure_step` spacings.
+/// Longest time step \[s] under a pressure \[Pa], if `sqrt(p/ρ)` may cover `pressure_step` spacings.
 pub(crate) fn pressure_limit(pressure_step: f32, material: &Material, pressure: f32) -> f32 {
     PRESSURE_FACTOR * pressure_step * material.spacing / (pressure / material.rest_density).sqrt()
 }
@@ -23,9 +23,9 @@ pub(crate) fn pressure_limit(pressure_step: f32, material: &Material, pressure: 
 /// Limits by a scene's physics, for the time step control.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepLimits {
-    /// The smallest limit that is constant in a run [s].
+    /// The smallest limit that is constant in a run \[s].
     pub constant: f32,
-    /// Number of spacings that `sqrt(p/ρ)` may cover in a stable step [-]; infinite with an equation of state, whose
+    /// Number of spacings that `sqrt(p/ρ)` may cover in a stable step \[-]; infinite with an equation of state, whose
     /// sound is faster.
     pub pressure_step: f32,
     /// None if pressure does not iterate; otherwise whether its corrections have momentum.

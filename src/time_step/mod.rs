@@ -5,7 +5,7 @@
 //! | --- | --- | --- |
 //! | speed | λ h/v_max, λ of the scene | Courant–Friedrichs–Lewy; paper 4.3.2: nothing moves more than h/2 |
 //! | force | 0.25 sqrt(h/a_max) | Monaghan 1992 |
-//! | viscosity | h²/(32 ν), and 0.8 of what a lattice allows | Morris et al. 1997, eq. 23; [`lattice`](crate::lattice) |
+//! | viscosity | h²/(32 ν); 0.8 of a [`lattice`](crate::lattice)'s own | Morris et al. 1997, eq. 23 |
 //! | sound | 0.4 h/c | Becker & Teschner 2007, eq. 18 |
 //! | pressure | half of what waves of a lattice under the largest pressure allow | [`lattice`](crate::lattice) |
 //!

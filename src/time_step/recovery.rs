@@ -9,12 +9,13 @@
 //! pressure, divergence and density error; `docs/decisions/still_water.md`).
 
 use bevy_ecs::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::limits::motion_limits;
 use crate::{
     integrate::Motion,
     scene::Scene,
-    state::{Clock, Material},
+    state::{Clock, Material, Remembers},
 };
 
 /// Decrease of τ per time that passes \[-].
@@ -33,12 +34,25 @@ const SPEED_FACTOR: f32 = 0.2;
 const LONGEST: f32 = 1e6;
 
 /// The time over which compression is removed. Present in scenes that do not remove it at once.
-#[derive(Resource, Debug, Clone, Copy)]
+#[derive(Resource, Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct RecoveryTime {
     /// Part of the compression found that a step of the length that motion allows removes \[-].
     share: f32,
     /// τ \[s].
     time: f32,
+}
+
+impl Remembers for RecoveryTime {
+    type State = f32;
+
+    fn state(&self, _: &[Entity]) -> f32 {
+        self.time
+    }
+
+    fn set_state(&mut self, time: f32, _: &[Entity]) -> Result<(), &'static str> {
+        self.time = time;
+        Ok(())
+    }
 }
 
 impl RecoveryTime {

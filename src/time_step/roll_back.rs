@@ -8,14 +8,15 @@
 //! Data that a method keeps between steps is a component and is restored likewise, for example pressures for the warm
 //! start.
 
-use bevy_ecs::prelude::*;
+use bevy_ecs::{entity::EntityHashMap, prelude::*};
+use serde::{Deserialize, Serialize};
 
 use super::{adaptive::AdaptiveTimeStep, recovery::RecoveryTime};
 use crate::{
     index::FluidIndex,
     integrate::Motion,
     reorder::{self, ReorderState},
-    state::{Clock, Failure, Lasting, Material, TakenBack, in_order, particle::Fluid},
+    state::{Clock, Failure, Lasting, Material, Remembers, TakenBack, in_order, particle::Fluid},
 };
 
 /// The state before the last successful step, with its clock.
@@ -33,7 +34,49 @@ pub struct KeptState {
     columns: Vec<Lasting>,
 }
 
-/// Memory of the kept state besides the columns [bytes per fluid particle].
+/// A kept state in a checkpoint; particles by the rows that they have now.
+#[derive(Debug, Default, Serialize, Deserialize)]
+pub(crate) struct SavedState {
+    kept: bool,
+    clock: Clock,
+    recovery: Option<RecoveryTime>,
+    largest_error: f32,
+    downwards: bool,
+    rows: Vec<u32>,
+}
+
+impl Remembers for KeptState {
+    type State = SavedState;
+
+    fn state(&self, rows: &[Entity]) -> SavedState {
+        let row_of: EntityHashMap<u32> = rows.iter().copied().zip(0..).collect();
+        // A particle that is gone has no row: then the state is one of other particles, and stays so.
+        let row = |entity| row_of.get(entity).copied().unwrap_or(u32::MAX);
+        SavedState {
+            kept: self.kept,
+            clock: self.clock,
+            recovery: self.recovery,
+            largest_error: self.largest_error,
+            downwards: self.downwards,
+            rows: self.entities.iter().map(row).collect(),
+        }
+    }
+
+    fn set_state(&mut self, state: SavedState, rows: &[Entity]) -> Result<(), &'static str> {
+        let entity = |&row: &u32| rows.get(row as usize).copied();
+        self.entities = (state.rows.iter())
+            .map(|row| entity(row).unwrap_or(Entity::PLACEHOLDER))
+            .collect();
+        self.kept = state.kept;
+        self.clock = state.clock;
+        self.recovery = state.recovery;
+        self.largest_error = state.largest_error;
+        self.downwards = state.downwards;
+        Ok(())
+    }
+}
+
+/// Memory of the kept state besides the columns \[bytes per fluid particle].
 pub const KEPT_BYTES: usize = size_of::<Entity>();
 
 /// Selects the columns to keep.

@@ -76,7 +76,8 @@ fn inputs_that_lie_in_the_folder_stay_as_they_are() {
     let scene = TINY
         .replace(
             "boundaries: [",
-            "boundaries: [Mesh(file: \"mesh_1.obj\", translation: (0.5, 0, 0)), Mesh(file: \"mesh_0.obj\", translation: (1, 0, 0)), ",
+            "boundaries: [Mesh(file: \"mesh_1.obj\", translation: (0.5, 0, 0)), Mesh(file: \"mesh_0.obj\", \
+             translation: (1, 0, 0)), ",
         )
         .replace("duration:", "order: \"order.ron\", duration:");
     let files = [

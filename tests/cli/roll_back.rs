@@ -23,7 +23,7 @@ const SPLASH: &str = r#"(
 )
 "#;
 
-/// Step and time [s] of the steps that stand, and how often the run went back, by the history.
+/// Step and time \[s] of the steps that stand, and how often the run went back, by the history.
 fn standing(history: &str) -> (Vec<(u64, f64)>, u64, u64) {
     let mut lines = history.lines();
     let names: Vec<_> = lines.next().expect("a header").split(',').collect();

@@ -236,7 +236,8 @@ fn every_spoilt_study_is_refused_with_its_place_and_a_remedy() {
     let cases: &[(&str, &str, &str, &[&str])] = &[
         ("warm_up:", "warmup:", "s.ron:11:5", &["unknown field `warmup`", "did you mean `warm_up`?"]),
         ("find_neighbours, pressure", "find_neighbors", "s.ron:18:47", &["did you mean `find_neighbours`?"]),
-        ("LargestDensityError", "MaxDensityError", "s.ron:19:34", &["unknown variant `MaxDensityError`", "LargestDensityError"]),
+        ("LargestDensityError", "MaxDensityError", "s.ron:19:34", &["unknown variant `MaxDensityError`",
+            "LargestDensityError"]),
         ("    block: Steps(4),\n", "", "s.ron:1:1", &["the field `block`", "no default"]),
         ("tiny.ron", "tony.ron", "s.ron:4:12", &["there is no scene file", "tony.ron"]),
         ("\"cells\"", "\"a/b\"", "s.ron:2:11", &["without slashes"]),
@@ -250,12 +251,14 @@ fn every_spoilt_study_is_refused_with_its_place_and_a_remedy() {
         ("cell_size=0.5", "cell_size=2", "s.ron:9:35", &["at most 1"]),
         ("index.cell_size=0.5", "spacing=0.01", "s.ron:9:34", &["changes the particles", "make it a case"]),
         ("\"fine, h/2\"", "\"coarse\"", "s.ron:9:16", &["given twice"]),
-        ("reference: \"0.5 h\"", "reference: \"0.5h\"", "s.ron:9:70", &["reference row `0.5h`", "did you mean `0.5 h`?"]),
+        ("reference: \"0.5 h\"", "reference: \"0.5h\"", "s.ron:9:70", &["reference row `0.5h`",
+            "did you mean `0.5 h`?"]),
         ("reference: \"tested\"", "reference: \"test\"", "s.ron:15:59", &["did you mean `tested`?"]),
         ("known.csv", "unknown.csv", "s.ron:21:16", &["there is no file"]),
         ("baseline: \"coarse\"", "baseline: \"course\"", "s.ron:22:15", &["did you mean `coarse`?"]),
         ("[\"tested\", \"step\"]", "[\"tested\", \"stop\"]", "s.ron:23:39", &["did you mean `step`?"]),
-        ("Ratios(columns: [\"tested\", \"step\"])", "Points(x: \"steps\", y: [\"ratio\"])", "s.ron:23:22", &["did you mean `step`?"]),
+        ("Ratios(columns: [\"tested\", \"step\"])", "Points(x: \"steps\", y: [\"ratio\"])", "s.ron:23:22",
+            &["did you mean `step`?"]),
         ("[find_neighbours, pressure]", "[]", "s.ron:18:33", &["name one"]),
     ];
     for (part, instead, place, messages) in cases {
@@ -292,7 +295,8 @@ fn a_wrong_line_of_the_figures_is_named() {
 fn cases_multiply_the_rows_and_have_scenes_of_their_own() {
     let study = STUDY.replace(
         "    variants: [",
-        "    cases: [(name: \"a\", set: [\"spacing=0.025\"]), (name: \"b\", start: (time: 0.001), block: Time(0.002))],\n    variants: [",
+        "    cases: [(name: \"a\", set: [\"spacing=0.025\"]), (name: \"b\", start: (time: 0.001), block: \
+         Time(0.002))],\n    variants: [",
     );
     let folder = folder(&study);
     let plan = Plan::load(&folder.path().join("s.ron")).expect("a study");
@@ -311,7 +315,8 @@ fn cases_multiply_the_rows_and_have_scenes_of_their_own() {
 fn gauges_are_measures() {
     let scene = SCENE.replace(
         "time_step:",
-        "gauges: [(name: \"e\", kind: Energy, reference: (file: \"curve.csv\")), (name: \"h\", kind: Height(at: (0.05, 0, 0.05)), every: Steps(2))], time_step:",
+        "gauges: [(name: \"e\", kind: Energy, reference: (file: \"curve.csv\")), (name: \"h\", kind: Height(at: \
+         (0.05, 0, 0.05)), every: Steps(2))], time_step:",
     );
     let study = |columns: &str| {
         format!(

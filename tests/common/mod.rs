@@ -79,7 +79,7 @@ pub(crate) fn run(simulation: &mut Simulation, steps: usize) {
     }
 }
 
-/// Entity, position [m] and velocity [m/s] of every fluid particle, by entity.
+/// Entity, position \[m] and velocity \[m/s] of every fluid particle, by entity.
 pub(crate) fn state(world: &mut World) -> Vec<(Entity, Vec3, Vec3)> {
     let mut fluid = world.query_filtered::<(Entity, &Position, &Velocity), With<Fluid>>();
     let mut state: Vec<_> = fluid.iter(world).map(|(e, x, v)| (e, x.0, v.0)).collect();
@@ -100,7 +100,7 @@ pub(crate) fn bits_after(scene: &Scene, threads: usize, steps: usize) -> Vec<[u3
     bits(simulation.world_mut())
 }
 
-/// The same entities, nowhere further apart than `tolerance` [m].
+/// The same entities, nowhere further apart than `tolerance` \[m].
 pub(crate) fn assert_near(
     found: &[(Entity, Vec3, Vec3)],
     expected: &[(Entity, Vec3, Vec3)],

@@ -11,7 +11,7 @@ use overfall::{
 
 use crate::support::{measured, particles_of, reference, run, scene, simulation, step};
 
-/// The column of Koshizuka & Oka 1996: width L, height 2 L [m].
+/// The column of Koshizuka & Oka 1996: width L, height 2 L \[m].
 const WIDTH: f32 = 0.146;
 const HEIGHT: f32 = 2.0 * WIDTH;
 const SPACING: f32 = WIDTH / 20.0;
@@ -29,7 +29,7 @@ fn column(method: &str, tank: f32) -> String {
     )
 }
 
-/// The front [m] at times [s]: the farthest particle's outer side, half a spacing from its centre.
+/// The front \[m] at times \[s]: the farthest particle's outer side, half a spacing from its centre.
 fn front(method: &str, end: f64) -> Vec<[f64; 2]> {
     let mut dam = simulation(&column(method, 5.0));
     let mut front = vec![[0.0, f64::from(WIDTH)]];
@@ -57,9 +57,9 @@ fn at(rows: &[[f64; 2]], x: f64) -> f64 {
 /// - Methods with PCISPH: 5 %. Tait with c = 10 × the largest speed 2 sqrt(g H) compresses about 1 %; a front of one
 ///   layer of particles is known to half a spacing, 1 to 2.5 % of its way.
 /// - Walls with each other: 5 %, likewise.
-/// - With the experiment: 15 % while the simulated front is before 2.6 L. In the plane, without friction at the floor and without the gate that was pulled away, a
-///   simulated front is ahead of the measured one, and gains: at 3 L the experiment's thin tongue has lost a fifth to
-///   friction.
+/// - With the experiment: 15 % while the simulated front is before 2.6 L. In the plane, without friction at the floor
+///   and without the gate that was pulled away, a simulated front is ahead of the measured one, and gains: at 3 L the
+///   experiment's thin tongue has lost a fifth to friction.
 /// - Ritter's 2 sqrt(g H) t from the gate is the fastest that shallow water gets: one spacing beyond is allowed, as the
 ///   front starts from a lattice.
 #[test]
@@ -283,7 +283,8 @@ fn first_time_step_is_that_of_the_tightest_limit() {
     }
 }
 
-/// Kinetic energy [J] of a column of 4000 particles after 0.3 s, with its tank's corner at `corner` [m] on every axis.
+/// Kinetic energy \[J] of a column of 4000 particles after 0.3 s, with its tank's corner at `corner` \[m] on every
+/// axis.
 fn kinetic_energy(corner: f64, pressure: &str) -> f64 {
     let [width, height, length] = [0.2, 0.4, 0.8].map(|extent| corner + extent);
     let scene = format!(

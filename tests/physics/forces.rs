@@ -86,7 +86,8 @@ fn laminar_viscosity_is_nu_times_the_laplacian() {
         let rate = -product / square;
         let expected = f64::from(viscosity * k * k);
         let figures = format!(
-            "{dimension}-D, support of {support} spacings: rate {:.4} of ν k², largest cross acceleration {:.1e} of ν k² U",
+            "{dimension}-D, support of {support} spacings: rate {:.4} of ν k², largest cross acceleration {:.1e} of ν \
+             k² U",
             rate / expected,
             f64::from(across) / expected
         );

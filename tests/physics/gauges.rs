@@ -50,7 +50,8 @@ fn a_body_that_moves_as_one_has_its_velocity_everywhere_and_its_flow_through_a_s
             dimension,
             &format!(
                 "(name: \"v\", kind: Velocity(at: (0.5, 0.3, 0))),
-                 (name: \"q\", kind: Flux(corner: {corner}, along: (0, 3, 0){across}), window: 0.1, every: Seconds(0.1)),
+                 (name: \"q\", kind: Flux(corner: {corner}, along: (0, 3, 0){across}), window: 0.1, every: \
+                 Seconds(0.1)),
                  (name: \"back\", kind: Flux(corner: (0.6, 2, {z}), along: (0, -3, 0){across})),
                  (name: \"half\", kind: Flux(corner: (0.6, -1, {z}), along: (0, 1.35, 0){across})),
                  (name: \"beside\", kind: Flux(corner: (-2, -1, {z}), along: (0, 3, 0){across}))",
@@ -324,7 +325,8 @@ fn steps_that_are_taken_back_leave_no_reading() {
           bodies: [(shape: Box(min: (0, 0, 0), max: (0.2, 0.08, 0.2))),
                    (shape: Sphere(center: (0.1, 0.16, 0.1), radius: 0.05), velocity: (0, -6, 0))],
           boundaries: [Tank(min: (0, 0, 0), max: (0.2, 0.4, 0.2))],
-          gauges: [(name: \"e\", kind: Energy), (name: \"h\", kind: Height(at: (0.1, 0, 0.1)), window: 0.002, every: Seconds(0.001))],
+          gauges: [(name: \"e\", kind: Energy), (name: \"h\", kind: Height(at: (0.1, 0, 0.1)), window: 0.002, every: \
+          Seconds(0.001))],
           time_step: Adaptive(max: 5e-3, initial: 2.9e-3, density_error: 0.003))",
     );
     let mut simulation = Simulation::with_threads(&scene, 2).expect("threads");
@@ -411,7 +413,9 @@ fn a_scene_without_gauges_has_nothing_of_them() {
     // And what gauges watch goes its way as without them.
     let state = |scene: &Scene| {
         let mut simulation = Simulation::with_threads(scene, 1).expect("threads");
-        (0..10).for_each(|_| drop(simulation.step().expect("a step")));
+        for _ in 0..10 {
+            simulation.step().expect("a step");
+        }
         let world = simulation.world_mut();
         let mut fluid = world.query_filtered::<(&Position, &Velocity), With<Fluid>>();
         let rows = fluid.iter(world).map(|(x, v)| {

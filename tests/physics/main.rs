@@ -8,8 +8,6 @@ mod random_support;
 mod robustness_support;
 #[path = "../physics_support/mod.rs"]
 mod support;
-#[path = "../validation_support/mod.rs"]
-mod validation_support;
 
 mod dam_break;
 mod forces;

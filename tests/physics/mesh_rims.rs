@@ -7,7 +7,7 @@ use overfall::{Simulation, scene::Scene};
 
 const DX: f32 = 0.02;
 
-/// Largest density error at the start [-].
+/// Largest density error at the start \[-].
 fn start(text: &str) -> Result<f32, String> {
     let scene = Scene::parse(text, "rim.ron", &[]).map_err(|error| error.to_string())?;
     let plan = overfall::plan(&scene).map_err(|error| error.to_string())?;
@@ -105,7 +105,8 @@ fn no_water_passes_thin_walls_beside_their_rims() {
         };
         let cup = Surface::turned(&cup, 24);
         let file = files.put("cup.obj", cup.obj());
-        let bodies = "(shape: Cylinder(start: (0, 0.02, 0), end: (0, 0.2, 0), radius: 0.085), velocity: (1.5, -1, 0.3))";
+        let bodies = "(shape: Cylinder(start: (0, 0.02, 0), end: (0, 0.2, 0), radius: 0.085), velocity: (1.5, -1, \
+         0.3))";
         let rest = format!(
             "time_step: Cfl(max: 0.002), pressure: {},",
             (method.pressure)(20.0)

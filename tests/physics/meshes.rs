@@ -8,7 +8,7 @@ use crate::support::{measured, particles_of, run, simulation, simulation_of, ste
 
 pub(super) const DX: f32 = 0.025;
 
-/// Height of the centre of mass, and of the surface as the mean of the highest particles over the floor's middle [m].
+/// Height of the centre of mass, and of the surface as the mean of the highest particles over the floor's middle \[m].
 fn heights(water: &mut Simulation) -> (f32, f32) {
     let particles = particles_of(water);
     let mean = particles.iter().map(|p| p.position.y).sum::<f32>() / particles.len() as f32;
@@ -53,8 +53,8 @@ fn water_in_a_mesh_tank_stands_where_it_stands_in_the_built_in_tank() {
             let bottom = bottom.iter().sum::<f32>() / bottom.len() as f32 / DX;
             let figures = format!(
                 "{handling} {}: densest at the start {densest:.1} kg/m³, centre at {mean:.3}, surface at {top:.3}, \
-                 lowest layer at {bottom:.3}, nearest to a wall {least:.3} spacings; density error to {error:.4}, up to \
-                 {speed:.3} m/s after 0.4 s",
+                 lowest layer at {bottom:.3}, nearest to a wall {least:.3} spacings; density error to {error:.4}, up \
+                 to {speed:.3} m/s after 0.4 s",
                 &boundary[..4]
             );
             measured(&figures);
@@ -69,7 +69,7 @@ fn water_in_a_mesh_tank_stands_where_it_stands_in_the_built_in_tank() {
     }
 }
 
-/// Where particles may be: distance [m] from the solid, negative in it.
+/// Where particles may be: distance \[m] from the solid, negative in it.
 pub(super) type Distance<'a> = &'a dyn Fn(Vec3) -> f32;
 
 /// A closed surface with fluid in it.
@@ -80,7 +80,7 @@ struct Vessel<'a> {
     body: &'a str,
     /// From the solid, but for the ends along z.
     distance: Distance<'a>,
-    /// Height of the surface [m] at rest, of so many particles.
+    /// Height of the surface \[m] at rest, of so many particles.
     level: &'a dyn Fn(usize) -> f32,
 }
 

@@ -13,7 +13,7 @@ use crate::support::{
 const DT: f32 = 5e-4;
 const STEPS: u32 = 300;
 const VELOCITY: Vec3 = Vec3::new(1.5, 2.0, -0.5);
-/// [1/s]
+/// \[1/s]
 const SPIN: Vec3 = Vec3::new(1.0, -2.0, 5.0);
 
 /// Fluid models whose momenta are to be kept.
@@ -75,8 +75,9 @@ fn momenta_are_kept(dimension: u32, pressure: &str, viscosity: &str) {
     let particles = particles_of(&mut blob);
     let inner_end = speeds(&particles, rigid_motion(&particles).velocity);
     let figures = format!(
-        "{dimension}-D {pressure} {viscosity}: velocity off by {velocity_error:.1e} m/s, centre by {center_error:.1e} m, \
-         angular momentum by {turn_error:.1e}; {} particles, speeds within the blob {inner_start:.2} to {inner_end:.2} m/s",
+        "{dimension}-D {pressure} {viscosity}: velocity off by {velocity_error:.1e} m/s, centre by {center_error:.1e} \
+         m, angular momentum by {turn_error:.1e}; {} particles, speeds within the blob {inner_start:.2} to \
+         {inner_end:.2} m/s",
         particles.len()
     );
     measured(&figures);

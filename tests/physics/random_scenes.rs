@@ -113,6 +113,7 @@ fn run(simulation: &mut Simulation, scene: &Scene, draft: &Draft) -> Result<Outc
         PressureMethod::Pcisph(_) | PressureMethod::Iisph(_) | PressureMethod::Dfsph(_) => {
             MOST_RISE
         }
+        other => panic!("how much may energy rise with {other:?}?"),
     };
     let mut most = part * sums.energy_scale(scene, &mut before.values().copied());
     let (start, mut rise) = (energy(&before), 0.0_f64);

@@ -142,8 +142,7 @@ fn momentum_saves_iterations_in_deep_water() {
 /// or two.
 #[test]
 fn still_water_stands_whatever_the_rounding() {
-    let path =
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes/validation/hydrostatic_3d.ron");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/cases/hydrostatic_3d/scene.ron");
     let (depth, gravity) = (0.4, 9.81);
     for interval in [21, 24] {
         let sets = [

@@ -37,7 +37,7 @@ struct Shot {
     normal: Vec3,
 }
 
-/// Fires every shot from every direction, one particle at a time, at `speed` [support radii a step] in a scene of
+/// Fires every shot from every direction, one particle at a time, at `speed` \[support radii a step] in a scene of
 /// spacing 0.05 m without gravity, and returns the least distance from the solids in spacings.
 fn fire(
     boundaries: &str,
@@ -54,7 +54,8 @@ fn fire(
           bodies: [(shape: Box(min: (0.1, 0.9, 0.1), max: (0.15, 0.95, 0.15)))], boundaries: [{boundaries}])",
         if flat { 2 } else { 3 }
     )
-    .replace("0.1), max: (0.15, 0.95, 0.15", if flat { "0), max: (0.15, 0.95, 0" } else { "0.1), max: (0.15, 0.95, 0.15" });
+    .replace("0.1), max: (0.15, 0.95, 0.15", if flat { "0), max: (0.15, 0.95, 0" } else { "0.1), max: (0.15, 0.95, \
+     0.15" });
     let mut jet = simulation_of(&text, &[]);
     let samples = jet
         .world_mut()
@@ -99,7 +100,7 @@ fn fire(
 
 const SPEEDS: [f32; 3] = [0.1, 0.4, 0.49];
 
-/// `bound` [spacings] is the least distance of a particle from the solid's face.
+/// `bound` \[spacings] is the least distance of a particle from the solid's face.
 #[track_caller]
 fn nothing_passes(
     what: &str,

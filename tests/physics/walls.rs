@@ -9,7 +9,7 @@ use overfall::Simulation;
 
 use crate::support::{measured, particles_of, run, simulation, simulation_of};
 
-/// Signed distance [m] of a point from the fluid's side of a solid: positive in the fluid.
+/// Signed distance \[m] of a point from the fluid's side of a solid: positive in the fluid.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Solid {
     Tank { max: Vec3, flat: bool },

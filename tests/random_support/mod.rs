@@ -39,7 +39,11 @@ impl Choices<'_> {
     /// From -1 to below 1, and 0 for 0.
     fn signed(&mut self) -> f64 {
         let part = self.part();
-        if self.next() % 2 == 0 { part } else { -part }
+        if self.next().is_multiple_of(2) {
+            part
+        } else {
+            -part
+        }
     }
 
     fn vector(&mut self, flat: bool) -> DVec3 {
@@ -62,19 +66,19 @@ pub(crate) struct Draft {
 struct Maker<'a> {
     files: &'a Files,
     flat: bool,
-    /// Spacing [m].
+    /// Spacing \[m].
     spacing: f64,
-    /// Where the grid of cells begins [m].
+    /// Where the grid of cells begins \[m].
     origin: DVec3,
     bodies: Vec<String>,
     boundaries: Vec<String>,
     solids: Vec<Solid>,
     has_jitter: bool,
-    /// Scale of velocities [m/s].
+    /// Scale of velocities \[m/s].
     speed: f64,
 }
 
-/// Edge of a cell [spacings].
+/// Edge of a cell \[spacings].
 fn cell_edge(flat: bool) -> f64 {
     if flat { 9.0 } else { 6.0 }
 }
@@ -136,8 +140,8 @@ pub(crate) fn draw(choices: &[u16], files: &Files) -> Draft {
         ..
     } = maker;
     let text = format!(
-        "(\n    name: \"random\", dimension: {}, spacing: {spacing}, gravity: {},\n    {numerics},\n    bodies: [\n        \
-         {}\n    ],\n    boundaries: [\n        {}\n    ],\n)",
+        "(\n    name: \"random\", dimension: {}, spacing: {spacing}, gravity: {},\n    {numerics},\n    bodies: \
+         [\n        {}\n    ],\n    boundaries: [\n        {}\n    ],\n)",
         if flat { 2 } else { 3 },
         vector(gravity),
         bodies.join(",\n        "),
@@ -151,7 +155,8 @@ pub(crate) fn draw(choices: &[u16], files: &Files) -> Draft {
     }
 }
 
-/// How the fluid is computed, for speeds of up to so much [m/s]; and the part of the longest time step, if it is fixed.
+/// How the fluid is computed, for speeds of up to so much \[m/s]; and the part of the longest time step, if it is
+/// fixed.
 fn numerics(mut of: Choices, flat: bool, spacing: f64, speed: f64) -> (String, Option<f64>) {
     let support = of.of(&[2.0, 2.0, 1.7, 2.3, 2.6, 3.0]);
     let sound = 10.0 * speed;
@@ -233,7 +238,7 @@ impl Maker<'_> {
         self.solids.push(solid);
     }
 
-    /// A mesh, turned by angles [°] and moved.
+    /// A mesh, turned by angles \[°] and moved.
     fn mesh(&mut self, surface: &Surface, side: Side, angles: DVec3, at: DVec3) {
         let name = format!("mesh_{}.obj", self.boundaries.len());
         let file = self.files.put(&name, surface.obj());

@@ -13,7 +13,7 @@ pub(crate) enum Side {
     Both,
 }
 
-/// A solid in the scene [m].
+/// A solid in the scene \[m].
 #[derive(Debug, Clone)]
 pub(crate) enum Solid {
     Tank {
@@ -43,7 +43,7 @@ pub(crate) enum Solid {
 }
 
 impl Solid {
-    /// A surface turned about x, y and z by angles [°], and moved.
+    /// A surface turned about x, y and z by angles \[°], and moved.
     pub(crate) fn mesh(surface: &Surface, side: Side, angles: DVec3, at: DVec3) -> Self {
         let [x, y, z] = angles.to_array().map(f64::to_radians);
         let turn =
@@ -79,8 +79,8 @@ impl Solid {
         )
     }
 
-    /// How deep a point is in the solid [m], negative outside; of open surfaces how far behind, and none where the
-    /// nearest place is within `margin` [m] of a border.
+    /// How deep a point is in the solid \[m], negative outside; of open surfaces how far behind, and none where the
+    /// nearest place is within `margin` \[m] of a border.
     fn depth(&self, x: DVec3, flat: bool, margin: f64) -> Option<f64> {
         let in_plane = |v: DVec3| if flat { v.with_z(f64::NEG_INFINITY) } else { v };
         match self {
@@ -158,8 +158,8 @@ impl Solid {
         }
     }
 
-    /// Why a particle that went from one place to another in a step is where it must not be, `deepest` [m] being
-    /// allowed; `reach` [m] is what a step may go at most.
+    /// Why a particle that went from one place to another in a step is where it must not be, `deepest` \[m] being
+    /// allowed; `reach` \[m] is what a step may go at most.
     pub(crate) fn is_broken(
         &self,
         from: DVec3,
@@ -188,8 +188,8 @@ impl Solid {
         passed.then(|| format!("{depth:.4} m behind {}, {before:.4} before", self.name()))
     }
 
-    /// How much deeper a point may be for the edge of a box beside it [m]. There samples lie on the diagonal: what is a
-    /// quarter of the spacing in along it is deeper along the faces' normals by so much.
+    /// How much deeper a point may be for the edge of a box beside it \[m]. There samples lie on the diagonal: what is
+    /// a quarter of the spacing in along it is deeper along the faces' normals by so much.
     fn rounding(&self, x: DVec3, reach: f64) -> f64 {
         let Self::Block { min, max } = self else {
             return 0.0;

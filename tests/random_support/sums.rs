@@ -13,7 +13,7 @@ use overfall::{
     },
 };
 
-/// Density in single precision is off by so much [-].
+/// Density in single precision is off by so much \[-].
 const ROUNDING: f64 = 1e-6;
 
 /// The columns at the end of the pressure phase.
@@ -106,7 +106,7 @@ impl Kernel {
 /// The fluid's constants, and the walls.
 pub(crate) struct BruteForce {
     kernel: Kernel,
-    /// Of a particle [kg; kg/m in 2-D].
+    /// Of a particle \[kg; kg/m in 2-D].
     pub(crate) mass: f64,
     rest_density: f64,
     walls: Vec<(DVec3, f64)>,
@@ -160,6 +160,7 @@ impl BruteForce {
                 BoundaryHandling::DirectForcing(_) => {
                     self.mass / self.rest_density * (layer / sum).min(1.0)
                 }
+                other => panic!("what is the volume of a wall with {other:?}?"),
             };
             (volume / wanted - 1.0).abs()
         });
@@ -214,6 +215,7 @@ impl BruteForce {
             PressureMethod::Iisph(_) | PressureMethod::Dfsph(_) => {
                 density[row] + columns.dt * rate[row]
             }
+            other => panic!("which density remains with {other:?}?"),
         };
         let errors = || (0..rows).map(|row| (remaining(row) / self.rest_density - 1.0).max(0.0));
         let differs = |row: usize| (density[row] - f64::from(columns.densities[row])).abs();
@@ -224,7 +226,7 @@ impl BruteForce {
         }
     }
 
-    /// All energy of positions and velocities [J; J/m in 2-D]: of motion and in gravity, of cohesion, and what an
+    /// All energy of positions and velocities \[J; J/m in 2-D]: of motion and in gravity, of cohesion, and what an
     /// equation of state stores.
     pub(crate) fn energy(
         &self,
@@ -262,7 +264,7 @@ impl BruteForce {
         self.mass * energy
     }
 
-    /// Energy of the speeds that push the compression at the start of a step out within it [J; J/m in 2-D].
+    /// Energy of the speeds that push the compression at the start of a step out within it \[J; J/m in 2-D].
     pub(crate) fn pushed_out(&self, columns: &Columns) -> f64 {
         let speed = |rho: &f32| {
             let compression = (f64::from(*rho) / self.rest_density - 1.0).max(ROUNDING);
@@ -272,7 +274,7 @@ impl BruteForce {
         0.5 * self.mass * squares.sum::<f64>()
     }
 
-    /// What a particle so far from the origin [m] stores whose density is off by rounding [J; J/m in 2-D].
+    /// What a particle so far from the origin \[m] stores whose density is off by rounding \[J; J/m in 2-D].
     fn rounding(&self, scene: &Scene, farthest: f64) -> f64 {
         let PressureMethod::Sesph(sesph) = scene.pressure else {
             return 0.0;
@@ -283,7 +285,7 @@ impl BruteForce {
         self.mass * stored(sesph.equation, density, self.rest_density)
     }
 
-    /// What a rise of energy is compared with: motion and fall at the start, and what is stored [J; J/m in 2-D].
+    /// What a rise of energy is compared with: motion and fall at the start, and what is stored \[J; J/m in 2-D].
     pub(crate) fn energy_scale(
         &self,
         scene: &Scene,
@@ -313,7 +315,7 @@ impl BruteForce {
     }
 }
 
-/// `∫ p/ρ² dρ` from the rest density on, where p is not below zero [J/kg].
+/// `∫ p/ρ² dρ` from the rest density on, where p is not below zero \[J/kg].
 fn stored(equation: StateEquation, density: f64, rest: f64) -> f64 {
     if density <= rest {
         return 0.0;
@@ -327,6 +329,7 @@ fn stored(equation: StateEquation, density: f64, rest: f64) -> f64 {
             let part = |rho: f64| rho.ln() + rest / rho;
             f64::from(stiffness) * (part(density) - part(rest))
         }
+        other => panic!("what energy is in {other:?}?"),
     }
 }
 

@@ -9,14 +9,14 @@ const CENTRE: f64 = 0.1;
 /// The drop of a radius of 1 m.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct CentrePressure {
-    /// A [1/s].
+    /// A \[1/s].
     rate: f64,
-    /// a and b [m].
+    /// a and b \[m].
     axes: [f64; 2],
 }
 
 impl CentrePressure {
-    /// At the start, with a rate A [1/s].
+    /// At the start, with a rate A \[1/s].
     pub(crate) fn new(rate: f64) -> Self {
         Self {
             rate,
@@ -24,7 +24,7 @@ impl CentrePressure {
         }
     }
 
-    /// p/ρ [m²/s²] at a place around the centre; none elsewhere.
+    /// p/ρ \[m²/s²] at a place around the centre; none elsewhere.
     pub(crate) fn at(&self, [x, y]: [f64; 2]) -> Option<f64> {
         let [a, b] = self.axes.map(|axis| axis * axis);
         let off = x * x / a + y * y / b;

@@ -18,11 +18,11 @@ const GRAVITY: f64 = 9.81;
 /// What is run.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Kind {
-    /// Water at rest in a tank, for a time [s].
+    /// Water at rest in a tank, for a time \[s].
     Tank { depth: f64, time: f64 },
-    /// A column that collapses, for a time [s].
+    /// A column that collapses, for a time \[s].
     Column { height: f64, time: f64 },
-    /// What sloshes after a column collapsed, from a time to another [s].
+    /// What sloshes after a column collapsed, from a time to another \[s].
     Slosh { from: f64, to: f64 },
     /// The elliptic drop of Monaghan 1994.
     Drop,

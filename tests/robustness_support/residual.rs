@@ -21,7 +21,7 @@ fn deep_from(volume: bool) -> usize {
 }
 
 impl Residual {
-    /// Residual over the mean pressure, and correlation between particles a spacing apart [-].
+    /// Residual over the mean pressure, and correlation between particles a spacing apart \[-].
     pub(crate) fn figures(&self) -> [f64; 2] {
         [self.share, self.correlation].map(|sum| sum / self.frames)
     }
@@ -86,7 +86,7 @@ impl Residual {
     }
 }
 
-/// Pressure of a particle less that of the plane through its neighbours [Pa].
+/// Pressure of a particle less that of the plane through its neighbours \[Pa].
 fn beside_plane(particles: &[Particle], i: usize, near: &[usize], volume: bool) -> f64 {
     let own = particles[i];
     let (mut matrix, mut right) = (DMat4::ZERO, DVec4::ZERO);

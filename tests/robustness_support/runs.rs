@@ -39,9 +39,9 @@ fn run(
     outcome
 }
 
-/// Largest speed at any time and at the end, root mean square at the end, in sqrt(g H); energy gained in m g H. Pressure
-/// of the lowest row over what the water above it weighs, its mean and its deviation in time and along the floor, over
-/// the second half.
+/// Largest speed at any time and at the end, root mean square at the end, in sqrt(g H); energy gained in m g H.
+/// Pressure of the lowest row over what the water above it weighs, its mean and its deviation in time and along the
+/// floor, over the second half.
 pub(super) fn at_rest(
     simulation: &mut Simulation,
     scene: &Scene,

@@ -94,8 +94,8 @@ fn a_minimal_scene_takes_under_fifteen_lines() {
 
 #[test]
 fn brackets_names_and_some_may_be_written_out_or_left_out() {
-    let short = r#"(name: "a", spacing: 0.1, bodies: [(shape: Sphere(center: (0, 0, 0), radius: 1), jitter: (amplitude: 0.1))],
-        pressure: Pcisph(max_density_error: 0.001))"#;
+    let short = r#"(name: "a", spacing: 0.1, bodies: [(shape: Sphere(center: (0, 0, 0), radius: 1),
+        jitter: (amplitude: 0.1))], pressure: Pcisph(max_density_error: 0.001))"#;
     let long = r#"Scene(name: "a", spacing: 0.1, bodies: [FluidBody(shape: Sphere(center: (0, 0, 0), radius: 1),
         jitter: Some(Jitter(amplitude: 0.1)))], pressure: Pcisph((max_density_error: 0.001)))"#;
     let parse = |text| Scene::parse(text, "a.ron", &[]).unwrap_or_else(|e| panic!("{e}"));
@@ -106,7 +106,8 @@ fn brackets_names_and_some_may_be_written_out_or_left_out() {
 fn an_order_file_is_looked_for_beside_the_scene() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("a.ron");
-    let text = "(name: \"a\", spacing: 0.1,\n order: \"mine.ron\", bodies: [(shape: Sphere(center: (0, 0, 0), radius: 1))])";
+    let text = "(name: \"a\", spacing: 0.1,\n order: \"mine.ron\", bodies: [(shape: Sphere(center: (0, 0, 0), radius: \
+     1))])";
     std::fs::write(&path, text).expect("written");
     let error = Scene::load(&path, &[])
         .expect_err("no such order")

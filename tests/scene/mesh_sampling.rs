@@ -71,7 +71,7 @@ fn mesh(file: &str, side: &str) -> String {
     format!("Mesh((file: {file:?}, side: {side}))")
 }
 
-/// A surface, its name, which side of it is solid, and its area [m²].
+/// A surface, its name, which side of it is solid, and its area \[m²].
 struct Shape {
     name: &'static str,
     surface: Surface,

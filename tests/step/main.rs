@@ -4,13 +4,17 @@
 mod common;
 
 mod algorithm_2;
+mod checkpoints;
 mod determinism;
+mod embedding;
 mod guard;
 mod host;
 mod host_systems;
 mod lists;
 mod orders;
 mod orders_refused;
+#[cfg(feature = "bevy_app")]
+mod plugin;
 mod recompute;
 mod roll_back;
 mod tables;

@@ -38,7 +38,8 @@ pub(super) fn unordered() -> Scene {
     }
 }
 
-pub(super) const STAGES: &str = r#"Run("gather"), Run("rebuild_index"), Run("find_neighbours"), Run("density"), Run("divergence"), Run("clear_forces"), Run("gravity"),
+pub(super) const STAGES: &str = r#"Run("gather"), Run("rebuild_index"), Run("find_neighbours"), Run("density"),
+    Run("divergence"), Run("clear_forces"), Run("gravity"),
     Run("viscosity"), Run("surface_tension"), Run("pressure"), Run("integrate"), Run("reorder")"#;
 
 #[test]
@@ -220,16 +221,21 @@ fn a_repeated_step_is_so_many_steps() {
     assert!(bits(twice.world_mut()) == bits_after(&unordered(), 2, 24));
 }
 
-#[test]
-fn stale_neighbours_are_kept_between_the_steps_that_find_them() {
+/// As [`ordered`], with lists that are found every so many steps and rows that stay where they are.
+fn with_stale_lists(every: u32) -> (Scene, tempfile::TempDir) {
     let stages = STAGES.replace(
         r#"Run("find_neighbours")"#,
-        r#"Every(2, [Run("find_neighbours")])"#,
+        &format!(r#"Every({every}, [Run("find_neighbours")])"#),
     );
     let stages = stages.replace(r#", Run("reorder")"#, "");
-    let (scene, _folder) = ordered(&format!(
+    ordered(&format!(
         "(stages: [{stages}], allow_stale: true, leave_out: [\"reorder\"])"
-    ));
+    ))
+}
+
+#[test]
+fn stale_neighbours_are_kept_between_the_steps_that_find_them() {
+    let (scene, _folder) = with_stale_lists(2);
     let mut simulation = simulation(&scene);
     let mut pairs = Vec::new();
     for _ in 0..40 {
@@ -337,7 +343,7 @@ fn a_divergence_solve_that_is_skipped_leaves_nothing_behind() {
     run(&mut simulation, 4);
 }
 
-/// A drop in free fall for 0.1 s under an order with these stages; how far it fell [m].
+/// A drop in free fall for 0.1 s under an order with these stages; how far it fell \[m].
 fn fall(stages: &str) -> f32 {
     let (ordered, _folder) = ordered(&format!(
         "(stages: [{stages}], allow_stale: true, leave_out: [\"reorder\"])"
@@ -388,14 +394,7 @@ fn an_index_that_is_stale_slows_nothing_down() {
 
 #[test]
 fn the_flow_of_data_says_what_is_stale() {
-    let stages = STAGES.replace(
-        r#"Run("find_neighbours")"#,
-        r#"Every(5, [Run("find_neighbours")])"#,
-    );
-    let stages = stages.replace(r#", Run("reorder")"#, "");
-    let (scene, _folder) = ordered(&format!(
-        "(stages: [{stages}], allow_stale: true, leave_out: [\"reorder\"])"
-    ));
+    let (scene, _folder) = with_stale_lists(5);
     let flow = plan(&scene).expect("a plan").flow;
     let of = |name: &str| {
         let found = flow.iter().find(|flow| flow.stage == name);

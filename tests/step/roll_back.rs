@@ -315,7 +315,8 @@ fn nothing_of_it_is_in_a_world_that_does_not_ask_for_it() {
 fn an_order_that_uses_what_is_left_over_cannot_go_back() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("order.ron");
-    let stages = r#"(stages: [Run("gather"), Run("rebuild_index"), Every(2, [Run("find_neighbours")]), Run("density"), Run("clear_forces"), Run("gravity"),
+    let stages = r#"(stages: [Run("gather"), Run("rebuild_index"), Every(2, [Run("find_neighbours")]),
+        Run("density"), Run("clear_forces"), Run("gravity"),
         Run("viscosity"), Run("surface_tension"), Run("pressure"), Run("integrate")], allow_stale: true,
         leave_out: ["reorder"])"#;
     std::fs::write(&path, stages).expect("an order file");

@@ -91,7 +91,7 @@ impl CompactHashing {
         index
     }
 
-    /// Share of the used cells that hold points of several spatial cells [-].
+    /// Share of the used cells that hold points of several spatial cells \[-].
     pub fn collision_share(&self) -> f32 {
         self.cells.iter().filter(|cell| cell.collision()).count() as f32
             / self.cells.len().max(1) as f32

@@ -29,9 +29,9 @@ use crate::simd::{Cube, LANES, Simd, Vectorised, prefetch};
 /// four of five points that leave a cell enter another cell of the same task.
 pub(super) const BLOCKS: usize = 1024;
 
-/// Prefetch distance for blocks [blocks].
+/// Prefetch distance for blocks \[blocks].
 const BLOCKS_AHEAD: usize = 8;
-/// Prefetch distance for positions [blocks].
+/// Prefetch distance for positions \[blocks].
 const POINTS_AHEAD: usize = 3;
 
 /// Input of the comparison.

@@ -40,7 +40,7 @@ impl Moves {
         self.left + self.departures.len()
     }
 
-    /// Memory held [bytes].
+    /// Memory held \[bytes].
     pub(super) fn bytes(&self) -> usize {
         self.departed.capacity() * size_of::<Departed>()
             + self.emptied.capacity() * size_of::<u32>()

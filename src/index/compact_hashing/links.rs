@@ -88,7 +88,7 @@ impl Links {
         &self.links[handle * self.each..(handle + 1) * self.each]
     }
 
-    /// Memory held [bytes].
+    /// Memory held \[bytes].
     pub(super) fn bytes(&self) -> usize {
         self.links.capacity() * size_of::<u32>()
     }

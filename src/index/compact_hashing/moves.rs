@@ -20,7 +20,7 @@ use super::{
 };
 use crate::{simd::prefetch, state::Execution};
 
-/// Prefetch distance for single points [points].
+/// Prefetch distance for single points \[points].
 const AHEAD: usize = 6;
 
 impl CompactHashing {

@@ -182,7 +182,7 @@ impl Pool {
         entries.any(|k| self.row(first, k) != NONE && self.cell(grid, first, k) == cell)
     }
 
-    /// Memory held [bytes].
+    /// Memory held \[bytes].
     pub(super) fn bytes(&self) -> usize {
         let free: usize = self.free.iter().map(Vec::capacity).sum();
         self.entries.bytes() + (free + self.owners.capacity()) * size_of::<u32>()

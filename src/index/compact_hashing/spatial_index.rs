@@ -14,7 +14,7 @@ use super::{
 };
 use crate::state::{DomainTooLarge, Execution};
 
-/// Size of [`CompactHashing::cell_filter`] [bits per point]: about 64 bits per used cell of edge h.
+/// Size of [`CompactHashing::cell_filter`] \[bits per point]: about 64 bits per used cell of edge h.
 const FILTER_BITS_PER_POINT: usize = 8;
 
 impl CompactHashing {

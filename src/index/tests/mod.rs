@@ -17,7 +17,7 @@ use crate::{
 };
 use glam::{IVec3, Vec4};
 
-/// Support radius of all tests [m].
+/// Support radius of all tests \[m].
 const H: f32 = 0.1;
 const CELL_SIZES: [f32; 4] = [1.0, 0.5, 1.0 / 3.0, 0.7];
 const DIMENSIONS: [Dimension; 2] = [Dimension::Two, Dimension::Three];

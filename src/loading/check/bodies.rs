@@ -54,7 +54,8 @@ pub(super) fn shapes(scene: &Scene) -> Checked {
                 dimension == Dimension::Three || across == Vec3::ZERO,
                 path,
                 || {
-                    "a 2-D scene is the plane z = 0; the third row of the gradient, and the third entry of every row, must be 0"
+                    "a 2-D scene is the plane z = 0; the third row of the gradient, and the third entry of every row, \
+                     must be 0"
                     .to_owned()
                 },
             )?;
@@ -74,13 +75,13 @@ pub(super) fn shapes(scene: &Scene) -> Checked {
     Ok(())
 }
 
-/// The particles of one body: their lattice, and the box around their centres [m].
+/// The particles of one body: their lattice, and the box around their centres \[m].
 struct Particles {
     path: String,
     lattice: Lattice,
     min: DVec3,
     max: DVec3,
-    /// What distances may miss by, for rounding [m].
+    /// What distances may miss by, for rounding \[m].
     tolerance: f64,
 }
 
@@ -141,7 +142,7 @@ fn all_apart(bodies: &[Particles], spacing: f64) -> Checked {
 
 /// How far a body reaches beyond a box, at the worst side.
 struct Excess {
-    /// [m]; negative if the body is inside.
+    /// \[m]; negative if the body is inside.
     depth: f64,
     side: String,
 }
@@ -211,8 +212,8 @@ fn in_a_tank(scene: &Scene, body: &Particles) -> Checked {
         });
         ensure(separate, &body.path, || {
             format!(
-                "the fluid sticks out of the tank `boundaries.{index}` by {} at its {} side; move or shrink it (outside it \
-                 must be {} away, as thick as the tank's walls are)",
+                "the fluid sticks out of the tank `boundaries.{index}` by {} at its {} side; move or shrink it \
+                 (outside it must be {} away, as thick as the tank's walls are)",
                 length(over.depth, spacing),
                 over.side,
                 length(thickness, spacing)
@@ -297,8 +298,8 @@ fn apart(first: &Particles, first_index: usize, second: &Particles, spacing: f64
     Err(Problem::new(
         &second.path,
         format!(
-            "the fluid overlaps that of `bodies.{first_index}` or is nearer than a lattice: two particles are {} apart at \
-             {}; a spacing is needed, so move or shrink one body by {}",
+            "the fluid overlaps that of `bodies.{first_index}` or is nearer than a lattice: two particles are {} \
+             apart at {}; a spacing is needed, so move or shrink one body by {}",
             length(nearest, spacing),
             point(at, Dimension::Three),
             length(spacing - nearest, spacing)

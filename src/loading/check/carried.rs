@@ -60,8 +60,9 @@ fn of_one(scene: &Scene, path: String, corners: [DVec3; 2]) -> Result<(), Proble
             .fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
         ensure(at.abs() <= largest, path.clone(), || {
             format!(
-                "it reaches {} = {at:.6e} m, where coordinates in single precision are {:.2e} m apart, more than 1/100 of the \
-                 spacing of {} m; move the scene to the origin, within {largest:.2e} m of it, or enlarge the spacing",
+                "it reaches {} = {at:.6e} m, where coordinates in single precision are {:.2e} m apart, more than \
+                 1/100 of the spacing of {} m; move the scene to the origin, within {largest:.2e} m of it, or enlarge \
+                 the spacing",
                 AXIS_NAMES[axis],
                 at.abs() * f64::from(f32::EPSILON),
                 scene.spacing,
@@ -86,8 +87,8 @@ pub(super) fn mass(scene: &Scene) -> Checked {
         "spacing",
         || {
             format!(
-                "a spacing of {:e} m makes particles of {volume:e} m{}, beyond what single precision carries; lengths are in \
-                 metres",
+                "a spacing of {:e} m makes particles of {volume:e} m{}, beyond what single precision carries; lengths \
+                 are in metres",
                 scene.spacing,
                 if dimension == 2 { "²" } else { "³" }
             )
@@ -101,7 +102,8 @@ pub(super) fn mass(scene: &Scene) -> Checked {
         "fluid.rest_density",
         || {
             format!(
-                "a rest density of {:e} kg/m³ makes particles of {mass:e} kg, which is beyond single precision; water has 1000",
+                "a rest density of {:e} kg/m³ makes particles of {mass:e} kg, which is beyond single precision; water \
+                 has 1000",
                 scene.fluid.rest_density
             )
         },

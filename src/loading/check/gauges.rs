@@ -10,7 +10,7 @@ use crate::scene::{
     Dimension, Gauge, GaugeKind, GaugeReference, Rate, Scene, TimeStep, unknown_name,
 };
 
-/// Longest name [bytes]: it names a file.
+/// Longest name \[bytes]: it names a file.
 const LONGEST_NAME: usize = 100;
 
 pub(super) fn gauges(scene: &Scene) -> Checked {
@@ -38,7 +38,8 @@ fn name(scene: &Scene, index: usize, path: &str) -> Checked {
     let names_a_file = !name.is_empty() && name.len() <= LONGEST_NAME && name.chars().all(is_plain);
     ensure(names_a_file, format!("{path}.name"), || {
         format!(
-            "the name {name:?} cannot name the gauge's file; write at most {LONGEST_NAME} letters (a to z), digits, `-` and `_`"
+            "the name {name:?} cannot name the gauge's file; write at most {LONGEST_NAME} letters (a to z), digits, \
+             `-` and `_`"
         )
     })?;
     // Some file systems do not tell capitals from small letters.
@@ -78,8 +79,8 @@ fn rate(scene: &Scene, gauge: &Gauge, path: &str) -> Checked {
     ensure(is_long, format!("{path}.window"), || {
         let interval = interval.unwrap_or_default();
         format!(
-            "the window of {window} s is shorter than the time between readings, {interval} {unit}: what lies between would \
-             be in no mean; it must be as long at least, or read the gauge more often (`every`)"
+            "the window of {window} s is shorter than the time between readings, {interval} {unit}: what lies between \
+             would be in no mean; it must be as long at least, or read the gauge more often (`every`)"
         )
     })
 }
@@ -189,7 +190,8 @@ fn kind(scene: &Scene, kind: &GaugeKind, path: &str) -> Checked {
                 format!("{path}.boundary"),
                 || match names.as_slice() {
                     [] => format!(
-                        "no boundary is called `{boundary}`, since none has a name; give it one, `Tank(name: {boundary:?}, …)`"
+                        "no boundary is called `{boundary}`, since none has a name; give it one, `Tank(name: \
+                         {boundary:?}, …)`"
                     ),
                     names => unknown_name("boundary name", boundary, None, names),
                 },

@@ -54,8 +54,8 @@ pub(super) fn numbers(scene: &Scene) -> Checked {
     let support = scene.support();
     ensure((1.2..=4.0).contains(&support), "support", || {
         format!(
-            "the support is {support} spacings; it must be from 1.2 (below, a particle has too few neighbours to know its \
-             density) to 4 (above, it has over 250), and {} is usual for this kernel",
+            "the support is {support} spacings; it must be from 1.2 (below, a particle has too few neighbours to know \
+             its density) to 4 (above, it has over 250), and {} is usual for this kernel",
             scene.kernel().support(scene.dimension)
         )
     })?;
@@ -95,8 +95,8 @@ pub(super) fn numbers(scene: &Scene) -> Checked {
         "index.cell_size",
         || {
             format!(
-                "the cell size is {cell_size} support radii; it must be at least {SMALLEST_CELL} (below, a search goes through \
-                 tens of thousands of cells around each) and at most 1, which is usual"
+                "the cell size is {cell_size} support radii; it must be at least {SMALLEST_CELL} (below, a search \
+                 goes through tens of thousands of cells around each) and at most 1, which is usual"
             )
         },
     )?;
@@ -136,8 +136,8 @@ fn iterates(parameters: &Iterations) -> Checked {
     let share = parameters.recovery;
     ensure(share > 0.0 && share <= 1.0, "pressure.recovery", || {
         format!(
-            "a step removes {share} of the compression that it finds; it must be above 0 and at most 1, all of it (0.3 is \
-             usual)"
+            "a step removes {share} of the compression that it finds; it must be above 0 and at most 1, all of it \
+             (0.3 is usual)"
         )
     })?;
     let WarmStart { share, steps } = parameters.warm_start;
@@ -154,8 +154,8 @@ fn iterates(parameters: &Iterations) -> Checked {
         "pressure.warm_start_steps",
         || {
             format!(
-                "the pressures of {steps} steps are averaged, and iterations start from none of them; set pressure.warm_start \
-             above 0, or pressure.warm_start_steps to 1"
+                "the pressures of {steps} steps are averaged, and iterations start from none of them; set \
+                 pressure.warm_start above 0, or pressure.warm_start_steps to 1"
             )
         },
     )

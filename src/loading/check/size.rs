@@ -14,7 +14,7 @@ use crate::scene::{BoundaryShape, Dimension, Scene, Shape};
 /// More particles than any machine this is meant for holds; a larger number is a slip in the units.
 const MAX_PARTICLES: f64 = 200e6;
 
-/// Columns, index and about 30 neighbours a particle [bytes]; for orientation only.
+/// Columns, index and about 30 neighbours a particle \[bytes]; for orientation only.
 const BYTES_A_PARTICLE: f64 = 500.0;
 
 /// What the message offers instead.
@@ -34,9 +34,9 @@ pub(crate) struct Size {
     pub(crate) candidates: f64,
     /// Whether there are meshes, whose particles are estimated.
     pub(crate) is_estimate: bool,
-    /// The box around the fluid [m].
+    /// The box around the fluid \[m].
     pub(crate) fluid_box: (DVec3, DVec3),
-    /// The box around fluid and boundaries [m].
+    /// The box around fluid and boundaries \[m].
     pub(crate) whole_box: (DVec3, DVec3),
 }
 
@@ -113,9 +113,9 @@ fn enough_for_all(scene: &Scene, size: &Size) -> Checked {
         };
         let better = f64::from(scene.spacing) * (total / PLENTY).powf(1.0 / f64::from(exponent));
         format!(
-            "a spacing of {} m makes about {:.0} million particles ({:.0} million of them boundary), which need about {:.0} GB; \
-             at most {:.0} million are possible; a spacing of {better:.2e} m makes about {:.0} million, or the scene is meant \
-             smaller than from {} to {} m",
+            "a spacing of {} m makes about {:.0} million particles ({:.0} million of them boundary), which need about \
+             {:.0} GB; at most {:.0} million are possible; a spacing of {better:.2e} m makes about {:.0} million, or \
+             the scene is meant smaller than from {} to {} m",
             scene.spacing,
             total / 1e6,
             solid / 1e6,
@@ -128,8 +128,8 @@ fn enough_for_all(scene: &Scene, size: &Size) -> Checked {
     })?;
     ensure(size.candidates <= 36.0 * MAX_PARTICLES, "spacing", || {
         format!(
-            "a mesh is sampled with {:.0} million candidates at a spacing of {} m; enlarge the spacing, or cut triangles that \
-             are long and thin",
+            "a mesh is sampled with {:.0} million candidates at a spacing of {} m; enlarge the spacing, or cut \
+             triangles that are long and thin",
             size.candidates / 1e6,
             scene.spacing
         )
@@ -157,7 +157,7 @@ fn box_of_body(shape: &Shape) -> (DVec3, DVec3) {
     }
 }
 
-/// The samples of a wall lie `depth` [m] behind its face.
+/// The samples of a wall lie `depth` \[m] behind its face.
 fn box_of_boundary(shape: &BoundaryShape, dimension: Dimension, depth: f64) -> (DVec3, DVec3) {
     match *shape {
         BoundaryShape::Tank { min, max, .. } => (min.as_dvec3() - depth, max.as_dvec3() + depth),

@@ -73,16 +73,16 @@ pub(super) struct Obstacle<'a> {
     pub(super) name: &'static str,
     kind: Kind<'a>,
     flat: bool,
-    /// What it counts as at least, if it is thinner: its samples would lie too near to its faces [m].
+    /// What it counts as at least, if it is thinner: its samples would lie too near to its faces \[m].
     thickness: Option<f64>,
 }
 
 enum Kind<'a> {
     Mesh {
         mesh: &'a Mesh,
-        /// Of a sheet's face before the sheet itself [m].
+        /// Of a sheet's face before the sheet itself \[m].
         face: f64,
-        /// Further away it does not matter how far [m].
+        /// Further away it does not matter how far \[m].
         reach: f64,
     },
     Box {
@@ -182,7 +182,7 @@ impl<'a> Obstacle<'a> {
         })
     }
 
-    /// Distance of a point to the solid [m], negative inside; infinite where the plane's rectangle does not reach. Far
+    /// Distance of a point to the solid \[m], negative inside; infinite where the plane's rectangle does not reach. Far
     /// from a mesh a lower bound of it.
     pub(super) fn distance(&self, point: DVec3) -> f64 {
         match self.kind {

@@ -18,8 +18,8 @@ pub(super) fn least_time_step(scene: &Scene) -> Checked {
     };
     ensure(min <= limit, "time_step.min", || {
         format!(
-            "the least time step is {min:e} s, above the {limit:.2e} s that {name} allows at this spacing; `min: {:.0e}` \
-             leaves room, or a larger spacing",
+            "the least time step is {min:e} s, above the {limit:.2e} s that {name} allows at this spacing; `min: \
+             {:.0e}` leaves room, or a larger spacing",
             0.1 * limit
         )
     })

@@ -2,7 +2,7 @@
 
 use glam::{Vec3, vec3};
 
-/// Lightness, chroma and hue [°] of the speed colours in OKLCh, evenly spaced. Lightness grows evenly, so equal
+/// Lightness, chroma and hue \[°] of the speed colours in OKLCh, evenly spaced. Lightness grows evenly, so equal
 /// steps of speed look equal, in print without colour too; from deep water to foam.
 const SPEED_STOPS: [[f32; 3]; 6] = [
     [0.47, 0.140, 257.0],

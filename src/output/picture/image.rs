@@ -23,12 +23,12 @@ impl Image {
         }
     }
 
-    /// Width [pixels].
+    /// Width \[pixels].
     pub fn width(&self) -> usize {
         self.width
     }
 
-    /// Height [pixels].
+    /// Height \[pixels].
     pub fn height(&self) -> usize {
         self.height
     }

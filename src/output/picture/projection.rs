@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3, vec2, vec3};
 
-/// Nothing nearer to the eye than this is drawn [m].
+/// Nothing nearer to the eye than this is drawn \[m].
 pub(super) const NEAREST: f32 = 1e-4;
 
 /// A pinhole or parallel projection onto pixels (or samples), x to the right, y down.
@@ -24,7 +24,7 @@ pub(super) struct Projection {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Projected {
     pub(super) at: Vec2,
-    /// Distance from the eye along the direction of view [m].
+    /// Distance from the eye along the direction of view \[m].
     pub(super) depth: f32,
     /// Pixels per metre there.
     pub(super) scale: f32,
@@ -101,7 +101,7 @@ impl Projection {
         right * self.right - down * self.up + away * self.forward
     }
 
-    /// A point by its place on the picture and its depth, as (right, down, away) from the eye [m].
+    /// A point by its place on the picture and its depth, as (right, down, away) from the eye \[m].
     pub(super) fn in_view(&self, at: Vec2, depth: f32) -> Vec3 {
         ((at - self.centre) / self.scale_at(depth)).extend(depth)
     }
@@ -134,7 +134,7 @@ impl Projection {
     }
 }
 
-/// A ray whose parameter is the depth [m].
+/// A ray whose parameter is the depth \[m].
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Ray {
     pub(super) origin: Vec3,

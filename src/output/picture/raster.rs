@@ -12,7 +12,7 @@ use super::solid::Solid;
 pub(super) const SAMPLES: usize = 2;
 /// Rows of samples that are drawn by one task.
 const BAND: usize = 16;
-/// A sphere is drawn at least this large [samples], so that far particles do not fall between samples.
+/// A sphere is drawn at least this large \[samples], so that far particles do not fall between samples.
 const SMALLEST_RADIUS: f32 = 0.75;
 
 /// [`Layer::surface`] where there is nothing.
@@ -26,9 +26,9 @@ const MAX_SOLIDS: usize = 1 << 16;
 
 /// Particles to draw.
 pub(super) struct Spheres<'a> {
-    /// Centres [m].
+    /// Centres \[m].
     pub(super) positions: &'a [Vec3],
-    /// Radius of all [m].
+    /// Radius of all \[m].
     pub(super) radius: f32,
 }
 
@@ -36,9 +36,9 @@ pub(super) struct Spheres<'a> {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Splat {
     pub(super) at: Vec2,
-    /// [samples]; 0 if it is not on the picture.
+    /// \[samples]; 0 if it is not on the picture.
     pub(super) radius: f32,
-    /// Depth of the centre [m].
+    /// Depth of the centre \[m].
     depth: f32,
 }
 
@@ -46,7 +46,7 @@ pub(super) struct Splat {
 pub(super) struct Layer {
     pub(super) width: usize,
     pub(super) height: usize,
-    /// [m]; infinity where there is nothing.
+    /// \[m]; infinity where there is nothing.
     pub(super) depth: Vec<f32>,
     /// Row of a particle, [`FLOOR`], [`NOTHING`], or a solid (see [`Layer::solid`]).
     pub(super) surface: Vec<u32>,

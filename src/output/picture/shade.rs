@@ -16,14 +16,14 @@ use crate::output::Frame;
 
 /// Depths looked at around a pixel, shared out among its samples.
 const OCCLUSION_TAPS: usize = 16;
-/// How far occlusion reaches [particle radii].
+/// How far occlusion reaches \[particle radii].
 const OCCLUSION_REACH: f32 = 9.0;
 const OCCLUSION_STRENGTH: f32 = 1.9;
 /// Depths looked at in the light's layer for a pixel, shared out among its samples.
 const SHADOW_TAPS: usize = 8;
 /// Ways to turn the places looked at, so that neighbouring pixels look at different ones.
 const TURNS: usize = 64;
-/// Width of a shadow's edge [particle radii].
+/// Width of a shadow's edge \[particle radii].
 const SHADOW_SOFTNESS: f32 = 3.0;
 /// [`Surface::shadow_bias`] of particles: they do not shade each other one by one.
 const PARTICLE_SHADOW_BIAS: f32 = 3.5;
@@ -54,7 +54,7 @@ struct Surface {
     normal: Vec3,
     colour: Vec3,
     gloss: f32,
-    /// How far before it a blocker must lie to throw a shadow [particle radii].
+    /// How far before it a blocker must lie to throw a shadow \[particle radii].
     shadow_bias: f32,
 }
 

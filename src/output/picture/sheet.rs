@@ -2,9 +2,9 @@
 
 use super::image::Image;
 
-/// Widest sheet [pixels]; larger pictures are made smaller.
+/// Widest sheet \[pixels]; larger pictures are made smaller.
 const MAX_WIDTH: usize = 1920;
-/// Space between pictures [pixels].
+/// Space between pictures \[pixels].
 const GAP: usize = 4;
 
 /// Puts pictures side by side, row after row, in cells of the first picture's shape. All are made small enough

@@ -15,18 +15,18 @@ pub enum Solid {
     Box(Bounds),
     /// A ball.
     Sphere {
-        /// Centre [m].
+        /// Centre \[m].
         center: Vec3,
-        /// Radius [m].
+        /// Radius \[m].
         radius: f32,
     },
     /// A rectangular wall; invisible from behind, so that a wall between the eye and the fluid does not hide it.
     Wall {
-        /// Centre [m].
+        /// Centre \[m].
         center: Vec3,
         /// Direction from the solid into the fluid.
         normal: Vec3,
-        /// From the centre to the middle of two neighbouring edges [m].
+        /// From the centre to the middle of two neighbouring edges \[m].
         half_edges: [Vec3; 2],
     },
     /// A triangle mesh. Its thin parts, as the walls of a glass, and what is seen from behind are looked through: of
@@ -34,13 +34,13 @@ pub enum Solid {
     Mesh {
         /// The surface.
         mesh: Arc<Mesh>,
-        /// Less along the line of sight is thin [m].
+        /// Less along the line of sight is thin \[m].
         thin: f32,
     },
 }
 
 impl Solid {
-    /// Depth at which a ray enters [m]; infinity if it misses, or starts inside.
+    /// Depth at which a ray enters \[m]; infinity if it misses, or starts inside.
     pub(super) fn hit(&self, ray: &Ray) -> f32 {
         let depth = match *self {
             Self::Box(bounds) => hit_box(&bounds, ray),

@@ -38,7 +38,7 @@ const HEIGHT: f32 = 7.0;
 /// Half the width of a stroke, in dots.
 const STROKE: f32 = 0.5;
 
-/// Width of a text [pixels] whose capitals are `height` high [pixels].
+/// Width of a text \[pixels] whose capitals are `height` high \[pixels].
 pub(super) fn width(text: &str, height: f32) -> f32 {
     let dots: f32 = text.chars().map(|c| advance(c, glyph(c))).sum();
     (dots - 1.0).max(0.0) * height / HEIGHT

@@ -51,8 +51,8 @@ pub enum OrderError {
     },
     /// A stage uses what is left over, and steps may be taken back.
     #[error(
-        "stage `{stage}` uses {product} left over from an earlier step, which `time_step: Adaptive` may have taken back; \
-         use `Cfl` or `Fixed`"
+        "stage `{stage}` uses {product} left over from an earlier step, which `time_step: Adaptive` may have taken \
+         back; use `Cfl` or `Fixed`"
     )]
     CannotGoBack {
         /// The stage.
@@ -62,9 +62,9 @@ pub enum OrderError {
     },
     /// A stage uses what an earlier step left behind by row, and rows have moved since.
     #[error(
-        "stage `{stage}` uses {product} left over from an earlier step, and `reorder`, every {period} steps, gives the rows to \
-         other particles in between; run `{maker}` in every step or in every n-th, where n divides {period}, or set the \
-         scene's `reorder_interval` to 0"
+        "stage `{stage}` uses {product} left over from an earlier step, and `reorder`, every {period} steps, gives \
+         the rows to other particles in between; run `{maker}` in every step or in every n-th, where n divides \
+         {period}, or set the scene's `reorder_interval` to 0"
     )]
     RowsMove {
         /// The stage.
@@ -81,8 +81,8 @@ pub enum OrderError {
     NeverIntegrates,
     /// Time advances in some steps alone.
     #[error(
-        "`integrate` is inside `Every({count}, …)`: it alone counts the steps, so after the first no step would be due; \
-         move it out of `Every`, or choose another `time_step`"
+        "`integrate` is inside `Every({count}, …)`: it alone counts the steps, so after the first no step would be \
+         due; move it out of `Every`, or choose another `time_step`"
     )]
     WaitsForItself {
         /// Steps between two runs.
@@ -105,8 +105,8 @@ pub enum OrderError {
     },
     /// Reordering has two intervals.
     #[error(
-        "`reorder` is inside `Every({count}, …)`, and the scene's `reorder_interval` says how often rows are reordered; move \
-         it out of `Every`"
+        "`reorder` is inside `Every({count}, …)`, and the scene's `reorder_interval` says how often rows are \
+         reordered; move it out of `Every`"
     )]
     TwoIntervals {
         /// Steps between two runs.

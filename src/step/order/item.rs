@@ -24,6 +24,7 @@ pub struct Order {
 
 /// A line of an order file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum OrderItem {
     /// A stage by its name.
     Run(String),

@@ -43,7 +43,8 @@ mod tests {
 
     #[test]
     fn wrong_orders_are_refused_with_the_reason() {
-        let all = r#"Run("gather"), Run("rebuild_index"), Run("find_neighbours"), Run("density"), Run("clear_forces"), Run("gravity"), Run("viscosity")"#;
+        let all = r#"Run("gather"), Run("rebuild_index"), Run("find_neighbours"), Run("density"),
+            Run("clear_forces"), Run("gravity"), Run("viscosity")"#;
         for (stages, expected) in [
             (
                 r#"(stages: [Run("densty")])"#.to_owned(),
@@ -78,7 +79,8 @@ mod tests {
 
     #[test]
     fn stale_data_is_an_experiment_that_must_be_asked_for() {
-        let order = r#"(leave_out: ["reorder"], stages: [Run("gather"), Run("rebuild_index"), Every(2, [Run("find_neighbours")]), Run("density"),
+        let order = r#"(leave_out: ["reorder"], stages: [Run("gather"), Run("rebuild_index"), 
+            Every(2, [Run("find_neighbours")]), Run("density"),
             Run("clear_forces"), Run("gravity"), Run("viscosity"), Run("pressure"), Run("integrate")]"#;
         let error = check(&format!("{order})")).expect_err("stale lists");
         assert!(

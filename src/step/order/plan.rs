@@ -72,8 +72,8 @@ impl PlannedOrder {
         self.stages().map(|planned| planned.stage.phase).is_sorted()
     }
 
-    /// Whether the stage `second` follows `first` in every step, both run once, and no more than forces are made between
-    /// them.
+    /// Whether the stage `second` follows `first` in every step, both run once, and no more than forces are made
+    /// between them.
     pub(crate) fn follows(&self, second: &str, first: &str) -> bool {
         let mut depth = 0;
         let mut open = false;

@@ -8,17 +8,17 @@ use super::canvas::{
 use crate::study::text::short;
 use crate::study::{Order, Table};
 
-/// Height of a row [px].
+/// Height of a row \[px].
 const ROW: i32 = 38;
-/// Height of one bar [px].
+/// Height of one bar \[px].
 const BAR: i32 = 14;
-/// Above a panel's rows: its heading [px].
+/// Above a panel's rows: its heading \[px].
 const HEADING: i32 = 34;
-/// Below a panel's rows: its axis [px].
+/// Below a panel's rows: its axis \[px].
 const AXIS: i32 = 34;
-/// Above the panels: title and legend [px].
+/// Above the panels: title and legend \[px].
 const TOP: i32 = 62;
-/// Room for the figures behind the longest bar [px].
+/// Room for the figures behind the longest bar \[px].
 const FIGURES: i32 = 170;
 const HERE: RGBColor = COLOURS[0];
 const REFERENCE: RGBColor = COLOURS[4];

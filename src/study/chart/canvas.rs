@@ -2,7 +2,7 @@
 
 use plotters::prelude::*;
 
-/// Width of a chart [px].
+/// Width of a chart \[px].
 pub(super) const WIDTH: u32 = 960;
 pub(super) const FONT: &str = "sans-serif";
 /// Colours that people with any colour vision tell apart (Okabe & Ito 2008).
@@ -59,7 +59,7 @@ pub(super) enum At {
     Right,
 }
 
-/// A text whose middle line is at the height of `place` [px].
+/// A text whose middle line is at the height of `place` \[px].
 pub(super) fn text(area: &Area, words: &str, place: (i32, i32), size: f64, at: At) -> Drawn {
     use plotters::style::text_anchor::{HPos, Pos, VPos};
     let horizontal = match at {
@@ -73,7 +73,7 @@ pub(super) fn text(area: &Area, words: &str, place: (i32, i32), size: f64, at: A
         .map_err(drawing)
 }
 
-/// Width that a text takes, about [px]: there is no font to ask.
+/// Width that a text takes, about \[px]: there is no font to ask.
 pub(super) fn width_of(words: &str, size: f64) -> i32 {
     (0.56 * size * words.chars().count() as f64).ceil() as i32
 }

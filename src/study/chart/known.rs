@@ -7,17 +7,17 @@ use super::canvas::{
 };
 use crate::measure::Curve;
 
-/// Height of title and legend [px].
+/// Height of title and legend \[px].
 const HEAD: u32 = 54;
-/// Height of the chart, notes left out [px].
+/// Height of the chart, notes left out \[px].
 const HEIGHT: u32 = 480;
-/// Height of a line of notes [px].
+/// Height of a line of notes \[px].
 const LINE: u32 = 16;
 const NOTE: f64 = 11.0;
 /// Characters of a note that fit.
 const LONGEST: usize = 150;
 
-/// Draws figures over time [s] as a line, beside the points of a known curve. Notes of the curve stand below. Fails
+/// Draws figures over time \[s] as a line, beside the points of a known curve. Notes of the curve stand below. Fails
 /// without figures.
 pub fn draw(
     title: &str,
@@ -25,15 +25,26 @@ pub fn draw(
     measured: &[(f64, f64)],
     known: &Curve,
 ) -> Result<String, ChartError> {
-    if measured.is_empty() {
+    draw_runs(title, ["t [s]", column], &[("measured", measured)], known)
+}
+
+/// Draws the figures of several runs, each with its name, as lines over axes of these names, beside the points of a known
+/// curve. Notes of the curve stand below. Fails without figures.
+pub fn draw_runs(
+    title: &str,
+    axes: [&str; 2],
+    runs: &[(&str, &[(f64, f64)])],
+    known: &Curve,
+) -> Result<String, ChartError> {
+    if runs.iter().all(|run| run.1.is_empty()) {
         return Err(ChartError::Empty);
     }
     let notes = known.notes.len() as u32 * LINE;
     on_canvas(title, HEAD + HEIGHT + notes, |root| {
-        legend(root)?;
+        legend(root, runs)?;
         let (_, body) = root.split_vertically(HEAD);
         let (plot, below) = body.split_vertically(HEIGHT);
-        curves(&plot.margin(6, 8, 8, 16), column, measured, known)?;
+        curves(&plot.margin(6, 8, 8, 16), axes, runs, known)?;
         for (k, note) in known.notes.iter().enumerate() {
             let note: String = note.chars().take(LONGEST).collect();
             let middle = k as u32 * LINE + LINE / 2;
@@ -43,11 +54,13 @@ pub fn draw(
     })
 }
 
-fn curves(plot: &Area, column: &str, measured: &[(f64, f64)], known: &Curve) -> Drawn {
+fn curves(plot: &Area, [x, y]: [&str; 2], runs: &[(&str, &[(f64, f64)])], known: &Curve) -> Drawn {
+    let measured = || runs.iter().flat_map(|run| run.1);
     // What is known of other times is not to be seen.
-    let end = measured.last().map_or(0.0, |point| point.0);
+    let end = measured().fold(0.0, |end: f64, point| end.max(point.0));
+    let start = measured().fold(0.0, |start: f64, point| start.min(point.0));
     let points: Vec<_> = known.points.iter().filter(|point| point.0 <= end).collect();
-    let values = (measured.iter().chain(points.iter().copied())).map(|point| point.1);
+    let values = (measured().chain(points.iter().copied())).map(|point| point.1);
     let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
         (low.min(value), high.max(value))
     });
@@ -56,7 +69,6 @@ fn curves(plot: &Area, column: &str, measured: &[(f64, f64)], known: &Curve) -> 
     } else {
         high.abs().max(1.0) * 0.05
     };
-    let start = measured.first().map_or(0.0, |point| point.0).min(0.0);
     let mut chart = ChartBuilder::on(plot)
         .x_label_area_size(52)
         .y_label_area_size(84)
@@ -69,32 +81,35 @@ fn curves(plot: &Area, column: &str, measured: &[(f64, f64)], known: &Curve) -> 
         .axis_style(INK)
         .label_style((FONT, 13).into_font().color(&INK))
         .axis_desc_style((FONT, 15).into_font().color(&INK))
-        .x_desc("t [s]")
-        .y_desc(column)
+        .x_desc(x)
+        .y_desc(y)
         .draw()
         .map_err(drawing)?;
     let area = chart.plotting_area();
-    area.draw(&PathElement::new(
-        measured.to_vec(),
-        COLOURS[0].stroke_width(2),
-    ))
-    .map_err(drawing)?;
+    for (number, (_, points)) in runs.iter().enumerate() {
+        let colour = COLOURS[number % COLOURS.len()];
+        area.draw(&PathElement::new(points.to_vec(), colour.stroke_width(2)))
+            .map_err(drawing)?;
+    }
     for &&point in &points {
-        area.draw(&Circle::new(point, 4, COLOURS[1].filled()))
+        area.draw(&Circle::new(point, 4, INK.filled()))
             .map_err(drawing)?;
     }
     Ok(())
 }
 
 /// A line under the title.
-fn legend(root: &Area) -> Drawn {
+fn legend(root: &Area, runs: &[(&str, &[(f64, f64)])]) -> Drawn {
     const Y: i32 = 42;
-    let line = PathElement::new(vec![(16, Y), (32, Y)], COLOURS[0].stroke_width(2));
-    root.draw(&line).map_err(drawing)?;
-    let measured = "measured";
-    text(root, measured, (38, Y), 14.0, At::Left)?;
-    let x = 38 + width_of(measured, 14.0) + 24;
-    root.draw(&Circle::new((x, Y), 4, COLOURS[1].filled()))
+    let mut x = 16;
+    for (number, (name, _)) in runs.iter().enumerate() {
+        let colour = COLOURS[number % COLOURS.len()];
+        let line = PathElement::new(vec![(x, Y), (x + 16, Y)], colour.stroke_width(2));
+        root.draw(&line).map_err(drawing)?;
+        text(root, name, (x + 22, Y), 14.0, At::Left)?;
+        x += 22 + width_of(name, 14.0) + 24;
+    }
+    root.draw(&Circle::new((x, Y), 4, INK.filled()))
         .map_err(drawing)?;
     text(root, "reference", (x + 12, Y), 14.0, At::Left)
 }

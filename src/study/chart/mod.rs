@@ -3,9 +3,11 @@
 mod bars;
 mod canvas;
 mod known;
+mod orders;
 mod points;
 mod svg;
 
 pub use canvas::ChartError;
-pub use known::draw as draw_beside_known;
+pub use known::{draw as draw_beside_known, draw_runs as draw_runs_beside_known};
+pub use orders::{ErrorPanel, draw as draw_orders};
 pub use svg::draw;

@@ -7,13 +7,13 @@ use super::canvas::{
 };
 use crate::study::Table;
 
-/// Height of title and legend [px].
+/// Height of title and legend \[px].
 const HEAD: u32 = 54;
-/// Height of a panel [px].
+/// Height of a panel \[px].
 const HEIGHT: u32 = 586;
-/// Size of the points' labels [px].
+/// Size of the points' labels \[px].
 const LABEL: f64 = 13.0;
-/// Radius of a point [px].
+/// Radius of a point \[px].
 const RADIUS: i32 = 5;
 
 /// Points of one colour, joined in their order.
@@ -159,7 +159,7 @@ fn series(table: &Table, x: usize, y: usize) -> Vec<Series> {
     all
 }
 
-/// A rectangle on the canvas [px].
+/// A rectangle on the canvas \[px].
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Frame {
     left: i32,

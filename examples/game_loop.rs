@@ -1,0 +1,61 @@
+//! A game's loop: frames of 1/60 s, each as many steps of the fluid as fit; wind between forces and pressure; drops that
+//! come and go; and the level that starts again.
+//!
+//! `cargo run --release --example game_loop`
+#![allow(clippy::print_stdout, reason = "an example talks to its reader")]
+
+use bevy_ecs::prelude::*;
+use overfall::{
+    Phase, Step,
+    particle::{Fluid, Position, Velocity},
+    scene::{BoundaryShape, FluidBody, Scene, Shape},
+    step::{Accelerations, Velocities},
+};
+
+/// The host's own state: how fast the wind blows along x \[m/s].
+#[derive(Resource)]
+struct Wind(f32);
+
+/// Adds to the accelerations, by row.
+fn blow(wind: Res<Wind>, velocities: Res<Velocities>, mut accelerations: ResMut<Accelerations>) {
+    for (a, v) in accelerations.0.iter_mut().zip(&velocities.0) {
+        a.x += 2.0 * (wind.0 - v.x);
+    }
+}
+
+fn start_level(world: &mut World, scene: &Scene) -> Result<(), Box<dyn std::error::Error>> {
+    overfall::install(world, scene)?;
+    // Systems of the host's go with the level, so they are added with it.
+    world.schedule_scope(Step, |_, step| {
+        step.add_systems(blow.after(Phase::Forces).before(Phase::Pressure));
+    });
+    Ok(())
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let scene = Scene {
+        bodies: vec![FluidBody::new(Shape::cuboid([0.0; 3], [1.0, 0.3, 0.4]))],
+        boundaries: vec![BoundaryShape::open_tank([0.0; 3], [1.0, 1.0, 0.4])],
+        ..Scene::new("level", 0.1)
+    };
+    let mut world = World::new();
+    world.insert_resource(Wind(3.0));
+    for level in 0..2 {
+        start_level(&mut world, &scene)?;
+        for frame in 0..20 {
+            // A frame that took long asks for no more than the game can wait for.
+            let frame_time: f64 = 1.0 / 60.0;
+            let done = overfall::advance(&mut world, frame_time.min(0.05))?;
+            if frame % 10 == 0 {
+                let at = Position([0.5, 0.8, 0.2].into());
+                world.spawn((Fluid, at, Velocity([0.0, -1.0, 0.0].into())));
+            }
+            if let Some(report) = done.report.filter(|_| frame % 5 == 0) {
+                let (steps, fluid) = (done.steps, report.particles);
+                println!("level {level}, frame {frame}: {steps} steps, {fluid} particles");
+            }
+        }
+        overfall::uninstall(&mut world)?;
+    }
+    Ok(())
+}

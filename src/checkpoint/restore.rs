@@ -1,0 +1,179 @@
+//! From a checkpoint to a world.
+
+use std::collections::{BTreeSet, HashMap};
+use std::io::Read;
+
+use bevy_ecs::prelude::*;
+use serde::de::DeserializeOwned;
+
+use super::{
+    error::CheckpointError,
+    file::{Checkpoint, SCENE},
+    save::{COLUMN, KEPT, NUMBERS, STAGES, WALLS, lasting, rows, walls},
+};
+use crate::{
+    registry::REMEMBERED,
+    reorder,
+    scene::Scene,
+    state::{
+        Rows, from_bytes,
+        particle::{Fluid, ParticleId, give_number_back},
+    },
+    step::Installed,
+};
+
+/// Gives a world that runs the same scene the state of a checkpoint.
+///
+/// A fluid particle of the world whose number is in the checkpoint stays, with what a host gave it; the others go, and
+/// what is missing is spawned. Steps after it are those of the run that the checkpoint is of, bit for bit, with any
+/// number of threads.
+///
+/// # Errors
+/// When the file is not whole, or of another run: then the world is as it was. If a part of it, though whole, cannot be
+/// used, the world holds a mixture that is of no use.
+pub fn restore(world: &mut World, reader: &mut impl Read) -> Result<(), CheckpointError> {
+    Checkpoint::read(reader)?.restore(world)
+}
+
+impl Checkpoint {
+    /// The scene of the run. Files that it names are taken relative to the working directory, as in the run.
+    pub fn scene(&self) -> Result<Scene, CheckpointError> {
+        let text = str::from_utf8(self.bytes(SCENE)?)
+            .map_err(|error| CheckpointError::malformed(SCENE, error.to_string()))?;
+        Ok(Scene::parse(text, "scene.ron", &[])?)
+    }
+
+    /// Gives a world the state, as [`restore`](fn@restore) does.
+    pub fn restore(&self, world: &mut World) -> Result<(), CheckpointError> {
+        let installed = world.get_resource::<Installed>();
+        let installed = installed.ok_or(CheckpointError::NotInstalled)?.clone();
+        self.check(world, &installed)?;
+        let numbers: Vec<u32> = self.part(NUMBERS)?;
+        let particles = gather_particles(world, &numbers);
+        let malformed = |name: &str| {
+            let name = name.to_owned();
+            move |reason: String| CheckpointError::malformed(name, reason)
+        };
+        for (name, lasting) in lasting(&installed) {
+            let column = format!("{COLUMN}{name}");
+            (lasting.load)(world, &particles, self.bytes(&column)?).map_err(malformed(&column))?;
+            let kept = format!("{KEPT}{name}");
+            if let Some(bytes) = self.find(&kept) {
+                (lasting.load_kept)(world, bytes).map_err(malformed(&kept))?;
+            }
+        }
+        for remembered in REMEMBERED {
+            if !(remembered.is_present)(world) {
+                continue;
+            }
+            let bytes = self.bytes(remembered.name)?;
+            (remembered.load)(world, &particles, bytes).map_err(malformed(remembered.name))?;
+        }
+        reorder::arrange(world, &particles);
+        if rows(world) != particles {
+            return Err(CheckpointError::OtherRun(
+                "its particles are in other tables of the ECS".to_owned(),
+            ));
+        }
+        // What stages left behind by row is of no use.
+        world.resource_mut::<Rows>().entities.clear();
+        Ok(())
+    }
+
+    /// Refuses a checkpoint of another run.
+    fn check(&self, world: &mut World, installed: &Installed) -> Result<(), CheckpointError> {
+        let other = |what: String| Err(CheckpointError::OtherRun(what));
+        if let Some(line) = difference(&self.scene()?, &installed.scene)? {
+            return other(line);
+        }
+        let stages: Vec<(String, u64)> = self.part(STAGES)?;
+        let same = |(a, b): (&(String, u64), &(&str, u64))| a.0 == b.0 && a.1 == b.1;
+        if stages.len() != installed.stages.len() || !stages.iter().zip(&installed.stages).all(same)
+        {
+            return other("its steps have another order of stages".to_owned());
+        }
+        let (count, sum): (u64, u32) = self.part(WALLS)?;
+        let present = walls(world);
+        if present != (count, sum) {
+            return other(format!(
+                "its walls are others ({count} boundary particles; here are {}): the file of a mesh has changed, or the \
+                 program that samples it",
+                present.0
+            ));
+        }
+        let mut known: BTreeSet<String> = [SCENE, STAGES, WALLS, NUMBERS].map(str::to_owned).into();
+        known.extend(REMEMBERED.iter().map(|row| row.name.to_owned()));
+        for (name, _) in lasting(installed) {
+            known.extend([format!("{COLUMN}{name}"), format!("{KEPT}{name}")]);
+        }
+        match self.names().find(|name| !known.contains(*name)) {
+            Some(name) => Err(CheckpointError::malformed(
+                name,
+                "this program does not know it",
+            )),
+            None => Ok(()),
+        }
+    }
+
+    fn bytes(&self, name: &str) -> Result<&[u8], CheckpointError> {
+        let missing = || CheckpointError::malformed(name, "it is not there");
+        self.find(name).ok_or_else(missing)
+    }
+
+    fn part<T: DeserializeOwned>(&self, name: &str) -> Result<T, CheckpointError> {
+        from_bytes(self.bytes(name)?).map_err(|reason| CheckpointError::malformed(name, reason))
+    }
+}
+
+/// The first line in which two scenes differ, but for how long they run and what they write.
+fn difference(saved: &Scene, installed: &Scene) -> Result<Option<String>, CheckpointError> {
+    let text = |scene: &Scene| {
+        let scene = Scene {
+            duration: 1.0,
+            output: crate::scene::Output::default(),
+            ..scene.clone()
+        };
+        scene.to_ron()
+    };
+    let (saved, installed) = (text(saved)?, text(installed)?);
+    let (mut saved, mut installed) = (saved.lines(), installed.lines());
+    loop {
+        match (saved.next(), installed.next()) {
+            (None, None) => return Ok(None),
+            (a, b) if a == b => {}
+            (a, b) => {
+                let [a, b] = [a, b].map(|line| line.unwrap_or("nothing").trim().to_owned());
+                return Ok(Some(format!("its scene says `{a}`, this one `{b}`")));
+            }
+        }
+    }
+}
+
+/// The particles of these numbers: those that there are, and new ones. Others go.
+fn gather_particles(world: &mut World, numbers: &[u32]) -> Vec<Entity> {
+    let mut query = world.query_filtered::<(Entity, &ParticleId), With<Fluid>>();
+    let mut present: HashMap<u32, Entity> = HashMap::new();
+    let mut superfluous = Vec::new();
+    for (entity, id) in query.iter(world) {
+        if let Some(other) = present.insert(id.get(), entity) {
+            superfluous.push(other);
+        }
+    }
+    let mut particles = Vec::with_capacity(numbers.len());
+    for number in numbers {
+        let particle = present
+            .remove(number)
+            .unwrap_or_else(|| world.spawn(Fluid).id());
+        particles.push(particle);
+    }
+    superfluous.extend(present.into_values());
+    // In one order, as entities that are free are used again.
+    superfluous.sort_unstable();
+    for particle in superfluous {
+        world.despawn(particle);
+    }
+    for (&particle, &number) in particles.iter().zip(numbers) {
+        give_number_back(world, particle, number);
+    }
+    particles
+}

@@ -1,0 +1,146 @@
+//! From a world to a checkpoint.
+
+use std::io::Write;
+
+use bevy_ecs::prelude::*;
+
+use super::{
+    error::CheckpointError,
+    file::{Checkpoint, SCENE},
+};
+use crate::{
+    registry::{REMEMBERED, columns},
+    state::{
+        Clock, Lasting, Rows, in_order,
+        particle::{Boundary, BoundaryNormal, BoundaryVolume, Fluid, ParticleId, Position},
+        to_bytes,
+    },
+    step::Installed,
+};
+
+/// Names of parts.
+pub(super) const NUMBERS: &str = "particle numbers";
+pub(super) const WALLS: &str = "walls";
+pub(super) const STAGES: &str = "order of the stages";
+pub(super) const COLUMN: &str = "column ";
+pub(super) const KEPT: &str = "kept column ";
+
+/// Writes the state of the scene that a world runs. Between steps only; fluid particles that are disabled, and
+/// components of a host's own, are not in it.
+///
+/// # Errors
+/// When the system refuses; where stages of the scene's order do not run in every step, also between two runs of them
+/// ([`steps_until_possible`]).
+pub fn write(world: &mut World, writer: &mut impl Write) -> Result<(), CheckpointError> {
+    Checkpoint::of(world)?.write(writer)
+}
+
+/// Steps until a checkpoint is possible: 0 unless stages of the scene's order do not run in every step. What they left
+/// behind is not in a checkpoint, so the step after it has to be one in which all of them run.
+pub fn steps_until_possible(world: &mut World) -> u64 {
+    let (Some(installed), Some(clock)) = (
+        world.get_resource::<Installed>(),
+        world.get_resource::<Clock>(),
+    ) else {
+        return 0;
+    };
+    let step = clock.step;
+    let intervals = installed.stages.iter().map(|stage| stage.1);
+    let common = intervals.fold(1, least_common_multiple);
+    let wait = (common - step % common) % common;
+    // All run, too, when rows name other particles than before.
+    if wait > 0 && rows(world) != world.resource::<Rows>().entities {
+        return 0;
+    }
+    wait
+}
+
+fn least_common_multiple(a: u64, b: u64) -> u64 {
+    let (mut x, mut y) = (a.max(1), b.max(1));
+    while y > 0 {
+        (x, y) = (y, x % y);
+    }
+    (a.max(1) / x).saturating_mul(b.max(1))
+}
+
+/// The fluid particles in the order of the rows.
+pub(super) fn rows(world: &mut World) -> Vec<Entity> {
+    let mut rows = Vec::new();
+    let mut fluid = world.query_filtered::<Entity, With<Fluid>>();
+    let tables = fluid.contiguous_iter(world).into_iter().flatten();
+    for entities in in_order(tables, |table| table) {
+        rows.extend_from_slice(entities);
+    }
+    rows
+}
+
+/// What carries the columns of a scene, by name.
+pub(super) fn lasting(installed: &Installed) -> Vec<(&'static str, Lasting)> {
+    columns(&installed.scene)
+        .filter_map(|column| Some((column.name, column.lasting?)))
+        .collect()
+}
+
+/// Number of boundary particles, and a sum over the bits of what they are.
+pub(super) fn walls(world: &mut World) -> (u64, u32) {
+    let mut query =
+        world.query_filtered::<(&Position, &BoundaryNormal, &BoundaryVolume), With<Boundary>>();
+    let mut sum = crc32fast::Hasher::new();
+    let mut count = 0;
+    for (position, normal, volume) in query.iter(world) {
+        count += 1;
+        for x in position
+            .0
+            .to_array()
+            .into_iter()
+            .chain(normal.0.to_array())
+            .chain([volume.0])
+        {
+            sum.update(&x.to_le_bytes());
+        }
+    }
+    (count, sum.finalize())
+}
+
+impl Checkpoint {
+    /// The state of the scene that a world runs, as [`write()`] writes it.
+    pub fn of(world: &mut World) -> Result<Self, CheckpointError> {
+        let installed = world.get_resource::<Installed>();
+        let installed = installed.ok_or(CheckpointError::NotInstalled)?.clone();
+        let steps = steps_until_possible(world);
+        if steps > 0 {
+            return Err(CheckpointError::BetweenRuns { steps });
+        }
+        let rows = rows(world);
+        let walls = walls(world);
+        let numbers: Vec<u32> = (rows.iter())
+            .map(|&particle| {
+                world
+                    .get::<ParticleId>(particle)
+                    .map_or(u32::MAX, |id| id.get())
+            })
+            .collect();
+        let mut checkpoint = Self::default();
+        let mut put = |name: String, bytes: Result<Vec<u8>, String>| {
+            let bytes = bytes.map_err(|reason| CheckpointError::malformed(&name, reason))?;
+            checkpoint.put(name, bytes);
+            Ok::<(), CheckpointError>(())
+        };
+        put(SCENE.to_owned(), Ok(installed.scene.to_ron()?.into_bytes()))?;
+        put(STAGES.to_owned(), to_bytes(&installed.stages))?;
+        put(WALLS.to_owned(), to_bytes(&walls))?;
+        put(NUMBERS.to_owned(), to_bytes(&numbers))?;
+        for (name, lasting) in lasting(&installed) {
+            put(format!("{COLUMN}{name}"), (lasting.save)(world, &rows))?;
+            if let Some(kept) = (lasting.save_kept)(world).transpose() {
+                put(format!("{KEPT}{name}"), kept)?;
+            }
+        }
+        for remembered in REMEMBERED {
+            if let Some(state) = (remembered.save)(world, &rows).transpose() {
+                put(remembered.name.to_owned(), state)?;
+            }
+        }
+        Ok(checkpoint)
+    }
+}

@@ -1,0 +1,217 @@
+//! Checkpoints of a run: when one is due, what the run itself adds to it, and how a run goes on from one.
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+use std::time::{Duration, Instant};
+
+use overfall::checkpoint::Checkpoint;
+use overfall::output::RunTotals;
+use serde::{Deserialize, Serialize};
+
+use super::exit::Failure;
+use super::folder::CHECKPOINT;
+use super::manifest::MANIFEST;
+use super::schedule::ClockState;
+
+/// Name of the run's own part.
+const PART: &str = "run";
+
+/// How often a checkpoint is due.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Every {
+    /// Steps.
+    Steps(u64),
+    /// Simulated time \[s].
+    Simulated(f64),
+    /// Wall time.
+    Wall(Duration),
+}
+
+impl FromStr for Every {
+    type Err = &'static str;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let wrong = "it must be a number of steps (30), simulated seconds (0.5s) or wall time (10min, 2h), above 0";
+        let text = text.trim();
+        // The unit is what no number can end with.
+        let end = text
+            .rfind(|c: char| c.is_ascii_digit() || c == '.')
+            .map_or(0, |at| at + 1);
+        let (number, unit) = (text[..end].trim(), text[end..].trim());
+        if matches!(unit, "" | "step" | "steps") {
+            let steps = number.parse().ok().filter(|steps| *steps > 0);
+            return steps.map(Self::Steps).ok_or(wrong);
+        }
+        let number = number.parse::<f64>().ok();
+        let number = number
+            .filter(|number| number.is_finite() && *number > 0.0)
+            .ok_or(wrong)?;
+        let wall = |seconds: f64| {
+            let every = Duration::try_from_secs_f64(number * seconds);
+            every.map(Self::Wall).map_err(|_| wrong)
+        };
+        match unit {
+            "s" => Ok(Self::Simulated(number)),
+            "min" => wall(60.0),
+            "h" => wall(3600.0),
+            _ => Err(wrong),
+        }
+    }
+}
+
+/// Says when a checkpoint is due.
+#[derive(Debug)]
+pub(super) struct CheckpointClock {
+    every: Option<Every>,
+    last: (u64, f64, Instant),
+}
+
+impl CheckpointClock {
+    /// For a run that begins, or goes on, after so many steps at a time \[s].
+    pub(super) fn new(every: Option<Every>, step: u64, time: f64) -> Self {
+        Self {
+            every,
+            last: (step, time, Instant::now()),
+        }
+    }
+
+    /// Whether one is due after so many steps at a time \[s]: where a multiple was passed since the last. The state after
+    /// a step that has one has none again.
+    pub(super) fn is_due(&self, step: u64, time: f64) -> bool {
+        let (last_step, last_time, at) = self.last;
+        match self.every {
+            None => false,
+            Some(Every::Steps(steps)) => step / steps > last_step / steps,
+            Some(Every::Simulated(every)) => (time / every).floor() > (last_time / every).floor(),
+            Some(Every::Wall(every)) => step != last_step && at.elapsed() >= every,
+        }
+    }
+
+    /// Notes that there is one.
+    pub(super) fn done(&mut self, step: u64, time: f64) {
+        self.last = (step, time, Instant::now());
+    }
+}
+
+/// What a run knows besides its simulation.
+#[derive(Debug, Default, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct RunState {
+    /// Times of the frames \[s], and their steps.
+    pub(super) frames: Vec<(f64, u64)>,
+    /// When the next is due.
+    pub(super) frame_clock: ClockState,
+    pub(super) totals: RunTotals,
+    /// Wall time within the steps \[s].
+    pub(super) stepping: f64,
+    pub(super) history_rows: u64,
+    pub(super) gauge_rows: Vec<u64>,
+}
+
+impl RunState {
+    /// Adds it to a checkpoint.
+    pub(super) fn attach(&self, checkpoint: &mut Checkpoint) -> Result<(), Failure> {
+        let bytes = postcard::to_stdvec(self)
+            .map_err(|error| Failure::Failed(format!("cannot write the checkpoint: {error}")))?;
+        checkpoint.attach(PART, bytes);
+        Ok(())
+    }
+}
+
+/// A checkpoint to go on from.
+pub(super) struct Resumed {
+    pub(super) checkpoint: Checkpoint,
+    pub(super) state: RunState,
+    /// The file.
+    pub(super) file: PathBuf,
+    /// The folder of the run that wrote it, if it is still there.
+    folder: Option<PathBuf>,
+}
+
+impl Resumed {
+    /// Reads the checkpoint of a file, or of a run's folder.
+    pub(super) fn read(path: &Path) -> Result<Self, Failure> {
+        let file = if path.is_dir() {
+            path.join(CHECKPOINT)
+        } else {
+            path.to_owned()
+        };
+        let refused = |reason: String| Failure::Refused(format!("{}: {reason}", file.display()));
+        let opened = File::open(&file).map_err(|error| {
+            let hint = if path.is_dir() {
+                " (a run keeps a checkpoint with --checkpoint, or when it is interrupted)"
+            } else {
+                ""
+            };
+            refused(format!("{error}{hint}"))
+        });
+        let checkpoint = Checkpoint::read(&mut std::io::BufReader::new(opened?))
+            .map_err(|error| refused(error.to_string()))?;
+        let state = match checkpoint.attached(PART) {
+            // A host wrote it: the frames begin anew.
+            None => RunState::default(),
+            Some(bytes) => postcard::from_bytes(bytes).map_err(|error| {
+                refused(format!("the checkpoint's run cannot be used: {error}"))
+            })?,
+        };
+        let folder = file.parent().unwrap_or(Path::new(""));
+        let folder = if folder == Path::new("") {
+            Path::new(".")
+        } else {
+            folder
+        };
+        let folder = folder.join(MANIFEST).is_file().then(|| folder.to_owned());
+        Ok(Self {
+            checkpoint,
+            state,
+            folder,
+            file,
+        })
+    }
+
+    /// The folder to go on in, for an `--out` or none; none if the run goes on in a new one.
+    pub(super) fn folder(&self, out: Option<&Path>) -> Option<&Path> {
+        let folder = self.folder.as_deref()?;
+        let same = |out: &Path| out.canonicalize().ok() == folder.canonicalize().ok();
+        out.is_none_or(same).then_some(folder)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn intervals_are_steps_simulated_or_wall_time() {
+        for (text, expected) in [
+            ("30", Some(Every::Steps(30))),
+            ("30 steps", Some(Every::Steps(30))),
+            ("0.5s", Some(Every::Simulated(0.5))),
+            ("1e-3 s", Some(Every::Simulated(1e-3))),
+            ("10min", Some(Every::Wall(Duration::from_secs(600)))),
+            ("2 h", Some(Every::Wall(Duration::from_secs(7200)))),
+            ("0", None),
+            ("-1", None),
+            ("0s", None),
+            ("1.5", None),
+            ("5 parsecs", None),
+            ("1e300h", None),
+            ("", None),
+        ] {
+            assert_eq!(text.parse::<Every>().ok(), expected, "{text}");
+        }
+    }
+
+    #[test]
+    fn a_checkpoint_is_due_once_in_every_interval() {
+        let mut clock = CheckpointClock::new(Some(Every::Steps(10)), 13, 0.0);
+        assert!(!clock.is_due(19, 0.0) && clock.is_due(20, 0.0) && clock.is_due(21, 0.0));
+        clock.done(21, 0.0);
+        assert!(!clock.is_due(29, 0.0) && clock.is_due(30, 0.0));
+        let mut clock = CheckpointClock::new(Some(Every::Simulated(0.5)), 0, 0.0);
+        assert!(!clock.is_due(1, 0.49) && clock.is_due(2, 0.51));
+        clock.done(2, 0.51);
+        assert!(!clock.is_due(3, 0.99) && clock.is_due(4, 1.0));
+        assert!(!CheckpointClock::new(None, 0, 0.0).is_due(1000, 10.0));
+    }
+}

@@ -1,0 +1,23 @@
+//! What is part of the state of a run besides the columns.
+
+use crate::{
+    gauge::{EnergyAccount, Gauges},
+    integrate::Motion,
+    reorder::ReorderState,
+    state::{Clock, PressureSolve, Remembered, particle::NextParticleId},
+    time_step::{AdaptiveTimeStep, RecoveryTime, roll_back::KeptState},
+};
+
+/// Resources that a later step reads before that step writes them.
+pub(crate) const REMEMBERED: &[Remembered] = &[
+    Remembered::new::<Clock>("clock"),
+    Remembered::new::<NextParticleId>("next particle"),
+    Remembered::new::<Motion>("motion"),
+    Remembered::new::<PressureSolve>("pressure solve"),
+    Remembered::new::<RecoveryTime>("recovery"),
+    Remembered::new::<AdaptiveTimeStep>("adaptive time step"),
+    Remembered::new::<KeptState>("state to go back to"),
+    Remembered::new::<ReorderState>("reordering"),
+    Remembered::new::<Gauges>("gauges"),
+    Remembered::new::<EnergyAccount>("energy account"),
+];

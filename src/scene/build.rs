@@ -1,0 +1,192 @@
+//! Parts of a scene made in Rust: what a file must say, with the defaults of a file for the rest.
+
+use glam::{DVec3, Vec3};
+
+use super::{
+    BoundaryShape, Bounds, Camera, FluidBody, Gauge, GaugeKind, GaugeReference, MeshBoundary,
+    MeshSide, Rate, Shape, VelocityField, WallMotion,
+};
+
+impl Bounds {
+    /// The box between two corners \[m].
+    pub fn new(min: impl Into<Vec3>, max: impl Into<Vec3>) -> Self {
+        let (min, max) = (min.into(), max.into());
+        Self { min, max }
+    }
+}
+
+impl Shape {
+    /// A [`Box`](Self::Box) between two corners \[m].
+    pub fn cuboid(min: impl Into<Vec3>, max: impl Into<Vec3>) -> Self {
+        let (min, max) = (min.into(), max.into());
+        Self::Box { min, max }
+    }
+
+    /// A [`Sphere`](Self::Sphere) \[m].
+    pub fn sphere(center: impl Into<Vec3>, radius: f32) -> Self {
+        let center = center.into();
+        Self::Sphere { center, radius }
+    }
+}
+
+impl FluidBody {
+    /// Fluid at rest, on its lattice.
+    pub fn new(shape: Shape) -> Self {
+        Self {
+            shape,
+            velocity: Vec3::ZERO,
+            velocity_gradient: [Vec3::ZERO; 3],
+            velocity_field: None,
+            jitter: None,
+        }
+    }
+
+    /// The same with a field of velocities at the start.
+    #[must_use]
+    pub fn with_field(mut self, field: VelocityField) -> Self {
+        self.velocity_field = Some(field);
+        self
+    }
+}
+
+impl From<Shape> for FluidBody {
+    fn from(shape: Shape) -> Self {
+        Self::new(shape)
+    }
+}
+
+impl BoundaryShape {
+    /// A closed [`Tank`](Self::Tank) between two corners \[m].
+    pub fn tank(min: impl Into<Vec3>, max: impl Into<Vec3>) -> Self {
+        Self::Tank {
+            min: min.into(),
+            max: max.into(),
+            open: false,
+            name: None,
+            motion: None,
+        }
+    }
+
+    /// A [`Tank`](Self::Tank) without a lid.
+    pub fn open_tank(min: impl Into<Vec3>, max: impl Into<Vec3>) -> Self {
+        Self::Tank {
+            min: min.into(),
+            max: max.into(),
+            open: true,
+            name: None,
+            motion: None,
+        }
+    }
+
+    /// A solid [`Box`](Self::Box) between two corners \[m].
+    pub fn cuboid(min: impl Into<Vec3>, max: impl Into<Vec3>) -> Self {
+        Self::Box {
+            min: min.into(),
+            max: max.into(),
+            name: None,
+            motion: None,
+        }
+    }
+
+    /// A solid [`Sphere`](Self::Sphere) \[m].
+    pub fn sphere(center: impl Into<Vec3>, radius: f32) -> Self {
+        Self::Sphere {
+            center: center.into(),
+            radius,
+            name: None,
+            motion: None,
+        }
+    }
+
+    /// A square [`Plane`](Self::Plane) \[m].
+    pub fn plane(center: impl Into<Vec3>, normal: impl Into<Vec3>, half_size: f32) -> Self {
+        Self::Plane {
+            center: center.into(),
+            normal: normal.into(),
+            half_size,
+            name: None,
+            motion: None,
+        }
+    }
+
+    /// The same with a name, by which gauges find it.
+    #[must_use]
+    pub fn named(mut self, name: impl Into<String>) -> Self {
+        let place = match &mut self {
+            Self::Tank { name, .. }
+            | Self::Box { name, .. }
+            | Self::Sphere { name, .. }
+            | Self::Plane { name, .. } => name,
+            Self::Mesh(mesh) => &mut mesh.name,
+        };
+        *place = Some(name.into());
+        self
+    }
+
+    /// The same in motion.
+    #[must_use]
+    pub fn moving(mut self, motion: WallMotion) -> Self {
+        let place = match &mut self {
+            Self::Tank { motion, .. }
+            | Self::Box { motion, .. }
+            | Self::Sphere { motion, .. }
+            | Self::Plane { motion, .. } => motion,
+            Self::Mesh(mesh) => &mut mesh.motion,
+        };
+        *place = Some(motion);
+        self
+    }
+}
+
+impl MeshBoundary {
+    /// A mesh as its file has it, solid.
+    pub fn new(file: impl Into<String>) -> Self {
+        Self {
+            file: file.into(),
+            scale: 1.0,
+            rotation: DVec3::ZERO,
+            translation: DVec3::ZERO,
+            side: MeshSide::default(),
+            name: None,
+            motion: None,
+        }
+    }
+}
+
+impl Gauge {
+    /// A gauge that is read after every step.
+    pub fn new(name: impl Into<String>, kind: GaugeKind) -> Self {
+        Self {
+            name: name.into(),
+            kind,
+            every: Rate::default(),
+            window: 0.0,
+            reference: None,
+        }
+    }
+}
+
+impl GaugeReference {
+    /// A table whose first two columns are times and values in SI units.
+    pub fn new(file: impl Into<String>) -> Self {
+        Self {
+            file: file.into(),
+            time: None,
+            value: None,
+            quantity: None,
+            scale: glam::Vec2::ONE,
+            offset: glam::Vec2::ZERO,
+        }
+    }
+}
+
+impl Camera {
+    /// A camera at `position` that looks at `target` \[m].
+    pub fn new(position: impl Into<Vec3>, target: impl Into<Vec3>) -> Self {
+        Self {
+            position: position.into(),
+            target: target.into(),
+            field_of_view: super::output::default_field_of_view(),
+        }
+    }
+}

@@ -1,0 +1,198 @@
+//! Runs that go on from a checkpoint: files, numbers and rows are those of a run that was never stopped.
+
+use std::fs;
+use std::path::Path;
+
+use overfall::output::Summary;
+use tempfile::TempDir;
+
+use crate::support::{TINY, assert_exit, folder_with, names, overfall, stderr};
+
+/// The tiny scene with a gauge, time steps that follow the motion, and pictures.
+fn folder() -> TempDir {
+    let scene = TINY
+        .replace("Fixed(0.0005)", "Cfl(factor: 0.2, min: 1e-5, max: 0.001)")
+        .replace(
+            "duration:",
+            r#"gauges: [(name: "level", kind: Height(at: (0.05, 0, 0.05)), every: Steps(2), window: 0.002)], duration:"#,
+        );
+    folder_with(&[("tiny.ron", &scene)])
+}
+
+/// The rows of a history without wall times.
+fn history(folder: &Path) -> Vec<String> {
+    let text = fs::read_to_string(folder.join("history.csv")).expect("a history");
+    text.lines()
+        .map(|row| row.split(',').take(13).collect::<Vec<_>>().join(","))
+        .collect()
+}
+
+/// Everything that two runs wrote is the same, but for wall times.
+#[track_caller]
+fn assert_same_run(a: &Path, b: &Path) {
+    assert_eq!(history(a), history(b));
+    for part in ["frames", "gauges"] {
+        assert_eq!(names(&a.join(part)), names(&b.join(part)), "{part}");
+        for name in names(&a.join(part)) {
+            let [a, b] = [a, b].map(|run| fs::read(run.join(part).join(&name)).expect("a file"));
+            assert!(a == b, "{part}/{name}");
+        }
+    }
+    let [a, b] = [a, b].map(|run| {
+        let series = fs::read_to_string(run.join("tiny.pvd")).expect("a series");
+        let summary = Summary::read(&run.join("summary.json")).expect("a summary");
+        let figures = (summary.steps, summary.frames, summary.simulated_s);
+        (
+            series,
+            figures,
+            summary.mean_iterations,
+            summary.max_density_error,
+        )
+    });
+    assert_eq!(a, b);
+}
+
+#[test]
+fn a_run_goes_on_in_its_folder_as_if_it_had_not_stopped() {
+    let folder = folder();
+    let whole = ["run", "tiny.ron", "--steps", "40", "--out", "whole"];
+    assert_exit(&overfall(&folder, &whole), 0);
+    // The last checkpoint is of step 15: rows, readings and frames after it are written again.
+    let part = [
+        "run",
+        "tiny.ron",
+        "--steps",
+        "19",
+        "--out",
+        "part",
+        "--checkpoint",
+        "5",
+    ];
+    assert_exit(&overfall(&folder, &part), 0);
+    let rest = [
+        "run",
+        "tiny.ron",
+        "--steps",
+        "40",
+        "--resume",
+        "part",
+        "--threads",
+        "2",
+    ];
+    assert_exit(&overfall(&folder, &rest), 0);
+    let [whole, part] = ["whole", "part"].map(|name| folder.path().join(name));
+    assert_same_run(&whole, &part);
+    assert!(names(&part).iter().all(|name| !name.starts_with("older_")));
+
+    // By its file, and once more to the same end; then into a folder of its own.
+    let file = [
+        "run",
+        "tiny.ron",
+        "--steps",
+        "40",
+        "--resume",
+        "part/checkpoint.overfall",
+    ];
+    assert_exit(&overfall(&folder, &file), 0);
+    assert_same_run(&whole, &part);
+    assert_exit(
+        &overfall(&folder, &[&file[..], &["--out", "other"]].concat()),
+        0,
+    );
+    let other = folder.path().join("other");
+    let (rows, all) = (history(&other), history(&whole));
+    assert_eq!(rows[1..], all[16..]);
+    for name in names(&other.join("frames")) {
+        let [a, b] = [&other, &whole].map(|run| fs::read(run.join("frames").join(&name)).ok());
+        assert!(a == b, "{name}");
+    }
+    assert_same_run(&whole, &part);
+}
+
+#[test]
+fn what_cannot_be_resumed_is_refused_and_loses_nothing() {
+    let folder = folder();
+    let part = ["run", "tiny.ron", "--steps", "6", "--checkpoint", "3"];
+    assert_exit(&overfall(&folder, &part), 0);
+    let out = folder.path().join("out/tiny");
+    let before = history(&out);
+    let refused = |arguments: &[&str], words: &str| {
+        let output = overfall(&folder, &[&["run", "tiny.ron"][..], arguments].concat());
+        assert_exit(&output, 2);
+        assert!(stderr(&output).contains(words), "{}", stderr(&output));
+        assert_eq!(history(&out), before);
+    };
+    refused(&["--resume", "nothing"], "nothing");
+    refused(&["--resume", "."], "--checkpoint");
+    refused(&["--resume", "tiny.ron"], "no checkpoint of overfall");
+    refused(
+        &["--resume", "out/tiny", "--set", "gravity=(0,-1,0)"],
+        "gravity",
+    );
+    refused(&["--resume", "out/tiny", "--force"], "--force");
+    refused(&["--checkpoint", "5 parsecs"], "10min");
+    let file = out.join("checkpoint.overfall");
+    let mut bytes = fs::read(&file).expect("a checkpoint");
+    bytes.truncate(bytes.len() / 2);
+    fs::write(&file, &bytes).expect("a file");
+    refused(&["--resume", "out/tiny"], "cut off");
+}
+
+#[cfg(unix)]
+mod killed {
+    use std::time::Duration;
+
+    use super::*;
+    use crate::signals::{LONG, folder, signal, spawn, wait, wait_until};
+    use crate::support::command;
+
+    #[test]
+    fn runs_that_are_killed_and_interrupted_go_on_from_their_last_checkpoint() {
+        let folder = folder();
+        assert!(LONG.contains("long"));
+        let out = folder.path().join("out/long");
+        let file = out.join("checkpoint.overfall");
+        let first = ["run", "long.ron", "--quiet", "--checkpoint", "2"];
+        let again = [&first[..], &["--resume", "out/long"]].concat();
+        for round in 0..4 {
+            let before = fs::read(&file).ok();
+            let arguments = if round == 0 { &first[..] } else { &again[..] };
+            let mut run = spawn(command(&folder).args(arguments));
+            wait_until("no newer checkpoint appears", || {
+                fs::read(&file).ok() != before
+            });
+            // At any place in the step, or in the writing.
+            std::thread::sleep(Duration::from_millis(7 * round));
+            run.kill().expect("a running program");
+            run.wait().expect("its end");
+        }
+        let before = fs::read(&file).expect("a checkpoint");
+        let run = spawn(command(&folder).args(&again[..]));
+        wait_until("no newer checkpoint appears", || {
+            fs::read(&file).ok().as_ref() != Some(&before)
+        });
+        signal(&run, "INT");
+        let (status, text) = wait(run);
+        assert_eq!(status, Some(130), "{text}");
+        let steps = Summary::read(&out.join("summary.json"))
+            .expect("a summary")
+            .steps;
+        let goal = (steps + 3).to_string();
+        let rest = ["run", "long.ron", "--quiet", "--steps", &goal];
+        assert_exit(
+            &overfall(&folder, &[&rest[..], &["--resume", "out/long"]].concat()),
+            0,
+        );
+        assert_exit(
+            &overfall(&folder, &[&rest[..], &["--out", "whole"]].concat()),
+            0,
+        );
+        let whole = folder.path().join("whole");
+        assert_eq!(history(&out), history(&whole));
+        assert_eq!(names(&out.join("frames")), names(&whole.join("frames")));
+        for name in names(&whole.join("frames")) {
+            let [a, b] = [&out, &whole].map(|run| fs::read(run.join("frames").join(&name)).ok());
+            assert!(a == b, "{name}");
+        }
+    }
+}
