@@ -29,8 +29,8 @@ pub struct Motion {
     pub max_pressure: f32,
     /// Kinetic energy \[J; J/m in 2-D].
     pub kinetic_energy: f64,
-    /// Potential energy in the scene's gravity, zero at the origin, and in its central forces, zero at their centres [J;
-    /// J/m in 2-D].
+    /// Potential energy in the scene's gravity, zero at the origin, and in its central forces, zero at their centres
+    /// \[J; J/m in 2-D].
     pub potential_energy: f64,
     /// Largest pressure of the step before \[Pa].
     pressure_before: f32,

@@ -6,6 +6,7 @@
 
 pub mod contact;
 pub mod direct_forcing;
+pub mod friction;
 pub mod moving;
 pub mod owners;
 mod samples;

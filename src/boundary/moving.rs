@@ -5,18 +5,20 @@
 //! leads to the density beside the wall where that will be, and contact holds the fluid off there. Places are computed
 //! in double precision from the shape, and nothing adds up.
 //!
-//! The index takes over what changed its cell. Volumes are summed anew where walls move past each other.
+//! The index takes over what changed its cell. Volumes are summed anew where a wall is near to one that moves otherwise.
 
 use bevy_ecs::prelude::*;
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 
 use super::volume::VolumeRule;
 use crate::{
-    index::BoundarySamples,
+    index::{self, BoundarySamples},
     measure::CurveError,
-    scene::{Dimension, Scene, WallCourse},
+    mesh::Mesh,
+    scene::{BoundaryShape, Dimension, Scene, WallCourse, WallMotion},
     state::{
-        Clock, Execution, Failure, FailureCause, Limit, Material, Phase, Product, Stage,
+        Clock, DomainTooLarge, Execution, Failure, FailureCause, Limit, Material, Phase, Product,
+        SENTINEL, Stage,
         particle::{Boundary, BoundaryNormal, Position},
     },
 };
@@ -43,8 +45,18 @@ const FARTHEST: f32 = 0.4;
 
 fn limits(scene: &Scene) -> Vec<Limit> {
     let in_plane = scene.dimension == Dimension::Two;
-    let walls = scene.boundaries.iter();
-    let speeds = walls.filter_map(|wall| wall.greatest_speed(in_plane));
+    let of_one = |wall: &BoundaryShape| {
+        let corners = match (wall, wall.motion()) {
+            (BoundaryShape::Mesh(mesh), Some(WallMotion::Rotation { .. })) => {
+                let mesh = Mesh::load(mesh, scene.spacing).ok();
+                let bounds = mesh.as_ref().map(Mesh::bounds);
+                bounds.map(|(low, high)| [low.as_vec3(), high.as_vec3()])
+            }
+            _ => None,
+        };
+        wall.greatest_speed(in_plane, corners)
+    };
+    let speeds = scene.boundaries.iter().filter_map(of_one);
     let speed = speeds.fold(0.0, f32::max);
     vec![(
         "the speed of walls",
@@ -66,40 +78,174 @@ pub struct RestPose {
 /// The walls that move.
 #[derive(Resource, Debug, Clone)]
 pub struct MovingWalls {
-    /// Their motions.
+    /// Their motions; boundaries that move alike have one.
     pub courses: Vec<WallCourse>,
     /// Rows of the samples that move.
     samples: Vec<(u32, RestPose)>,
-    /// How volumes are summed, if walls move past each other.
-    volumes: Option<VolumeRule>,
+    /// What is needed for volumes, if walls move past each other.
+    apart: Option<Apart>,
+}
+
+/// Walls of which each is rigid, and where one comes near to another.
+#[derive(Debug, Clone)]
+struct Apart {
+    rule: VolumeRule,
+    /// Group of each sample: 0 for those that stand, from 1 on a course.
+    groups: Vec<u32>,
+    /// Volumes of the samples in the company of their own group alone \[m³; m² in 2-D].
+    alone: Vec<f32>,
+    /// Box around those that stand \[m].
+    standing: Around,
+    support_radius: f32,
+}
+
+/// A box \[m].
+#[derive(Debug, Clone, Copy)]
+struct Around {
+    low: Vec3,
+    high: Vec3,
+}
+
+impl Around {
+    const NOTHING: Self = Self {
+        low: Vec3::INFINITY,
+        high: Vec3::NEG_INFINITY,
+    };
+
+    fn include(&mut self, point: Vec3) {
+        (self.low, self.high) = (self.low.min(point), self.high.max(point));
+    }
+
+    fn is_within(&self, point: Vec3, reach: f32) -> bool {
+        point.cmpge(self.low - reach).all() && point.cmple(self.high + reach).all()
+    }
+}
+
+impl Apart {
+    /// None if all samples move as one.
+    fn new(
+        scene: &Scene,
+        poses: &[Option<RestPose>],
+        points: &[Vec4],
+        execution: &Execution,
+    ) -> Result<Option<Self>, DomainTooLarge> {
+        let group = |pose: &Option<RestPose>| pose.map_or(0, |pose| pose.course + 1);
+        let groups: Vec<u32> = poses.iter().map(group).collect();
+        if groups.windows(2).all(|pair| pair[0] == pair[1]) {
+            return Ok(None);
+        }
+        let rule = VolumeRule::new(scene);
+        let mut alone = vec![0.0; groups.len()];
+        let mut standing = Around::NOTHING;
+        for wanted in 0..=groups.iter().copied().max().unwrap_or_default() {
+            let rows = (0..groups.len()).filter(|&row| groups[row] == wanted);
+            let rows: Vec<usize> = rows.collect();
+            if rows.is_empty() {
+                continue;
+            }
+            let place = |&row: &usize| match poses[row] {
+                Some(rest) => rest.position.extend(0.0),
+                None => points[row],
+            };
+            let mut packed: Vec<Vec4> = rows.iter().map(place).collect();
+            let mut index = index::build(scene);
+            index.rebuild(&packed, execution)?;
+            packed.push(SENTINEL);
+            let volumes = rule.volumes(&*index, &packed, execution);
+            for (&row, volume) in rows.iter().zip(volumes) {
+                alone[row] = volume;
+                if wanted == 0 {
+                    standing.include(points[row].truncate());
+                }
+            }
+        }
+        Ok(Some(Self {
+            rule,
+            groups,
+            alone,
+            standing,
+            support_radius: scene.support_radius(),
+        }))
+    }
+
+    /// Puts the volumes where the samples are. A sample that no other wall is near to has that which it has alone:
+    /// volumes follow from the places alone, not from where walls were before.
+    fn put_volumes(&self, boundary: &mut BoundarySamples, courses: usize, execution: &Execution) {
+        let BoundarySamples {
+            packed,
+            ahead,
+            index,
+            ..
+        } = boundary;
+        let mut boxes = vec![Around::NOTHING; courses + 1];
+        boxes[0] = self.standing;
+        for (point, &group) in packed.iter_mut().zip(&self.groups) {
+            if group > 0 {
+                boxes[group as usize].include(point.truncate());
+            }
+        }
+        let mut near = Vec::new();
+        let rows = packed.iter_mut().zip(&self.groups).zip(&self.alone);
+        for (row, ((point, &group), &alone)) in (0..).zip(rows) {
+            point.w = alone;
+            let mut others = (0..).zip(&boxes).filter(|(other, _)| *other != group);
+            if others.any(|(_, other)| other.is_within(point.truncate(), self.support_radius)) {
+                near.push(row);
+            }
+        }
+        let volumes = self.rule.of_rows(&**index, packed, &near, execution);
+        for (&row, volume) in near.iter().zip(volumes) {
+            packed[row as usize].w = volume;
+        }
+        for (ahead, now) in ahead.iter_mut().zip(&*packed) {
+            ahead.w = now.w;
+        }
+    }
 }
 
 impl MovingWalls {
     /// Reads the motions of a scene; `None` if nothing moves. With them comes the course of every boundary.
     pub fn new(scene: &Scene) -> Result<Option<(Self, Vec<Option<u32>>)>, CurveError> {
-        let mut courses = Vec::new();
+        let mut courses: Vec<WallCourse> = Vec::new();
         let mut of_boundary = Vec::new();
         for wall in &scene.boundaries {
             let course = wall.motion().map(WallCourse::new).transpose()?;
-            of_boundary.push(course.as_ref().map(|_| courses.len() as u32));
-            courses.extend(course);
+            of_boundary.push(course.map(|course| {
+                let known = courses.iter().position(|known| *known == course);
+                known.unwrap_or_else(|| {
+                    courses.push(course);
+                    courses.len() - 1
+                }) as u32
+            }));
         }
-        let same = courses.windows(2).all(|pair| pair[0] == pair[1]);
-        let together = same && courses.len() == scene.boundaries.len();
         let walls = Self {
             courses,
             samples: Vec::new(),
-            volumes: (!together).then(|| VolumeRule::new(scene)),
+            apart: None,
         };
         Ok((!walls.courses.is_empty()).then_some((walls, of_boundary)))
     }
 
-    /// Takes the poses of all boundary particles, in the order of their rows.
-    pub fn take(&mut self, poses: impl Iterator<Item = Option<RestPose>>) {
+    /// Takes the poses of all boundary particles, in the order of their rows, and where they are now \[m]. Fails if the
+    /// scene's spatial index cannot cover them.
+    pub fn take(
+        &mut self,
+        scene: &Scene,
+        poses: &[Option<RestPose>],
+        points: &[Vec4],
+        execution: &Execution,
+    ) -> Result<(), DomainTooLarge> {
         let rows = (0..).zip(poses);
         self.samples = rows
             .filter_map(|(row, pose)| pose.map(|pose| (row, pose)))
             .collect();
+        self.apart = Apart::new(scene, poses, points, execution)?;
+        Ok(())
+    }
+
+    /// Every figure that the motions depend on and that is not in the scene.
+    pub(crate) fn figures(&self) -> impl Iterator<Item = f64> {
+        self.courses.iter().flat_map(WallCourse::figures)
     }
 }
 
@@ -135,7 +281,8 @@ pub fn move_walls(
         farthest = farthest.max(from.distance(to));
     }
     let (displacement, limit) = (farthest as f32, 0.5 * material.kernel.support_radius);
-    if displacement > limit {
+    // A length that is not a number is no limit kept.
+    if displacement.is_nan() || displacement > limit {
         let cause = FailureCause::WallTooFast {
             displacement,
             limit,
@@ -146,12 +293,8 @@ pub fn move_walls(
     if let Err(error) = boundary.index.update(points, &execution) {
         return failure.record(FailureCause::DomainTooLarge(error), None);
     }
-    if let Some(rule) = &walls.volumes {
-        let volumes = rule.volumes(&*boundary.index, &boundary.packed, &execution);
-        let rows = boundary.packed.iter_mut().zip(&mut boundary.ahead);
-        for ((now, then), volume) in rows.zip(volumes) {
-            (now.w, then.w) = (volume, volume);
-        }
+    if let Some(apart) = &walls.apart {
+        apart.put_volumes(boundary, walls.courses.len(), &execution);
     }
 }
 
@@ -170,6 +313,28 @@ pub fn show_walls(
         .map(|course| course.pose(clock.time))
         .collect();
     for (mut position, mut normal, rest) in &mut particles {
+        if let Some(pose) = poses.get(rest.course as usize) {
+            position.0 = pose.place(rest.position).as_vec3();
+            normal.0 = pose.turn(rest.normal);
+        }
+    }
+}
+
+/// Puts the boundary particles of a world where they are at its time, between two steps: after its clock was set.
+pub(crate) fn place_walls(world: &mut World) {
+    let (Some(walls), Some(clock)) = (
+        world.get_resource::<MovingWalls>(),
+        world.get_resource::<Clock>(),
+    ) else {
+        return;
+    };
+    // Before the first step all are where their shapes say.
+    let poses: Vec<_> = (walls.courses.iter())
+        .map(|course| course.pose(clock.time))
+        .collect();
+    let mut particles = world
+        .query_filtered::<(&mut Position, &mut BoundaryNormal, &RestPose), With<Boundary>>();
+    for (mut position, mut normal, rest) in particles.iter_mut(world) {
         if let Some(pose) = poses.get(rest.course as usize) {
             position.0 = pose.place(rest.position).as_vec3();
             normal.0 = pose.turn(rest.normal);

@@ -3,6 +3,7 @@
 use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};
 
+use super::friction::{SlipLength, WallFriction};
 use super::moving::{MovingWalls, RestPose};
 use super::owners::{NOBODY, Owners, SampleOf};
 use super::volume::VolumeRule;
@@ -149,7 +150,14 @@ pub fn refresh_boundary(world: &mut World, scene: &Scene) -> Result<(), Boundary
         let mut walls = world.resource_mut::<MovingWalls>();
         let known = walls.courses.len();
         let known = |pose: &RestPose| (pose.course as usize) < known;
-        walls.take(poses.into_iter().map(|pose| pose.filter(known)));
+        let poses: Vec<_> = poses.into_iter().map(|pose| pose.filter(known)).collect();
+        walls.take(scene, &poses, samples.points(), &execution)?;
+    }
+    if world.contains_resource::<WallFriction>() {
+        let mut slip = world.query_filtered::<Option<&SlipLength>, With<Boundary>>();
+        let slip = slip.iter(world).map(|slip| slip.map(|slip| slip.0));
+        let slip = slip.collect();
+        world.resource_mut::<WallFriction>().take(slip);
     }
     for ((_, _, mut volume), sample) in query.iter_mut(world).zip(samples.points()) {
         volume.0 = sample.w;

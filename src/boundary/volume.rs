@@ -3,15 +3,16 @@
 //! direct forcing it is scaled so that a sample in a flat layer has the volume m/ρ0 of a fluid particle.
 
 use glam::Vec4;
+use rayon::prelude::*;
 
 use crate::{
     index::SpatialIndex,
     kernel::Kernel,
-    neighbours::Search,
+    neighbours::{Recomputed, Search},
     pairs::{self, Pair, PairSum, Places, Source},
     scene::{BoundaryHandling, Scene},
-    simd::Simd,
-    state::{Execution, Material, SENTINEL},
+    simd::{Simd, Vectorised},
+    state::{CHUNK, Execution, Material, SENTINEL},
 };
 
 /// How the volumes of a scene's boundary particles are found.
@@ -71,13 +72,69 @@ impl VolumeRule {
             &mut volumes,
             execution,
         );
+        self.bounded(&mut volumes);
+        volumes
+    }
+
+    /// The same for some of these particles, by their rows.
+    pub fn of_rows(
+        &self,
+        index: &dyn SpatialIndex,
+        packed: &[Vec4],
+        rows: &[u32],
+        execution: &Execution,
+    ) -> Vec<f32> {
+        let search = Search::among_themselves(index, &packed[..packed.len() - 1]);
+        let mut volumes = vec![0.0; rows.len()];
+        execution.install(|| {
+            let chunks = volumes.par_chunks_mut(CHUNK).zip(rows.par_chunks(CHUNK));
+            chunks.for_each(|(volumes, rows)| {
+                execution.instruction_set.dispatch(SomeRows {
+                    kernel: &self.kernel,
+                    search,
+                    rows,
+                    volumes,
+                });
+            });
+        });
+        self.bounded(&mut volumes);
+        volumes
+    }
+
+    fn bounded(&self, volumes: &mut [f32]) {
         if let Some([particle, layer]) = self.layer {
-            for volume in &mut volumes {
+            for volume in volumes {
                 // Not more at a border, where samples are fewer.
                 *volume = particle * (*volume * layer).min(1.0);
             }
         }
-        volumes
+    }
+}
+
+/// Rows whose volumes are summed one after the other.
+struct SomeRows<'a> {
+    kernel: &'a Kernel,
+    search: Search<'a>,
+    rows: &'a [u32],
+    volumes: &'a mut [f32],
+}
+
+impl Vectorised for SomeRows<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let points = self.search.points;
+        let mut near = Recomputed::new(self.search);
+        for (&row, volume) in self.rows.iter().zip(self.volumes) {
+            let place = points[row as usize].truncate();
+            let value = |&other: &u32| {
+                let distance = points[other as usize].truncate().distance(place);
+                self.kernel.value(distance)
+            };
+            let others: f32 = near.of(simd, row as usize).iter().map(value).sum();
+            *volume = 1.0 / (self.kernel.value(0.0) + others);
+        }
     }
 }
 

@@ -11,12 +11,13 @@
 //! pressures of the last step. Waves of a lattice under pressure have that speed, and a square lattice melts with it
 //! into a denser one; a speed that follows pressure damps both in the same number of steps at every depth and spacing.
 //!
-//! None acts between fluid and boundary: walls are free-slip.
+//! Walls are free-slip, unless their `slip` says otherwise: then [`friction`](crate::boundary::friction) comes to it.
 
 use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};
 
 use crate::{
+    boundary::friction,
     lattice::Lattice,
     pairs::{Pair, PairSum, accumulate, broadcast, difference, dot},
     pressure::{
@@ -83,8 +84,13 @@ fn systems(scene: &Scene) -> Systems {
         }
         Viscosity::Laminar { .. } | Viscosity::None => apply_laminar_viscosity.into_configs(),
     };
-    if first_force::is_possible(scene) {
+    let viscosity = if first_force::is_possible(scene) {
         (first_force::start(), viscosity).chain()
+    } else {
+        viscosity
+    };
+    if friction::is_wanted(scene) {
+        (viscosity, friction::apply_wall_friction).chain()
     } else {
         viscosity
     }

@@ -1,11 +1,12 @@
 //! Force and torque of the fluid on named boundaries: the reaction to what their samples do to the fluid.
 //!
-//! Three things act between walls and fluid, and the momentum that the fluid gets from them is what the walls lose.
+//! Four things may act between walls and fluid, and the momentum that the fluid gets from them is what the walls lose.
 //! Pressure: a sample b takes `m_i ρ0 t_i V_b ∇W_ib` times the walls' push from particle i, t the pressure terms of all
 //! solves of the step together. Beside walls the fluid's own force along the wall is made up for what the wall leaves
 //! out of the kernel ([`made_up`](crate::boundary::sums::Walls::made_up)); that comes from the wall, from its samples
 //! by their part in the particle's kernel. And contact: what [`contact`](crate::boundary::contact) or direct forcing
-//! changed a velocity by comes from the nearest sample. No viscosity acts between walls and fluid.
+//! changed a velocity by comes from the nearest sample. Where walls hold the fluid a sample also takes the opposite of its
+//! [`friction`](crate::boundary::friction).
 //!
 //! The pressure force on all particles is summed once more for it, with those terms: a pass in every step that is read.
 
@@ -97,6 +98,12 @@ impl Force {
                 let pressure = material.rest_density * reactions.terms[row] * push * volume;
                 let taken = pressure * kernel.gradient(x) - part * reactions.added[row];
                 on_sample += taken.as_dvec3();
+                if let Some(friction) = &state.friction {
+                    let sample = sample as usize;
+                    let normal = samples.normals[sample];
+                    let taken = friction.acceleration(row, sample, (x, volume, normal), kernel);
+                    on_sample -= taken.as_dvec3();
+                }
             }
             on_sample *= mass;
             force += on_sample;

@@ -243,6 +243,7 @@ mod tests {
             open,
             name: None,
             motion: None,
+            slip: crate::scene::WallSlip::Free,
         }
     }
 
@@ -295,6 +296,7 @@ mod tests {
             max: Vec3::new(0.4, 0.3, 0.2),
             name: None,
             motion: None,
+            slip: crate::scene::WallSlip::Free,
         };
         sample_shape(&obstacle, Dimension::Three, 0.1, 0.05, &mut |sample| {
             samples.push(sample)
@@ -316,6 +318,7 @@ mod tests {
                 radius: 0.3,
                 name: None,
                 motion: None,
+                slip: crate::scene::WallSlip::Free,
             },
             BoundaryShape::Plane {
                 center: Vec3::ZERO,
@@ -323,6 +326,7 @@ mod tests {
                 half_size: 0.5,
                 name: None,
                 motion: None,
+                slip: crate::scene::WallSlip::Free,
             },
         ] {
             let points = sampled(shape.clone(), Dimension::Two);
@@ -342,6 +346,7 @@ mod tests {
                 radius: 1.05,
                 name: None,
                 motion: None,
+                slip: crate::scene::WallSlip::Free,
             },
             Dimension::Three,
         );

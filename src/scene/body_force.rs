@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
-use crate::measure::{Curve, CurveError};
+use crate::measure::{Column, Columns, CurveError};
 
 /// An acceleration of the fluid beside gravity. Several add up.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -31,7 +31,8 @@ pub struct CentralForce {
     pub constant: f32,
 }
 
-/// A CSV file of accelerations over time: a line of names, times \[s] in the first column, and any of the columns `ax`,
+/// A CSV file of accelerations over time: a line of names, ascending times \[s] in the first
+/// column, and any of the columns `ax`,
 /// `ay` and `az` \[m/s²].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -70,26 +71,14 @@ pub struct AccelerationTable {
 impl AccelerationTable {
     /// Reads a file; a column that it does not have is zero.
     pub fn load(file: &Path) -> Result<Self, CurveError> {
-        let column = |name| Curve::load(file, [None, Some(name)], |[t, a]| (t, a));
-        let mut rows: Vec<(f64, DVec3, DVec3)> = Vec::new();
-        let mut missing = None;
-        for (axis, name) in COLUMNS.into_iter().enumerate() {
-            match column(name) {
-                Ok(curve) => {
-                    rows.resize(curve.points.len(), Default::default());
-                    for (row, (t, a)) in rows.iter_mut().zip(curve.points) {
-                        (row.0, row.1[axis]) = (t, a);
-                    }
-                }
-                Err(error @ CurveError::NoColumn { .. }) => missing = Some(error),
-                Err(error) => return Err(error),
-            }
+        let [x, y, z] = COLUMNS.map(Column::optional);
+        let columns = Columns::load(file, [Column::first(), x, y, z])?.ascending(file)?;
+        if columns.present == [true, false, false, false] {
+            // None of them: refused for the first.
+            Columns::load(file, [Column::named(COLUMNS[0])])?;
         }
-        if rows.is_empty()
-            && let Some(error) = missing
-        {
-            return Err(error);
-        }
+        let row = |(_, [t, x, y, z]): (usize, [f64; 4])| (t, DVec3::new(x, y, z), DVec3::ZERO);
+        let mut rows: Vec<_> = columns.rows.into_iter().map(row).collect();
         for k in 1..rows.len() {
             let (before, now) = (rows[k - 1], rows[k]);
             rows[k].2 = before.2 + 0.5 * (now.0 - before.0) * (before.1 + now.1);
@@ -119,6 +108,12 @@ impl AccelerationTable {
         (self.integral(time + dt) - self.integral(time)) / dt
     }
 
+    /// Its times and accelerations, row by row.
+    pub(crate) fn figures(&self) -> impl Iterator<Item = f64> {
+        let of = |row: &(f64, DVec3, DVec3)| [row.0, row.1.x, row.1.y, row.1.z];
+        self.rows.iter().flat_map(of)
+    }
+
     /// Whether it has an acceleration along z.
     pub(crate) fn leaves_the_plane(&self) -> bool {
         self.rows.iter().any(|row| row.1.z != 0.0)
@@ -134,6 +129,7 @@ impl AccelerationTable {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::measure::Curve;
 
     fn table(text: &str) -> Result<AccelerationTable, CurveError> {
         let folder = tempfile::tempdir().expect("a folder");
@@ -145,7 +141,7 @@ mod tests {
     /// Against the integral in small steps; steps of any length come to the same velocity.
     #[test]
     fn a_table_changes_velocities_by_its_integral() {
-        let table = table("t,ay,ax\n1,2,0\n0,0,1\n3,-2,4\n").expect("a table");
+        let table = table("t,ay,ax\n0,0,1\n1,2,0\n3,-2,4\n").expect("a table");
         assert_eq!(table.greatest(), 20_f64.sqrt());
         let at = |time: f64| {
             let x = [(0.0, 1.0), (1.0, 0.0), (3.0, 4.0)];
@@ -184,10 +180,18 @@ mod tests {
     fn a_table_without_accelerations_is_refused() {
         let error = table("t,x\n0,1\n").expect_err("refused").to_string();
         assert!(
-            error.contains("no column `az`; the columns are t, x"),
+            error.contains("no column `ax`; the columns are t, x"),
             "{error}"
         );
-        assert!(table("t,ax\n0,a\n").is_err());
+        for (text, expected) in [
+            ("t,ax\n0,a\n", "shake.csv:2: `a` in column `ax` is not a number"),
+            ("t,ax\n0,nan\n", "shake.csv:2: `nan`"),
+            ("t,ax\n0,1\n2,1\n1,1\n", "shake.csv:4: the time 1 s comes after 2 s"),
+            ("t,ax\n0,1\n0,2\n", "shake.csv:3: the time 0 s comes after 0 s"),
+        ] {
+            let error = table(text).expect_err("refused").to_string();
+            assert!(error.contains(expected), "{error}");
+        }
     }
 
     #[test]

@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 
 use super::{
     BoundaryShape, Bounds, Camera, FluidBody, Gauge, GaugeKind, GaugeReference, MeshBoundary,
-    MeshSide, Rate, Shape, VelocityField, WallMotion,
+    MeshSide, Rate, Shape, VelocityField, WallMotion, WallSlip,
 };
 
 impl Bounds {
@@ -64,6 +64,7 @@ impl BoundaryShape {
             open: false,
             name: None,
             motion: None,
+            slip: WallSlip::Free,
         }
     }
 
@@ -75,6 +76,7 @@ impl BoundaryShape {
             open: true,
             name: None,
             motion: None,
+            slip: WallSlip::Free,
         }
     }
 
@@ -85,6 +87,7 @@ impl BoundaryShape {
             max: max.into(),
             name: None,
             motion: None,
+            slip: WallSlip::Free,
         }
     }
 
@@ -95,6 +98,7 @@ impl BoundaryShape {
             radius,
             name: None,
             motion: None,
+            slip: WallSlip::Free,
         }
     }
 
@@ -106,6 +110,7 @@ impl BoundaryShape {
             half_size,
             name: None,
             motion: None,
+            slip: WallSlip::Free,
         }
     }
 
@@ -120,6 +125,20 @@ impl BoundaryShape {
             Self::Mesh(mesh) => &mut mesh.name,
         };
         *place = Some(name.into());
+        self
+    }
+
+    /// The same with a hold on the fluid along its face.
+    #[must_use]
+    pub fn with_slip(mut self, wanted: WallSlip) -> Self {
+        let place = match &mut self {
+            Self::Tank { slip, .. }
+            | Self::Box { slip, .. }
+            | Self::Sphere { slip, .. }
+            | Self::Plane { slip, .. } => slip,
+            Self::Mesh(mesh) => &mut mesh.slip,
+        };
+        *place = wanted;
         self
     }
 
@@ -149,6 +168,7 @@ impl MeshBoundary {
             side: MeshSide::default(),
             name: None,
             motion: None,
+            slip: WallSlip::Free,
         }
     }
 }

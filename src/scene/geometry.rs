@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
-use super::{MotionTable, VelocityField, WallMotion};
+use super::{MotionTable, VelocityField, WallMotion, WallSlip};
 
 /// The number of space dimensions, 2 or 3 in the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -116,6 +116,9 @@ pub enum BoundaryShape {
         /// How it moves; it stands if absent.
         #[serde(default)]
         motion: Option<WallMotion>,
+        /// How it holds the fluid along its face; not at all if absent.
+        #[serde(default)]
+        slip: WallSlip,
     },
     /// A solid box.
     Box {
@@ -129,6 +132,9 @@ pub enum BoundaryShape {
         /// How it moves; it stands if absent.
         #[serde(default)]
         motion: Option<WallMotion>,
+        /// How it holds the fluid along its face; not at all if absent.
+        #[serde(default)]
+        slip: WallSlip,
     },
     /// A solid sphere (a disc in 2-D).
     Sphere {
@@ -142,6 +148,9 @@ pub enum BoundaryShape {
         /// How it moves; it stands if absent.
         #[serde(default)]
         motion: Option<WallMotion>,
+        /// How it holds the fluid along its face; not at all if absent.
+        #[serde(default)]
+        slip: WallSlip,
     },
     /// A flat rectangular wall (a line in 2-D) that is solid on the far side of its normal.
     Plane {
@@ -157,6 +166,9 @@ pub enum BoundaryShape {
         /// How it moves; it stands if absent.
         #[serde(default)]
         motion: Option<WallMotion>,
+        /// How it holds the fluid along its face; not at all if absent.
+        #[serde(default)]
+        slip: WallSlip,
     },
     /// A surface of triangles; 3-D only.
     Mesh(MeshBoundary),
@@ -190,6 +202,9 @@ pub struct MeshBoundary {
     /// How it moves; it stands if absent.
     #[serde(default)]
     pub motion: Option<WallMotion>,
+    /// How it holds the fluid along its face; not at all if absent.
+    #[serde(default)]
+    pub slip: WallSlip,
 }
 
 fn one() -> f64 {
@@ -237,6 +252,17 @@ impl BoundaryShape {
         }
     }
 
+    /// How it holds the fluid along its face.
+    pub fn slip(&self) -> WallSlip {
+        match self {
+            Self::Tank { slip, .. }
+            | Self::Box { slip, .. }
+            | Self::Sphere { slip, .. }
+            | Self::Plane { slip, .. } => *slip,
+            Self::Mesh(mesh) => mesh.slip,
+        }
+    }
+
     /// Paths of the files that it names.
     pub(crate) fn files_mut(&mut self) -> impl Iterator<Item = &mut String> {
         let (mesh, motion) = match self {
@@ -250,40 +276,39 @@ impl BoundaryShape {
         mesh.into_iter().chain(table)
     }
 
-    /// Distance from a point to the farthest of the shape \[m]; a mesh's is not known without its file.
-    fn farthest_from(&self, point: Vec3, axes: Vec3) -> Option<f32> {
-        let of_box = |min: Vec3, max: Vec3| {
-            let arm = (min - point).abs().max((max - point).abs());
-            Some((arm * axes).length())
-        };
+    /// Largest distance of its points from the line through `point` along `axis` \[m]; a mesh's is not known without
+    /// its file.
+    fn farthest_from(&self, point: Vec3, axis: Vec3, in_plane: bool) -> Option<f32> {
+        let axis = axis.normalize_or_zero();
+        let distance = |place: Vec3| (place - point).cross(axis).length();
         match *self {
-            Self::Tank { min, max, .. } | Self::Box { min, max, .. } => of_box(min, max),
-            Self::Sphere { center, radius, .. } => Some(center.distance(point) + radius),
+            Self::Tank { min, max, .. } | Self::Box { min, max, .. } => {
+                Some(farthest_corner(min, max, in_plane, distance))
+            }
+            Self::Sphere { center, radius, .. } => Some(distance(center) + radius),
             Self::Plane {
                 center, half_size, ..
-            } => Some(center.distance(point) + half_size * std::f32::consts::SQRT_2),
+            } => Some(distance(center) + half_size * std::f32::consts::SQRT_2),
             Self::Mesh(_) => None,
         }
     }
 
-    /// Largest speed of a point of it in the whole motion \[m/s]. None for a mesh that turns. A table that cannot be
-    /// read counts as standing: the scene's check names it.
-    pub(crate) fn greatest_speed(&self, in_plane: bool) -> Option<f32> {
-        let motion = self.motion()?;
-        let axes = if in_plane {
-            Vec3::X + Vec3::Y
-        } else {
-            Vec3::ONE
-        };
-        match *motion {
+    /// Largest speed of a point of it in the whole motion \[m/s]. None for a mesh that turns, unless its corners are
+    /// given. A table that cannot be read counts as standing: the scene's check names it.
+    pub(crate) fn greatest_speed(&self, in_plane: bool, mesh: Option<[Vec3; 2]>) -> Option<f32> {
+        match *self.motion()? {
             WallMotion::Velocity { velocity, .. } => Some(velocity.length()),
             WallMotion::Rotation {
                 center,
                 angular_velocity,
                 ..
             } => {
-                let farthest = self.farthest_from(center, axes)?;
-                Some(angular_velocity.length() * farthest)
+                let axis = angular_velocity.normalize_or_zero();
+                let of_mesh = |[min, max]: [Vec3; 2]| {
+                    farthest_corner(min, max, false, |x| (x - center).cross(axis).length())
+                };
+                let farthest = self.farthest_from(center, axis, in_plane);
+                Some(angular_velocity.length() * farthest.or(mesh.map(of_mesh))?)
             }
             WallMotion::Oscillation {
                 amplitude,
@@ -298,15 +323,33 @@ impl BoundaryShape {
     }
 }
 
+/// The largest distance of a box's corners; in 2-D of those in the plane.
+fn farthest_corner(min: Vec3, max: Vec3, in_plane: bool, distance: impl Fn(Vec3) -> f32) -> f32 {
+    let end = |last: bool, axis: usize| [min[axis], max[axis]][usize::from(last)];
+    let corner = |k: u8| {
+        let z = if in_plane { 0.0 } else { end(k & 4 > 0, 2) };
+        Vec3::new(end(k & 1 > 0, 0), end(k & 2 > 0, 1), z)
+    };
+    (0..8).map(|k| distance(corner(k))).fold(0.0, f32::max)
+}
+
 impl FluidBody {
     /// Velocity at the start \[m/s] at a point \[m].
     pub fn velocity_at(&self, point: DVec3) -> DVec3 {
-        let arm = point - self.shape.center();
-        let rows = self.velocity_gradient.map(|row| row.as_dvec3().dot(arm));
-        let field = self
-            .velocity_field
-            .map_or(DVec3::ZERO, |field| field.at(point));
-        self.velocity.as_dvec3() + DVec3::from_array(rows) + field
+        self.velocities()(point)
+    }
+
+    /// The same as a function. A file that cannot be read counts for nothing: the scene's check names it.
+    pub(crate) fn velocities(&self) -> impl Fn(DVec3) -> DVec3 + use<'_> {
+        let center = self.shape.center();
+        let field = self.velocity_field.as_ref();
+        let field = field.and_then(|field| field.read().ok());
+        move |point| {
+            let arm = point - center;
+            let rows = self.velocity_gradient.map(|row| row.as_dvec3().dot(arm));
+            let field = field.as_ref().map_or(DVec3::ZERO, |field| field.at(point));
+            self.velocity.as_dvec3() + DVec3::from_array(rows) + field
+        }
     }
 
     /// A bound on the speeds at the start \[m/s]: exact for a body without a gradient or a field.
@@ -314,7 +357,7 @@ impl FluidBody {
         let squares = self.velocity_gradient.map(Vec3::length_squared);
         let gradient = squares.iter().sum::<f32>().sqrt();
         let (center, reach) = (self.shape.center(), self.shape.reach());
-        let field = self.velocity_field;
+        let field = self.velocity_field.as_ref();
         let field = field.map_or(0.0, |field| field.greatest_speed(center, reach));
         self.velocity.length() + gradient * reach + field
     }

@@ -17,7 +17,9 @@ mod physics;
 mod pressure;
 pub mod shapes;
 mod velocity_field;
+mod velocity_grid;
 mod wall_motion;
+mod wall_slip;
 
 pub use body_force::*;
 pub(crate) use error::unknown_name;
@@ -28,7 +30,9 @@ pub use output::*;
 pub use physics::*;
 pub use pressure::*;
 pub use velocity_field::*;
+pub use velocity_grid::VelocityGrid;
 pub use wall_motion::*;
+pub use wall_slip::WallSlip;
 
 use std::path::Path;
 

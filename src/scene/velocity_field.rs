@@ -1,12 +1,15 @@
 //! Velocities of a body at the start that are not the same everywhere.
 
-use std::f64::consts::TAU;
+use std::{f64::consts::TAU, path::Path};
 
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
+use super::VelocityGrid;
+use crate::measure::CurveError;
+
 /// A field of velocities at the start.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum VelocityField {
     /// Rotation as a rigid body, `ω × (x − center)`.
@@ -29,10 +32,42 @@ pub enum VelocityField {
         #[serde(default)]
         origin: Vec3,
     },
+    /// Velocities at the points of a grid, linear in between.
+    Table {
+        /// A CSV file, relative to the scene file's folder (after [`load`](super::Scene::load): to the working
+        /// directory): a line of names, the columns `x`, `y` \[m], `vx`, `vy` \[m/s] and, if the field has them, `z`
+        /// and `vz`; a row for every point of a grid, whose planes need not be evenly apart. The body must lie in it.
+        file: String,
+    },
+}
+
+/// A field with its file read.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum ReadField {
+    Formula(VelocityField),
+    Grid(VelocityGrid),
+}
+
+impl ReadField {
+    /// Velocity at a point \[m/s].
+    pub(crate) fn at(&self, point: DVec3) -> DVec3 {
+        match self {
+            Self::Formula(field) => field.at(point),
+            Self::Grid(grid) => grid.at(point),
+        }
+    }
 }
 
 impl VelocityField {
-    /// Velocity at a point \[m/s].
+    /// Reads the file of the field, if it has one.
+    pub(crate) fn read(&self) -> Result<ReadField, CurveError> {
+        Ok(match self {
+            Self::Table { file } => ReadField::Grid(VelocityGrid::load(Path::new(file))?),
+            _ => ReadField::Formula(self.clone()),
+        })
+    }
+
+    /// Velocity at a point \[m/s]. A file is read anew for every point, and counts for nothing if it cannot be.
     pub fn at(&self, point: DVec3) -> DVec3 {
         match *self {
             Self::Rotation {
@@ -49,6 +84,10 @@ impl VelocityField {
                 let across = f64::from(speed) * cos.z;
                 DVec3::new(across * sin.x * cos.y, -across * cos.x * sin.y, 0.0)
             }
+            Self::Table { ref file } => {
+                let grid = VelocityGrid::load(Path::new(file));
+                grid.map_or(DVec3::ZERO, |grid| grid.at(point))
+            }
         }
     }
 
@@ -60,6 +99,9 @@ impl VelocityField {
                 angular_velocity,
             } => angular_velocity.length() * (axis.distance(center.as_vec3()) + reach),
             Self::TaylorGreen { speed, .. } => speed.abs(),
+            // A file that cannot be read counts for nothing: the scene's check names it.
+            Self::Table { ref file } => VelocityGrid::load(Path::new(file))
+                .map_or(0.0, |grid| grid.greatest_speed() as f32),
         }
     }
 }
@@ -85,7 +127,7 @@ mod tests {
         for k in 0..50 {
             let k = f64::from(k);
             let x = DVec3::new((1.3 * k).sin(), (2.1 * k).cos(), (0.7 * k).sin());
-            for field in [rotation, vortices] {
+            for field in [&rotation, &vortices] {
                 let slope = |axis: DVec3| {
                     (field.at(x + step * axis) - field.at(x - step * axis)) / (2.0 * step)
                 };
@@ -93,7 +135,7 @@ mod tests {
                 assert!((dx.x + dy.y + dz.z).abs() < 1e-6);
                 let most = f64::from(field.greatest_speed(DVec3::ZERO, x.length() as f32));
                 assert!(field.at(x).length() <= most * (1.0 + 1e-6));
-                if field == rotation {
+                if *field == rotation {
                     let curl = DVec3::new(dy.z - dz.y, dz.x - dx.z, dx.y - dy.x);
                     assert!(curl.distance(2.0 * omega.as_dvec3()) < 1e-6);
                 }

@@ -7,7 +7,7 @@ use std::{f64::consts::TAU, path::Path};
 use glam::{DQuat, DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
-use crate::measure::{Curve, CurveError};
+use crate::measure::{Column, Columns, CurveError};
 
 /// How a boundary moves.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -50,7 +50,7 @@ pub enum WallMotion {
     /// Along a direction, from a table over time.
     Table {
         /// A CSV file, relative to the scene file's folder (after [`load`](super::Scene::load): to the working
-        /// directory): a line of names, times \[s] in the first column, a column `x` \[m] and, if known, one `v` \[m/s].
+        /// directory): a line of names, ascending times \[s] in the first column, a column `x` \[m] and, if known, one `v` \[m/s].
         /// Without `v` the wall moves at a constant speed from row to row, with it along cubics that have these speeds
         /// (Hermite). It counts from where the table is at time 0; before its first and after its last time it rests.
         file: String,
@@ -106,6 +106,11 @@ impl WallCourse {
         };
         let motion = motion.clone();
         Ok(Self { motion, table })
+    }
+
+    /// The figures of its table.
+    pub(crate) fn figures(&self) -> impl Iterator<Item = f64> {
+        self.table.iter().flat_map(MotionTable::figures)
     }
 
     /// Where the wall is at a time \[s].
@@ -166,27 +171,12 @@ pub struct MotionTable {
 impl MotionTable {
     /// Reads a file with the columns `x` and, perhaps, `v`.
     pub fn load(file: &Path) -> Result<Self, CurveError> {
-        let column = |name| Curve::load(file, [None, Some(name)], |[t, y]| (t, y));
-        let places = column("x")?.points;
-        let speeds = match column("v") {
-            Ok(curve) => Some(curve.points),
-            Err(CurveError::NoColumn { .. }) => None,
-            Err(error) => return Err(error),
-        };
-        let has_speeds = speeds.is_some();
-        let mut rows: Vec<[f64; 3]> = places.into_iter().map(|(t, x)| [t, x, 0.0]).collect();
-        for (row, (_, v)) in rows.iter_mut().zip(speeds.into_iter().flatten()) {
-            row[2] = v;
-        }
-        Ok(Self { rows, has_speeds })
-    }
-
-    /// A time that two rows have \[s], if there is one: the wall would jump.
-    pub(crate) fn time_given_twice(&self) -> Option<f64> {
-        let mut pairs = self.rows.windows(2);
-        pairs
-            .find(|pair| pair[0][0] == pair[1][0])
-            .map(|pair| pair[0][0])
+        let columns = [Column::first(), Column::named("x"), Column::optional("v")];
+        let columns = Columns::load(file, columns)?.ascending(file)?;
+        Ok(Self {
+            has_speeds: columns.present[2],
+            rows: columns.rows.into_iter().map(|(_, row)| row).collect(),
+        })
     }
 
     /// Place at a time \[m].
@@ -212,6 +202,16 @@ impl MotionTable {
     /// Way since time 0 \[m].
     pub fn way(&self, time: f64) -> f64 {
         self.at(time) - self.at(0.0)
+    }
+
+    /// Times of its rows \[s].
+    pub(crate) fn times(&self) -> impl Iterator<Item = f64> {
+        self.rows.iter().map(|row| row[0])
+    }
+
+    /// Times, places and speeds, row by row.
+    pub(crate) fn figures(&self) -> impl Iterator<Item = f64> {
+        self.rows.iter().flatten().copied()
     }
 
     /// Largest speed \[m/s].
@@ -330,6 +330,5 @@ mod tests {
         assert_eq!(straight.greatest_speed(), 2.0);
         let hump = table("t,x,v\n0,0,0\n1,1,0\n");
         assert!((hump.greatest_speed() - 1.5).abs() < 1e-12);
-        assert_eq!(table("t,x\n0,1\n0,2\n").time_given_twice(), Some(0.0));
     }
 }

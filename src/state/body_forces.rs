@@ -34,6 +34,11 @@ impl BodyForces {
         Ok(forces)
     }
 
+    /// Every figure that they depend on and that is not in the scene.
+    pub(crate) fn figures(&self) -> impl Iterator<Item = f64> {
+        self.tables.iter().flat_map(AccelerationTable::figures)
+    }
+
     /// Potential energy of a mass of 1 in the central forces, zero at their centres \[m²/s²].
     #[inline]
     pub fn potential(&self, point: Vec3) -> f32 {

@@ -2,7 +2,8 @@
 
 use super::error::InstallError;
 use crate::{
-    boundary::moving, index, loading::Size, memory, registry::Stages, scene::Scene, state::Material,
+    boundary::{friction, moving},
+    index, loading::Size, memory, registry::Stages, scene::Scene, state::Material,
 };
 
 /// A candidate for a sample of a mesh, with its place in the lists of the front \[bytes].
@@ -84,6 +85,9 @@ pub(super) fn bytes_per_boundary_particle(scene: &Scene) -> Vec<(&'static str, f
     if moving::is_wanted(scene) {
         // Places at the end of the step, velocities, and poses in columns and in rows.
         bytes.push(("walls in motion", 32.0 + 28.0 + 8.0 + 32.0));
+    }
+    if friction::is_wanted(scene) {
+        bytes.push(("friction of walls", 8.0 + 12.0 + 4.0 + 4.0 + 8.0));
     }
     bytes
 }

@@ -7,6 +7,7 @@ use crate::{
     boundary::{
         self,
         direct_forcing::DirectForcing,
+        friction::{self, SlipLength, WallFriction},
         moving::{MovingWalls, RestPose},
         owners::{Owners, SampleOf},
         sums::WallSums,
@@ -34,6 +35,9 @@ pub(super) struct FluidStart {
 
 impl FluidStart {
     pub(super) fn new(scene: &Scene, execution: &Execution) -> Result<Self, InstallError> {
+        for field in scene.bodies.iter().filter_map(|body| body.velocity_field.as_ref()) {
+            field.read()?;
+        }
         let seeds = shapes::fluid_particles(scene);
         let mut order: Vec<z_curve::Handle> = (0..seeds.len() as u32).map(|row| (0, row)).collect();
         let points: Vec<_> = seeds.iter().map(|seed| seed.position.extend(0.0)).collect();
@@ -71,6 +75,8 @@ pub(super) struct Walls {
     pub(super) samples: BoundarySamples,
     /// Those that move, and the poses of all samples.
     moving: Option<(MovingWalls, Vec<Option<RestPose>>)>,
+    /// Slip lengths of all samples, where walls hold the fluid.
+    slip: Option<Vec<Option<f32>>>,
 }
 
 impl Walls {
@@ -84,7 +90,8 @@ impl Walls {
             sampled.push(sample);
             owners.push(owner);
         })?;
-        let moving = MovingWalls::new(scene)?.map(|(mut walls, courses)| {
+        let samples = boundary::pack(scene, &sampled, execution).map_err(InstallError::Boundary)?;
+        let mut moving = MovingWalls::new(scene)?.map(|(walls, courses)| {
             let pose = |(sample, &owner): (&BoundarySample, &u32)| {
                 courses[owner as usize].map(|course| RestPose {
                     course,
@@ -93,11 +100,18 @@ impl Walls {
                 })
             };
             let poses: Vec<_> = sampled.iter().zip(&owners).map(pose).collect();
-            walls.take(poses.iter().copied());
             (walls, poses)
         });
-        let samples = boundary::pack(scene, &sampled, execution).map_err(InstallError::Boundary)?;
+        if let Some((walls, poses)) = &mut moving {
+            let taken = walls.take(scene, poses, samples.points(), execution);
+            taken.map_err(InstallError::Boundary)?;
+        }
+        let slip = friction::is_wanted(scene).then(|| {
+            let of = |&owner: &u32| scene.boundaries[owner as usize].slip().length();
+            owners.iter().map(of).collect()
+        });
         Ok(Some(Self {
+            slip,
             sampled,
             owners: gauge::measures_forces(scene).then_some(owners),
             samples,
@@ -111,6 +125,7 @@ impl Walls {
             owners,
             samples,
             moving,
+            slip,
         } = self;
         let volumes: Vec<f32> = samples.points().iter().map(|sample| sample.w).collect();
         let spawned =
@@ -128,6 +143,12 @@ impl Walls {
             let moved = moved.filter_map(|(&particle, pose)| Some((particle, pose?)));
             world.insert_batch(moved.collect::<Vec<_>>());
             world.insert_resource(walls);
+        }
+        if let Some(slip) = slip {
+            let rough = particles.iter().zip(&slip);
+            let rough = rough.filter_map(|(&particle, slip)| Some((particle, SlipLength((*slip)?))));
+            world.insert_batch(rough.collect::<Vec<_>>());
+            world.insert_resource(WallFriction::new(scene, slip));
         }
         if let Some(owners) = owners {
             let of = owners.iter().map(|&owner| SampleOf(owner));

@@ -9,6 +9,7 @@ mod robustness_support;
 #[path = "../physics_support/mod.rs"]
 mod support;
 
+mod couette;
 mod dam_break;
 mod forces;
 mod gauges;

@@ -147,3 +147,185 @@ fn a_gate_that_opens_releases_a_dam() {
         assert!(held < 0.2 + 0.36 * 0.02 && front > 0.55, "{figures}");
     }
 }
+
+/// A tank that a table drives, `x = s a t²/2`, and one that stands while a table of accelerations drives its fluid the
+/// other way: the same flow, seen from two frames. To what the semi-implicit steps differ by.
+#[test]
+fn a_tank_that_accelerates_is_a_tank_at_rest_under_its_inertia() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = |name: &str, text: &str| {
+        let file = folder.path().join(name);
+        std::fs::write(&file, text).expect("a file");
+        format!("{:?}", file.display().to_string())
+    };
+    let drive = file("drive.csv", "t,x,v\n0,0,0\n0.2,0.06,0.6\n");
+    let inertia = file("inertia.csv", "t,ax\n0,-3\n1,-3\n");
+    for (dimension, methods) in [(2, &METHODS[..]), (3, &METHODS[3..])] {
+        let deep = if dimension == 2 { 0.0 } else { 0.12 };
+        for method in methods {
+            let places = |force: &str, motion: &str| {
+                let mut tank = simulation(&format!(
+                    "(name: \"driven\", dimension: {dimension}, spacing: 0.02, pressure: {method}, {force}
+                      time_step: Fixed(0.0005),
+                      bodies: [(shape: Box(min: (0, 0, 0), max: (0.16, 0.12, {deep})))],
+                      boundaries: [Tank(min: (0, 0, 0), max: (0.24, 0.2, {deep}){motion})])"
+                ));
+                run(&mut tank, 0.15, |_, _| {});
+                let t = tank.time() as f32;
+                let mut particles = particles_of(&mut tank);
+                particles.sort_by_key(|particle| particle.entity);
+                let places = particles.iter().map(|p| p.position);
+                (t, places.collect::<Vec<_>>())
+            };
+            let (t, driven) = places("", &format!(", motion: Table(file: {drive}, direction: (2, 0, 0))"));
+            let (_, inert) = places(&format!("body_forces: [Table(file: {inertia})],"), "");
+            let way = 1.5 * t * t * Vec3::X;
+            let off = driven.iter().zip(&inert).map(|(a, b)| (*a - way).distance(*b));
+            let mean = off.sum::<f32>() / driven.len() as f32 / 0.02;
+            let moved = inert.iter().map(|x| x.x).sum::<f32>() / inert.len() as f32 - 0.08;
+            let figures = format!("{dimension}-D {method}: {mean:.3} spacings off; the fluid moved by {moved:.4} m");
+            measured(&figures);
+            assert!(mean < 0.1 && moved < -0.005, "{figures}");
+        }
+    }
+}
+
+/// A tank in free fall: no pressure, and all its fluid keeps its place in it.
+#[test]
+fn a_tank_in_free_fall_has_no_pressure() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("fall.csv");
+    std::fs::write(&file, "t,y,x,v\n0,9,0,0\n0.4,9,0.7848,3.924\n").expect("a file");
+    let file = format!("{:?}", file.display().to_string());
+    for dimension in [2, 3] {
+        let deep = if dimension == 2 { 0.0 } else { 0.1 };
+        for method in METHODS {
+            let mut tank = simulation(&format!(
+                "(name: \"fall\", dimension: {dimension}, spacing: 0.02, pressure: {method}, time_step: Fixed(0.001),
+                  bodies: [(shape: Box(min: (0, 0, 0), max: (0.1, 0.1, {deep})))],
+                  boundaries: [Tank(min: (0, 0, 0), max: (0.2, 0.2, {deep}),
+                    motion: Table(file: {file}, direction: (0, -3, 0)))])"
+            ));
+            let start: Vec<Vec3> = particles_of(&mut tank).iter().map(|p| p.position).collect();
+            let mut most = 0.0_f32;
+            run(&mut tank, 0.2, |tank, report| {
+                let way = -4.905 * (report.time * report.time) as f32 * Vec3::Y;
+                for (x, particle) in start.iter().zip(particles_of(tank)) {
+                    most = most.max((particle.position - way).distance(*x) / 0.02);
+                }
+            });
+            let figures = format!("{dimension}-D {method}: {most:.3} spacings off its place");
+            measured(&figures);
+            // Semi-implicit Euler falls by g t dt/2 more: 0.05 spacings.
+            assert!(most < 0.12, "{figures}");
+        }
+    }
+}
+
+/// A tank that turns about its middle with the fluid that fills it: a rigid body, seen after a quarter turn.
+#[test]
+fn a_full_tank_that_turns_is_a_rigid_body() {
+    for (dimension, methods) in [(2, &METHODS[..]), (3, &METHODS[3..])] {
+        let deep = if dimension == 2 { 0.0 } else { 0.12 };
+        for (method, spacing) in methods.iter().flat_map(|method| [(method, 0.02), (method, 0.01)]) {
+            if dimension == 3 && spacing < 0.02 {
+                continue;
+            }
+            let mut tank = simulation(&format!(
+                "(name: \"turned\", dimension: {dimension}, spacing: {spacing}, gravity: (0, 0, 0), pressure: {method},
+                  bodies: [(shape: Box(min: (0, 0, 0), max: (0.16, 0.16, {deep})),
+                    velocity_field: Rotation(center: (0.08, 0.08, 0), angular_velocity: (0, 0, 2)))],
+                  boundaries: [Tank(min: (0, 0, 0), max: (0.16, 0.16, {deep}),
+                    motion: Rotation(center: (0.08, 0.08, 0), angular_velocity: (0, 0, 2)))])"
+            ));
+            let start: Vec<Vec3> = particles_of(&mut tank).iter().map(|p| p.position).collect();
+            run(&mut tank, std::f64::consts::FRAC_PI_4, |_, _| {});
+            let turned = glam::Quat::from_rotation_z(2.0 * tank.time() as f32);
+            let center = Vec3::new(0.08, 0.08, 0.0);
+            let (mut sum, mut spin) = (0.0, 0.0);
+            let particles = particles_of(&mut tank);
+            for (x, particle) in start.iter().zip(&particles) {
+                let arm = particle.position - center;
+                sum += (turned * (*x - center)).distance(arm);
+                spin += arm.cross(particle.velocity).z / arm.truncate().length_squared();
+            }
+            let (off, spin) = (sum / start.len() as f32 / spacing, spin / start.len() as f32);
+            let figures = format!("{dimension}-D {method} {spacing} m: {off:.3} spacings off, turns at {spin:.3} rad/s");
+            measured(&figures);
+            assert!((spin / 2.0 - 1.0).abs() < 0.05, "{figures}");
+        }
+    }
+}
+
+/// A piston that comes in slowly: the level rises by the volume that it takes, seen by the height of the fluid's centre
+/// of mass, at two resolutions.
+#[test]
+fn a_piston_raises_the_level_by_the_volume_that_it_takes() {
+    for (dimension, deep, spacing) in [(2, 0.0, 0.02), (2, 0.0, 0.01), (3, 0.08, 0.02)] {
+        let mut tank = simulation(&format!(
+            "(name: \"level\", dimension: {dimension}, spacing: {spacing},
+              fluid: (viscosity: Laminar(kinematic_viscosity: 0.001)),
+              bodies: [(shape: Box(min: (0.1, 0, 0), max: (0.34, 0.12, {deep})))],
+              boundaries: [Tank(min: (0, 0, 0), max: (0.34, 0.3, {deep})),
+                Box(min: (0, 0, 0), max: (0.1, 0.3, {deep}),
+                  motion: Velocity(velocity: (0.1, 0, 0), end: 0.8))])"
+        ));
+        let (mut sum, mut count) = (0.0, 0.0);
+        run(&mut tank, 1.5, |tank, report| {
+            if report.time > 1.0 {
+                let particles = particles_of(tank);
+                let heights: f32 = particles.iter().map(|p| p.position.y).sum();
+                sum += f64::from(heights) / particles.len() as f64;
+                count += 1.0;
+            }
+        });
+        let (found, expected) = (sum / count, 0.5 * 0.12 * 0.24 / 0.16);
+        let figures = format!("{dimension}-D {spacing} m: centre at {found:.4} m, expected {expected:.4} m");
+        measured(&figures);
+        assert!((found / expected - 1.0).abs() < 0.04, "{figures}");
+    }
+}
+
+/// What walls that move do to the fluid is what its momentum changes by, as the gauge of forces tells it.
+#[test]
+fn the_force_on_walls_that_move_is_the_change_of_momentum() {
+    use overfall::gauge::Gauges;
+    for (dimension, methods) in [(2, &METHODS[..]), (3, &METHODS[2..])] {
+        let deep = if dimension == 2 { 0.0 } else { 0.1 };
+        for (method, slip) in methods.iter().flat_map(|method| [(method, "Free"), (method, "NoSlip")]) {
+            let mut tank = simulation(&format!(
+                "(name: \"push\", dimension: {dimension}, spacing: 0.02, gravity: (0, 0, 0), pressure: {method},
+                  time_step: Fixed(0.0005), fluid: (viscosity: Laminar(kinematic_viscosity: 0.01)),
+                  bodies: [(shape: Box(min: (0.1, 0, 0), max: (0.3, 0.1, {deep})))],
+                  boundaries: [Tank(min: (0, 0, 0), max: (0.8, 0.2, {deep}), name: \"walls\", slip: {slip}),
+                    Box(min: (0, 0, 0), max: (0.1, 0.2, {deep}), name: \"walls\", slip: {slip},
+                      motion: Oscillation(amplitude: (0.04, 0, 0), frequency: 2))],
+                  gauges: [(name: \"force\", kind: Force(boundary: \"walls\"))])"
+            ));
+            let mass = {
+                let world = tank.world_mut();
+                f64::from(world.resource::<overfall::state::Material>().particle_mass)
+            };
+            let momentum = |tank: &mut overfall::Simulation| {
+                let velocities = particles_of(tank).into_iter().map(|p| p.velocity.as_dvec3());
+                mass * velocities.sum::<glam::DVec3>()
+            };
+            let (mut before, mut time) = (momentum(&mut tank), 0.0);
+            let (mut off, mut most) = (0.0_f64, 0.0_f64);
+            run(&mut tank, 0.1, |tank, report| {
+                let now = momentum(tank);
+                let expected = (before - now) / (report.time - time);
+                (before, time) = (now, report.time);
+                let gauges = tank.world().resource::<Gauges>();
+                let gauge = gauges.get("force").expect("a gauge");
+                let of = |axis: &str| gauge.value(&format!("force_{axis}_N")).unwrap_or(f64::NAN);
+                let found = glam::DVec3::new(of("x"), of("y"), of("z"));
+                off = off.max(found.distance(expected));
+                most = most.max(expected.length());
+            });
+            let figures = format!("{dimension}-D {method} {slip}: off by {off:.2e} of up to {most:.2e} N");
+            measured(&figures);
+            assert!(most > 0.1 && off < 2e-3 * most, "{figures}");
+        }
+    }
+}

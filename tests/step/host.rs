@@ -226,6 +226,7 @@ fn an_install_that_fails_leaves_nothing_and_another_works() {
         radius: 0.1,
         name: None,
         motion: None,
+        slip: overfall::scene::WallSlip::Free,
     });
     leaves_nothing(&far);
 

@@ -5,8 +5,11 @@ use std::path::Path;
 use glam::Vec3;
 
 use super::problem::{Checked, Problem, ensure};
-use super::proper::is_flat;
-use crate::scene::{AccelerationTable, BodyForce, Dimension, Scene, VelocityField};
+use super::size::box_of_body;
+use super::proper::{AXIS_NAMES, axes, is_flat};
+use crate::scene::{
+    AccelerationTable, BodyForce, Dimension, FluidBody, Scene, VelocityField, VelocityGrid,
+};
 
 pub(super) fn body_forces(scene: &Scene) -> Checked {
     for (index, force) in scene.body_forces.iter().enumerate() {
@@ -36,9 +39,10 @@ pub(super) fn body_forces(scene: &Scene) -> Checked {
 pub(super) fn velocity_fields(scene: &Scene) -> Checked {
     for (index, body) in scene.bodies.iter().enumerate() {
         let path = format!("bodies.{index}.velocity_field");
-        match body.velocity_field {
+        match body.velocity_field.as_ref() {
             None => {}
-            Some(VelocityField::Rotation {
+            Some(VelocityField::Table { file }) => table(scene, body, &path, file)?,
+            Some(&VelocityField::Rotation {
                 center,
                 angular_velocity,
             }) => {
@@ -50,7 +54,7 @@ pub(super) fn velocity_fields(scene: &Scene) -> Checked {
                         .to_owned()
                 })?;
             }
-            Some(VelocityField::TaylorGreen {
+            Some(&VelocityField::TaylorGreen {
                 wavelength, origin, ..
             }) => {
                 is_flat(format!("{path}.origin"), origin, scene.dimension)?;
@@ -62,6 +66,32 @@ pub(super) fn velocity_fields(scene: &Scene) -> Checked {
                 })?;
             }
         }
+    }
+    Ok(())
+}
+
+fn table(scene: &Scene, body: &FluidBody, path: &str, file: &str) -> Checked {
+    let path = format!("{path}.file");
+    let grid = VelocityGrid::load(Path::new(file));
+    let grid = grid.map_err(|error| Problem::new(&path, error.to_string()))?;
+    let flat = scene.dimension == Dimension::Three || !grid.leaves_the_plane();
+    ensure(flat, &path, || {
+        "a 2-D scene is the plane z = 0; column `vz` must be 0 or left out".to_owned()
+    })?;
+    // The first particles are half a spacing within the body.
+    let (low, high) = box_of_body(&body.shape);
+    let half = 0.5 * f64::from(scene.spacing) * (1.0 + 1e-3);
+    let (low, high) = (low + half, high - half);
+    let [first, last] = grid.corners();
+    for (axis, name) in AXIS_NAMES.iter().enumerate().take(axes(scene.dimension)) {
+        let covered = first[axis] <= low[axis].min(high[axis]) && last[axis] >= high[axis];
+        ensure(covered, &path, || {
+            format!(
+                "the table reaches from {name} = {} to {} m, the particles of the body from {:.6} to {:.6} m; it must \
+                 cover them",
+                first[axis], last[axis], low[axis], high[axis]
+            )
+        })?;
     }
     Ok(())
 }

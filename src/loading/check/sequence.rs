@@ -20,10 +20,12 @@ pub(in crate::loading) fn check(scene: &Scene) -> Result<Size, Problem> {
     forces::body_forces(scene)?;
     solids::shapes(scene)?;
     motions::motions(scene)?;
+    motions::slip(scene)?;
     gauges::gauges(scene)?;
     let meshes = solids::meshes(scene)?;
     let size = size::count(scene, &meshes)?;
     carried::coordinates(scene, &meshes)?;
+    motions::courses(scene, &meshes)?;
     bodies::places(scene, &meshes)?;
     Ok(size)
 }

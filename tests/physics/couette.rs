@@ -1,0 +1,102 @@
+//! Walls that hold the fluid: Couette flow from its start on, with and without slip.
+//!
+//! A strip of fluid lies between two plates, of which the upper one moves. Its ends are free, ten heights apart: in the
+//! middle the flow is that between endless plates.
+
+use std::f64::consts::PI;
+
+use overfall::gauge::Gauges;
+
+use crate::support::{METHODS, measured, particles_of, run, simulation};
+
+const HEIGHT: f64 = 0.1;
+const SPEED: f64 = 0.05;
+/// So that height²/ν is 1 s.
+const VISCOSITY: f64 = 0.01;
+
+/// The velocity at a height and a time (Morris et al. 1997, eq. 27, for an upper plate that moves).
+fn exact(y: f64, t: f64) -> f64 {
+    let mode = |n: u32| {
+        let n = f64::from(n);
+        let sign = if n % 2.0 == 0.0 { 1.0 } else { -1.0 };
+        let decay = (-VISCOSITY * (n * PI / HEIGHT).powi(2) * t).exp();
+        2.0 * SPEED / (n * PI) * sign * (n * PI * y / HEIGHT).sin() * decay
+    };
+    SPEED * y / HEIGHT + (1..60).map(mode).sum::<f64>()
+}
+
+/// The largest errors of the mean velocities of rows in the middle at the given times, over the plate's, and the force
+/// on the upper plate at the last \[N].
+fn errors(
+    (dimension, spacing, method): (u32, f64, &str),
+    lower: &str,
+    times: &[f64],
+    exact: impl Fn(f64, f64) -> f64,
+) -> (Vec<f64>, f64) {
+    let deep = if dimension == 2 { 0.0 } else { 0.1 };
+    let (low, high) = (-0.2, deep + 0.2);
+    let mut strip = simulation(&format!(
+        "(name: \"couette\", dimension: {dimension}, spacing: {spacing}, gravity: (0, 0, 0), pressure: {method},
+          fluid: (viscosity: Laminar(kinematic_viscosity: {VISCOSITY})),
+          bodies: [(shape: Box(min: (0, 0, 0), max: (1, {HEIGHT}, {deep})))],
+          boundaries: [
+            Box(min: (-0.2, -0.1, {low}), max: (1.2, 0, {high}), slip: {lower}),
+            Box(min: (-0.2, {HEIGHT}, {low}), max: (1.2, 0.2, {high}), slip: NoSlip, name: \"plate\",
+              motion: Velocity(velocity: ({SPEED}, 0, 0)))],
+          gauges: [(name: \"plate\", kind: Force(boundary: \"plate\"))])"
+    ));
+    let rows = (HEIGHT / spacing).round() as usize;
+    let mut errors = Vec::new();
+    for &time in times {
+        run(&mut strip, time, |_, _| {});
+        let mut sums = vec![(0.0, 0.0, 0.0); rows];
+        for particle in particles_of(&mut strip) {
+            let (x, v) = (particle.position.as_dvec3(), particle.velocity.as_dvec3());
+            if (x.x - 0.5).abs() < 0.2 {
+                let row = ((x.y / spacing) as usize).min(rows - 1);
+                sums[row].0 += v.x;
+                sums[row].1 += x.y;
+                sums[row].2 += 1.0;
+            }
+        }
+        let of = |(v, y, count): &(f64, f64, f64)| {
+            let known = exact(y / count, strip.time());
+            (v / count - known).abs() / SPEED
+        };
+        errors.push(sums.iter().map(of).fold(0.0, f64::max));
+    }
+    let gauges = strip.world().resource::<Gauges>();
+    let force = gauges.get("plate").and_then(|gauge| gauge.value("force_x_N"));
+    (errors, force.unwrap_or(f64::NAN))
+}
+
+#[test]
+fn couette_flow_starts_as_its_series_says() {
+    let pressures = METHODS.map(|method| (method.pressure)(1.0));
+    let cases = pressures.iter().map(|pressure| (2, 0.02, pressure.as_str()));
+    let finer = [(2, 0.01, "Dfsph()"), (3, 0.02, "Dfsph()")];
+    for case in cases.chain(finer) {
+        let (errors, force) = errors(case, "NoSlip", &[0.05, 0.2, 0.5], exact);
+        // 1.4 % more than in the end.
+        let depth = if case.0 == 2 { 1.0 } else { 0.1 };
+        let expected = -1000.0 * VISCOSITY * SPEED / HEIGHT * depth * 1.014;
+        let figures = format!("{case:?}: errors {errors:.3?}, force {force:.3} N, expected {expected:.3} N");
+        measured(&figures);
+        let bound = if case.1 < 0.02 { 0.02 } else { 0.04 };
+        assert!(errors.iter().all(|error| *error < bound), "{figures}");
+        assert!((force / expected - 1.0).abs() < 0.1, "{figures}");
+    }
+}
+
+#[test]
+fn a_wall_with_partial_slip_slips_by_its_length() {
+    let length = 0.05;
+    let steady = |y: f64, _| SPEED * (y + length) / (HEIGHT + length);
+    for case in [(2, 0.02, "Dfsph()"), (2, 0.01, "Dfsph()"), (3, 0.02, "Dfsph()")] {
+        let slip = format!("Partial(length: {length})");
+        let (errors, _) = errors(case, &slip, &[1.2], steady);
+        let figures = format!("{case:?}: error {errors:.3?}");
+        measured(&figures);
+        assert!(errors[0] < 0.03, "{figures}");
+    }
+}
