@@ -13,8 +13,7 @@ use crate::{
     state::{
         Accelerations, BodyForces, CHUNK, ChunkResults, Clock, Densities, Execution, Failure,
         FailureCause, Material, Positions, PredictedPositions, PressureAccelerations, Pressures,
-        Remembers,
-        Velocities,
+        Remembers, Velocities,
     },
 };
 
@@ -301,7 +300,8 @@ pub fn guard(
         );
     }
     // What pressure may do work with: motion, the pressure of the last step, compression that is pushed out, and what
-    // other forces drive together, and the work of walls that move. A host that moves particles between steps does none.
+    // other forces drive together, and the work of walls that move. A host that moves particles between steps does
+    // none.
     let (compression, row) = total.compression;
     let pushed = f64::from(compression * material.kernel.support_radius / clock.dt);
     let before = f64::from(motion.pressure_before / material.rest_density);

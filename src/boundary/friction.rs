@@ -123,16 +123,19 @@ impl WallFriction {
         let friction = &*self;
         execution.install(|| {
             let rows = friction.rough.par_chunks(CHUNK);
-            found.par_chunks_mut(CHUNK).zip(rows).for_each(|(found, rows)| {
-                execution.instruction_set.dispatch(RoughRows {
-                    friction,
-                    boundary,
-                    search,
-                    material,
-                    rows,
-                    found,
+            found
+                .par_chunks_mut(CHUNK)
+                .zip(rows)
+                .for_each(|(found, rows)| {
+                    execution.instruction_set.dispatch(RoughRows {
+                        friction,
+                        boundary,
+                        search,
+                        material,
+                        rows,
+                        found,
+                    });
                 });
-            });
         });
         for (&row, velocity) in self.rough.iter().zip(found) {
             self.velocities[row as usize] = velocity;
@@ -220,12 +223,8 @@ pub fn apply_wall_friction(
             };
             let place = boundary.packed[sample as usize];
             let x = own - place.truncate();
-            *acceleration += friction.acceleration(
-                row,
-                sample as usize,
-                (x, place.w, normal),
-                &material.kernel,
-            );
+            *acceleration +=
+                friction.acceleration(row, sample as usize, (x, place.w, normal), &material.kernel);
         }
     });
 }

@@ -4,6 +4,7 @@
 //! are entities; loops read a packed copy, and an index of their own that is built once, or follows the walls that
 //! [move](moving). What they add to the sums of the fluid is found once a step ([`sums`]).
 
+mod apart;
 pub mod contact;
 pub mod direct_forcing;
 pub mod friction;

@@ -1,24 +1,24 @@
 //! Walls in prescribed motion.
 //!
-//! Where a wall is follows from the time alone, so a step that is taken back takes its walls back, too. In a step from t
-//! to t + dt a sample goes from its place at t to that at t + dt; its velocity is the mean of the step, so Dρ/Dt with it
-//! leads to the density beside the wall where that will be, and contact holds the fluid off there. Places are computed
-//! in double precision from the shape, and nothing adds up.
+//! Where a wall is follows from the time alone: a step that is taken back takes its walls back, and a checkpoint
+//! holds nothing of them. In a step from t to t + dt a sample goes from its place at t to that at t + dt. Its
+//! velocity is the mean of the step: Dρ/Dt with it leads to the density beside the wall where that will be, and contact
+//! holds the fluid off there. Places are computed in double precision from the shape, and nothing adds up.
 //!
-//! The index takes over what changed its cell. Volumes are summed anew where a wall is near to one that moves otherwise.
+//! The index takes over what changed its cell. Volumes are summed anew where a wall is near one that moves otherwise.
 
 use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};
 
-use super::volume::VolumeRule;
+use super::apart::Apart;
 use crate::{
-    index::{self, BoundarySamples},
+    index::BoundarySamples,
     measure::CurveError,
     mesh::Mesh,
     scene::{BoundaryShape, Dimension, Scene, WallCourse, WallMotion},
     state::{
         Clock, DomainTooLarge, Execution, Failure, FailureCause, Limit, Material, Phase, Product,
-        SENTINEL, Stage,
+        Stage,
         particle::{Boundary, BoundaryNormal, Position},
     },
 };
@@ -86,123 +86,6 @@ pub struct MovingWalls {
     apart: Option<Apart>,
 }
 
-/// Walls of which each is rigid, and where one comes near to another.
-#[derive(Debug, Clone)]
-struct Apart {
-    rule: VolumeRule,
-    /// Group of each sample: 0 for those that stand, from 1 on a course.
-    groups: Vec<u32>,
-    /// Volumes of the samples in the company of their own group alone \[m³; m² in 2-D].
-    alone: Vec<f32>,
-    /// Box around those that stand \[m].
-    standing: Around,
-    support_radius: f32,
-}
-
-/// A box \[m].
-#[derive(Debug, Clone, Copy)]
-struct Around {
-    low: Vec3,
-    high: Vec3,
-}
-
-impl Around {
-    const NOTHING: Self = Self {
-        low: Vec3::INFINITY,
-        high: Vec3::NEG_INFINITY,
-    };
-
-    fn include(&mut self, point: Vec3) {
-        (self.low, self.high) = (self.low.min(point), self.high.max(point));
-    }
-
-    fn is_within(&self, point: Vec3, reach: f32) -> bool {
-        point.cmpge(self.low - reach).all() && point.cmple(self.high + reach).all()
-    }
-}
-
-impl Apart {
-    /// None if all samples move as one.
-    fn new(
-        scene: &Scene,
-        poses: &[Option<RestPose>],
-        points: &[Vec4],
-        execution: &Execution,
-    ) -> Result<Option<Self>, DomainTooLarge> {
-        let group = |pose: &Option<RestPose>| pose.map_or(0, |pose| pose.course + 1);
-        let groups: Vec<u32> = poses.iter().map(group).collect();
-        if groups.windows(2).all(|pair| pair[0] == pair[1]) {
-            return Ok(None);
-        }
-        let rule = VolumeRule::new(scene);
-        let mut alone = vec![0.0; groups.len()];
-        let mut standing = Around::NOTHING;
-        for wanted in 0..=groups.iter().copied().max().unwrap_or_default() {
-            let rows = (0..groups.len()).filter(|&row| groups[row] == wanted);
-            let rows: Vec<usize> = rows.collect();
-            if rows.is_empty() {
-                continue;
-            }
-            let place = |&row: &usize| match poses[row] {
-                Some(rest) => rest.position.extend(0.0),
-                None => points[row],
-            };
-            let mut packed: Vec<Vec4> = rows.iter().map(place).collect();
-            let mut index = index::build(scene);
-            index.rebuild(&packed, execution)?;
-            packed.push(SENTINEL);
-            let volumes = rule.volumes(&*index, &packed, execution);
-            for (&row, volume) in rows.iter().zip(volumes) {
-                alone[row] = volume;
-                if wanted == 0 {
-                    standing.include(points[row].truncate());
-                }
-            }
-        }
-        Ok(Some(Self {
-            rule,
-            groups,
-            alone,
-            standing,
-            support_radius: scene.support_radius(),
-        }))
-    }
-
-    /// Puts the volumes where the samples are. A sample that no other wall is near to has that which it has alone:
-    /// volumes follow from the places alone, not from where walls were before.
-    fn put_volumes(&self, boundary: &mut BoundarySamples, courses: usize, execution: &Execution) {
-        let BoundarySamples {
-            packed,
-            ahead,
-            index,
-            ..
-        } = boundary;
-        let mut boxes = vec![Around::NOTHING; courses + 1];
-        boxes[0] = self.standing;
-        for (point, &group) in packed.iter_mut().zip(&self.groups) {
-            if group > 0 {
-                boxes[group as usize].include(point.truncate());
-            }
-        }
-        let mut near = Vec::new();
-        let rows = packed.iter_mut().zip(&self.groups).zip(&self.alone);
-        for (row, ((point, &group), &alone)) in (0..).zip(rows) {
-            point.w = alone;
-            let mut others = (0..).zip(&boxes).filter(|(other, _)| *other != group);
-            if others.any(|(_, other)| other.is_within(point.truncate(), self.support_radius)) {
-                near.push(row);
-            }
-        }
-        let volumes = self.rule.of_rows(&**index, packed, &near, execution);
-        for (&row, volume) in near.iter().zip(volumes) {
-            packed[row as usize].w = volume;
-        }
-        for (ahead, now) in ahead.iter_mut().zip(&*packed) {
-            ahead.w = now.w;
-        }
-    }
-}
-
 impl MovingWalls {
     /// Reads the motions of a scene; `None` if nothing moves. With them comes the course of every boundary.
     pub fn new(scene: &Scene) -> Result<Option<(Self, Vec<Option<u32>>)>, CurveError> {
@@ -239,7 +122,12 @@ impl MovingWalls {
         self.samples = rows
             .filter_map(|(row, pose)| pose.map(|pose| (row, pose)))
             .collect();
-        self.apart = Apart::new(scene, poses, points, execution)?;
+        let of = |(pose, point): (&Option<RestPose>, &Vec4)| match pose {
+            Some(rest) => (Some(rest.course), rest.position.extend(0.0)),
+            None => (None, *point),
+        };
+        let places: Vec<_> = poses.iter().zip(points).map(of).collect();
+        self.apart = Apart::new(scene, &places, execution)?;
         Ok(())
     }
 
@@ -332,8 +220,8 @@ pub(crate) fn place_walls(world: &mut World) {
     let poses: Vec<_> = (walls.courses.iter())
         .map(|course| course.pose(clock.time))
         .collect();
-    let mut particles = world
-        .query_filtered::<(&mut Position, &mut BoundaryNormal, &RestPose), With<Boundary>>();
+    let mut particles =
+        world.query_filtered::<(&mut Position, &mut BoundaryNormal, &RestPose), With<Boundary>>();
     for (mut position, mut normal, rest) in particles.iter_mut(world) {
         if let Some(pose) = poses.get(rest.course as usize) {
             position.0 = pose.place(rest.position).as_vec3();

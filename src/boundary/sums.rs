@@ -2,7 +2,8 @@
 //!
 //! Every sum of a method over the boundary, at the positions of the step, is one of these two times something that the
 //! particle itself has: its density takes `ρ0 Σ_b V_b W_ib`, its pressure force `ρ0 t_i Σ_b V_b ∇W_ib`, its Dρ/Dt
-//! `ρ0 v_i · Σ_b V_b ∇W_ib`. Where walls move a third is taken from that, `ρ0 Σ_b V_b v_b · ∇W_ib`. So no other pass at these positions goes over the boundary.
+//! `ρ0 v_i · Σ_b V_b ∇W_ib`. Where walls move a third is taken from that, `ρ0 Σ_b V_b v_b · ∇W_ib`. So no other pass at
+//! these positions goes over the boundary.
 //!
 //! The gradients are multiplied by the push of [`BesideWall`], 1.75 in 2-D at a support of 2: with it a constant
 //! pressure exerts no force at a wall. Without it only pressures are at rest that alternate from row to row, since rows

@@ -108,7 +108,9 @@ impl Checkpoint {
                 "its walls move, or its forces act, by other figures: a file of a `Table` has changed".to_owned(),
             );
         }
-        let mut known: BTreeSet<String> = [SCENE, STAGES, WALLS, TABLES, NUMBERS].map(str::to_owned).into();
+        let mut known: BTreeSet<String> = [SCENE, STAGES, WALLS, TABLES, NUMBERS]
+            .map(str::to_owned)
+            .into();
         known.extend(REMEMBERED.iter().map(|row| row.name.to_owned()));
         for (name, _) in lasting(installed) {
             known.extend([format!("{COLUMN}{name}"), format!("{KEPT}{name}")]);

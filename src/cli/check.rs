@@ -124,14 +124,22 @@ fn motions(scene: &Scene) -> String {
         if let Some(motion) = wall.motion() {
             let number = format!("boundaries.{index}");
             let name = wall.name().map_or(number, str::to_owned);
-            row("Walls in motion", console::name(&name).as_ref(), &written(motion));
+            row(
+                "Walls in motion",
+                console::name(&name).as_ref(),
+                &written(motion),
+            );
         }
     }
     for (index, wall) in scene.boundaries.iter().enumerate() {
         if wall.slip() != WallSlip::Free {
             let number = format!("boundaries.{index}");
             let name = wall.name().map_or(number, str::to_owned);
-            row("Walls that hold the fluid", console::name(&name).as_ref(), &written(&wall.slip()));
+            row(
+                "Walls that hold the fluid",
+                console::name(&name).as_ref(),
+                &written(&wall.slip()),
+            );
         }
     }
     text

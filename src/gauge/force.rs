@@ -5,8 +5,8 @@
 //! solves of the step together. Beside walls the fluid's own force along the wall is made up for what the wall leaves
 //! out of the kernel ([`made_up`](crate::boundary::sums::Walls::made_up)); that comes from the wall, from its samples
 //! by their part in the particle's kernel. And contact: what [`contact`](crate::boundary::contact) or direct forcing
-//! changed a velocity by comes from the nearest sample. Where walls hold the fluid a sample also takes the opposite of its
-//! [`friction`](crate::boundary::friction).
+//! changed a velocity by comes from the nearest sample. Where walls hold the fluid a sample also takes the opposite of
+//! its [`friction`](crate::boundary::friction).
 //!
 //! The pressure force on all particles is summed once more for it, with those terms: a pass in every step that is read.
 

@@ -61,8 +61,8 @@ impl Scene {
     }
 
     /// Paths of the files that belong to the scene: the order's, if it names one, then those of the walls, meshes and
-    /// tables of motion, then those that gauges are compared with, then tables of accelerations and of velocities at the
-    /// start.
+    /// tables of motion, then those that gauges are compared with, then tables of accelerations and of velocities at
+    /// the start.
     pub fn files_mut(&mut self) -> impl Iterator<Item = &mut String> {
         let walls = self.boundaries.iter_mut();
         let walls = walls.flat_map(BoundaryShape::files_mut);
@@ -74,10 +74,13 @@ impl Scene {
             BodyForce::Table(table) => Some(&mut table.file),
             BodyForce::Central(_) => None,
         });
-        let fields = self.bodies.iter_mut().filter_map(|body| match &mut body.velocity_field {
-            Some(VelocityField::Table { file }) => Some(file),
-            _ => None,
-        });
+        let fields = self
+            .bodies
+            .iter_mut()
+            .filter_map(|body| match &mut body.velocity_field {
+                Some(VelocityField::Table { file }) => Some(file),
+                _ => None,
+            });
         let files = self.order.iter_mut().chain(walls).chain(references);
         files.chain(tables).chain(fields)
     }

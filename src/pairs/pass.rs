@@ -26,7 +26,8 @@ pub trait PairSum: Copy + Sync {
     /// Eight fluid neighbours, rows `j`; lanes without one hold a row whose sentinel adds nothing.
     #[inline(always)]
     fn fluid<S: Simd>(&self, _: S, _pair: &Pair<S>, _j: S::Rows, _: &mut Self::Sums<S>) {}
-    /// Eight boundary neighbours, rows `j` of the samples, likewise; the fourth entries are their volumes \[m³; m² in 2-D].
+    /// Eight boundary neighbours, rows `j` of the samples, likewise; the fourth entries are their volumes
+    /// \[m³; m² in 2-D].
     #[inline(always)]
     fn boundary<S: Simd>(&self, _: S, _pair: &Pair<S>, _j: S::Rows, _: &mut Self::Sums<S>) {}
     /// After the last of so many neighbours, fluid and boundary, if it counts them.

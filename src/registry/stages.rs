@@ -103,7 +103,10 @@ impl Stages {
         limits.push(("gravity", force.1));
         if !scene.body_forces.is_empty() {
             let greatest = scene.greatest_acceleration();
-            limits.push(("gravity and body forces", motion_limits(0.5, h, 0.0, greatest)[1].1));
+            limits.push((
+                "gravity and body forces",
+                motion_limits(0.5, h, 0.0, greatest)[1].1,
+            ));
         }
         limits.push(("the speed at the start", speed.1));
         limits.retain(|limit| limit.1.is_finite());

@@ -37,8 +37,8 @@ pub struct CentralForce {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AccelerationFile {
-    /// The file, relative to the scene file's folder (after [`load`](super::Scene::load): to the working directory). Between
-    /// its times accelerations are linear; before the first and after the last they stay as they are there.
+    /// The file, relative to the scene file's folder (after [`load`](super::Scene::load): to the working directory).
+    /// Between its times accelerations are linear; before the first and after the last they stay as they are there.
     pub file: String,
 }
 
@@ -184,10 +184,19 @@ mod tests {
             "{error}"
         );
         for (text, expected) in [
-            ("t,ax\n0,a\n", "shake.csv:2: `a` in column `ax` is not a number"),
+            (
+                "t,ax\n0,a\n",
+                "shake.csv:2: `a` in column `ax` is not a number",
+            ),
             ("t,ax\n0,nan\n", "shake.csv:2: `nan`"),
-            ("t,ax\n0,1\n2,1\n1,1\n", "shake.csv:4: the time 1 s comes after 2 s"),
-            ("t,ax\n0,1\n0,2\n", "shake.csv:3: the time 0 s comes after 0 s"),
+            (
+                "t,ax\n0,1\n2,1\n1,1\n",
+                "shake.csv:4: the time 1 s comes after 2 s",
+            ),
+            (
+                "t,ax\n0,1\n0,2\n",
+                "shake.csv:3: the time 0 s comes after 0 s",
+            ),
         ] {
             let error = table(text).expect_err("refused").to_string();
             assert!(error.contains(expected), "{error}");

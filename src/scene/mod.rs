@@ -8,6 +8,7 @@
 //! a variant whose fields all have defaults may stand alone, `Pcisph`.
 
 mod body_force;
+mod boundary_motion;
 mod build;
 mod error;
 mod gauge;

@@ -20,8 +20,8 @@ pub enum VelocityField {
         angular_velocity: Vec3,
     },
     /// Taylor–Green vortices: with `k = 2π/wavelength` and ξ the place from `origin`,
-    /// `speed (sin kξ_x cos kξ_y cos kξ_z, −cos kξ_x sin kξ_y cos kξ_z, 0)`. Nothing flows through the planes in which kξ_x
-    /// or kξ_y is a multiple of π, so that slip walls may stand there. In 2-D ξ_z is 0, and the decay
+    /// `speed (sin kξ_x cos kξ_y cos kξ_z, −cos kξ_x sin kξ_y cos kξ_z, 0)`. Nothing flows through the planes in which
+    /// kξ_x or kξ_y is a multiple of π, so that slip walls may stand there. In 2-D ξ_z is 0, and the decay
     /// `exp(−2 ν k² t)` is exact.
     TaylorGreen {
         /// Largest speed \[m/s].
@@ -100,8 +100,9 @@ impl VelocityField {
             } => angular_velocity.length() * (axis.distance(center.as_vec3()) + reach),
             Self::TaylorGreen { speed, .. } => speed.abs(),
             // A file that cannot be read counts for nothing: the scene's check names it.
-            Self::Table { ref file } => VelocityGrid::load(Path::new(file))
-                .map_or(0.0, |grid| grid.greatest_speed() as f32),
+            Self::Table { ref file } => {
+                VelocityGrid::load(Path::new(file)).map_or(0.0, |grid| grid.greatest_speed() as f32)
+            }
         }
     }
 }

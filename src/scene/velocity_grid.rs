@@ -94,7 +94,11 @@ impl VelocityGrid {
                 (Some(a), Some(b)) => (*a, *b),
                 _ => (0.0, 0.0),
             };
-            let part = if b > a { (point[axis] - a) / (b - a) } else { 0.0 };
+            let part = if b > a {
+                (point[axis] - a) / (b - a)
+            } else {
+                0.0
+            };
             [(lower, 1.0 - part), (upper, part)]
         });
         let mut sum = DVec3::ZERO;
@@ -173,8 +177,14 @@ mod tests {
         for (text, expected) in [
             ("x,y,vx\n0,0,1\n", "no column `vy`"),
             ("x,y,vx,vy\n0,0,1,inf\n", "field.csv:2: `inf`"),
-            ("x,y,vx,vy\n0,0,1,0\n1,1,1,0\n", "2 rows are not one for every point"),
-            ("x,y,vx,vy\n0,0,1,0\n0,0,1,0\n", "field.csv:3: the point (0, 0, 0) is given twice"),
+            (
+                "x,y,vx,vy\n0,0,1,0\n1,1,1,0\n",
+                "2 rows are not one for every point",
+            ),
+            (
+                "x,y,vx,vy\n0,0,1,0\n0,0,1,0\n",
+                "field.csv:3: the point (0, 0, 0) is given twice",
+            ),
         ] {
             let error = grid(text).expect_err(text).to_string();
             assert!(error.contains(expected), "{error}");

@@ -50,9 +50,10 @@ pub enum WallMotion {
     /// Along a direction, from a table over time.
     Table {
         /// A CSV file, relative to the scene file's folder (after [`load`](super::Scene::load): to the working
-        /// directory): a line of names, ascending times \[s] in the first column, a column `x` \[m] and, if known, one `v` \[m/s].
-        /// Without `v` the wall moves at a constant speed from row to row, with it along cubics that have these speeds
-        /// (Hermite). It counts from where the table is at time 0; before its first and after its last time it rests.
+        /// directory): a line of names, ascending times \[s] in the first column, a column `x` \[m] and, if known, one
+        /// `v` \[m/s]. Without `v` the wall moves at a constant speed from row to row, with it along cubics that have
+        /// these speeds (Hermite). It counts from where the table is at time 0; before its first and after its last
+        /// time it rests.
         file: String,
         /// Direction of x; any length but zero.
         direction: Vec3,

@@ -201,7 +201,8 @@ pub enum FailureCause {
     },
     /// A wall would move more than half the support radius.
     #[error(
-        "a wall would move {displacement:.3e} m in one step, more than h/2 = {limit:.3e} m; a smaller time step is needed"
+        "a wall would move {displacement:.3e} m in one step, more than h/2 = {limit:.3e} m; a smaller time step is \
+         needed"
     )]
     WallTooFast {
         /// Length of the movement \[m].

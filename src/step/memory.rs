@@ -3,7 +3,12 @@
 use super::error::InstallError;
 use crate::{
     boundary::{friction, moving},
-    index, loading::Size, memory, registry::Stages, scene::Scene, state::Material,
+    index,
+    loading::Size,
+    memory,
+    registry::Stages,
+    scene::Scene,
+    state::Material,
 };
 
 /// A candidate for a sample of a mesh, with its place in the lists of the front \[bytes].

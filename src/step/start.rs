@@ -35,7 +35,11 @@ pub(super) struct FluidStart {
 
 impl FluidStart {
     pub(super) fn new(scene: &Scene, execution: &Execution) -> Result<Self, InstallError> {
-        for field in scene.bodies.iter().filter_map(|body| body.velocity_field.as_ref()) {
+        for field in scene
+            .bodies
+            .iter()
+            .filter_map(|body| body.velocity_field.as_ref())
+        {
             field.read()?;
         }
         let seeds = shapes::fluid_particles(scene);
@@ -146,7 +150,8 @@ impl Walls {
         }
         if let Some(slip) = slip {
             let rough = particles.iter().zip(&slip);
-            let rough = rough.filter_map(|(&particle, slip)| Some((particle, SlipLength((*slip)?))));
+            let rough =
+                rough.filter_map(|(&particle, slip)| Some((particle, SlipLength((*slip)?))));
             world.insert_batch(rough.collect::<Vec<_>>());
             world.insert_resource(WallFriction::new(scene, slip));
         }

@@ -66,21 +66,26 @@ fn errors(
         errors.push(sums.iter().map(of).fold(0.0, f64::max));
     }
     let gauges = strip.world().resource::<Gauges>();
-    let force = gauges.get("plate").and_then(|gauge| gauge.value("force_x_N"));
+    let force = gauges
+        .get("plate")
+        .and_then(|gauge| gauge.value("force_x_N"));
     (errors, force.unwrap_or(f64::NAN))
 }
 
 #[test]
 fn couette_flow_starts_as_its_series_says() {
     let pressures = METHODS.map(|method| (method.pressure)(1.0));
-    let cases = pressures.iter().map(|pressure| (2, 0.02, pressure.as_str()));
+    let cases = pressures
+        .iter()
+        .map(|pressure| (2, 0.02, pressure.as_str()));
     let finer = [(2, 0.01, "Dfsph()"), (3, 0.02, "Dfsph()")];
     for case in cases.chain(finer) {
         let (errors, force) = errors(case, "NoSlip", &[0.05, 0.2, 0.5], exact);
         // 1.4 % more than in the end.
         let depth = if case.0 == 2 { 1.0 } else { 0.1 };
         let expected = -1000.0 * VISCOSITY * SPEED / HEIGHT * depth * 1.014;
-        let figures = format!("{case:?}: errors {errors:.3?}, force {force:.3} N, expected {expected:.3} N");
+        let figures =
+            format!("{case:?}: errors {errors:.3?}, force {force:.3} N, expected {expected:.3} N");
         measured(&figures);
         let bound = if case.1 < 0.02 { 0.02 } else { 0.04 };
         assert!(errors.iter().all(|error| *error < bound), "{figures}");
@@ -92,7 +97,11 @@ fn couette_flow_starts_as_its_series_says() {
 fn a_wall_with_partial_slip_slips_by_its_length() {
     let length = 0.05;
     let steady = |y: f64, _| SPEED * (y + length) / (HEIGHT + length);
-    for case in [(2, 0.02, "Dfsph()"), (2, 0.01, "Dfsph()"), (3, 0.02, "Dfsph()")] {
+    for case in [
+        (2, 0.02, "Dfsph()"),
+        (2, 0.01, "Dfsph()"),
+        (3, 0.02, "Dfsph()"),
+    ] {
         let slip = format!("Partial(length: {length})");
         let (errors, _) = errors(case, &slip, &[1.2], steady);
         let figures = format!("{case:?}: error {errors:.3?}");

@@ -314,8 +314,8 @@ fn becomes_round(pressure: &str) {
     assert!(end.1 < 0.93 * start.1, "{figures}");
 }
 
-/// A lone particle swings about the centre of a linear force, and falls with constant acceleration to that of a constant
-/// one: `x0 cos ωt` and `x0 − g t²/2`, to the first order of the steps. What it has of energy it keeps.
+/// A lone particle swings about the centre of a linear force, and falls with constant acceleration to that of a
+/// constant one: `x0 cos ωt` and `x0 − g t²/2`, to the first order of the steps. What it has of energy it keeps.
 #[test]
 fn a_central_force_draws_as_it_says() {
     for dimension in [2, 3] {

@@ -177,13 +177,21 @@ fn a_tank_that_accelerates_is_a_tank_at_rest_under_its_inertia() {
                 let places = particles.iter().map(|p| p.position);
                 (t, places.collect::<Vec<_>>())
             };
-            let (t, driven) = places("", &format!(", motion: Table(file: {drive}, direction: (2, 0, 0))"));
+            let (t, driven) = places(
+                "",
+                &format!(", motion: Table(file: {drive}, direction: (2, 0, 0))"),
+            );
             let (_, inert) = places(&format!("body_forces: [Table(file: {inertia})],"), "");
             let way = 1.5 * t * t * Vec3::X;
-            let off = driven.iter().zip(&inert).map(|(a, b)| (*a - way).distance(*b));
+            let off = driven
+                .iter()
+                .zip(&inert)
+                .map(|(a, b)| (*a - way).distance(*b));
             let mean = off.sum::<f32>() / driven.len() as f32 / 0.02;
             let moved = inert.iter().map(|x| x.x).sum::<f32>() / inert.len() as f32 - 0.08;
-            let figures = format!("{dimension}-D {method}: {mean:.3} spacings off; the fluid moved by {moved:.4} m");
+            let figures = format!(
+                "{dimension}-D {method}: {mean:.3} spacings off; the fluid moved by {moved:.4} m"
+            );
             measured(&figures);
             assert!(mean < 0.1 && moved < -0.005, "{figures}");
         }
@@ -227,7 +235,10 @@ fn a_tank_in_free_fall_has_no_pressure() {
 fn a_full_tank_that_turns_is_a_rigid_body() {
     for (dimension, methods) in [(2, &METHODS[..]), (3, &METHODS[3..])] {
         let deep = if dimension == 2 { 0.0 } else { 0.12 };
-        for (method, spacing) in methods.iter().flat_map(|method| [(method, 0.02), (method, 0.01)]) {
+        for (method, spacing) in methods
+            .iter()
+            .flat_map(|method| [(method, 0.02), (method, 0.01)])
+        {
             if dimension == 3 && spacing < 0.02 {
                 continue;
             }
@@ -249,8 +260,13 @@ fn a_full_tank_that_turns_is_a_rigid_body() {
                 sum += (turned * (*x - center)).distance(arm);
                 spin += arm.cross(particle.velocity).z / arm.truncate().length_squared();
             }
-            let (off, spin) = (sum / start.len() as f32 / spacing, spin / start.len() as f32);
-            let figures = format!("{dimension}-D {method} {spacing} m: {off:.3} spacings off, turns at {spin:.3} rad/s");
+            let (off, spin) = (
+                sum / start.len() as f32 / spacing,
+                spin / start.len() as f32,
+            );
+            let figures = format!(
+                "{dimension}-D {method} {spacing} m: {off:.3} spacings off, turns at {spin:.3} rad/s"
+            );
             measured(&figures);
             assert!((spin / 2.0 - 1.0).abs() < 0.05, "{figures}");
         }
@@ -280,7 +296,8 @@ fn a_piston_raises_the_level_by_the_volume_that_it_takes() {
             }
         });
         let (found, expected) = (sum / count, 0.5 * 0.12 * 0.24 / 0.16);
-        let figures = format!("{dimension}-D {spacing} m: centre at {found:.4} m, expected {expected:.4} m");
+        let figures =
+            format!("{dimension}-D {spacing} m: centre at {found:.4} m, expected {expected:.4} m");
         measured(&figures);
         assert!((found / expected - 1.0).abs() < 0.04, "{figures}");
     }
@@ -292,7 +309,10 @@ fn the_force_on_walls_that_move_is_the_change_of_momentum() {
     use overfall::gauge::Gauges;
     for (dimension, methods) in [(2, &METHODS[..]), (3, &METHODS[2..])] {
         let deep = if dimension == 2 { 0.0 } else { 0.1 };
-        for (method, slip) in methods.iter().flat_map(|method| [(method, "Free"), (method, "NoSlip")]) {
+        for (method, slip) in methods
+            .iter()
+            .flat_map(|method| [(method, "Free"), (method, "NoSlip")])
+        {
             let mut tank = simulation(&format!(
                 "(name: \"push\", dimension: {dimension}, spacing: 0.02, gravity: (0, 0, 0), pressure: {method},
                   time_step: Fixed(0.0005), fluid: (viscosity: Laminar(kinematic_viscosity: 0.01)),
@@ -307,7 +327,9 @@ fn the_force_on_walls_that_move_is_the_change_of_momentum() {
                 f64::from(world.resource::<overfall::state::Material>().particle_mass)
             };
             let momentum = |tank: &mut overfall::Simulation| {
-                let velocities = particles_of(tank).into_iter().map(|p| p.velocity.as_dvec3());
+                let velocities = particles_of(tank)
+                    .into_iter()
+                    .map(|p| p.velocity.as_dvec3());
                 mass * velocities.sum::<glam::DVec3>()
             };
             let (mut before, mut time) = (momentum(&mut tank), 0.0);
@@ -323,7 +345,8 @@ fn the_force_on_walls_that_move_is_the_change_of_momentum() {
                 off = off.max(found.distance(expected));
                 most = most.max(expected.length());
             });
-            let figures = format!("{dimension}-D {method} {slip}: off by {off:.2e} of up to {most:.2e} N");
+            let figures =
+                format!("{dimension}-D {method} {slip}: off by {off:.2e} of up to {most:.2e} N");
             measured(&figures);
             assert!(most > 0.1 && off < 2e-3 * most, "{figures}");
         }

@@ -385,8 +385,7 @@ fn driven(pressure: PressureMethod, time_step: &str, folder: &std::path::Path) -
 
 /// Places of the boundary particles.
 fn walls(world: &mut World) -> Vec<[u32; 3]> {
-    let mut walls =
-        world.query_filtered::<&Position, With<overfall::state::particle::Boundary>>();
+    let mut walls = world.query_filtered::<&Position, With<overfall::state::particle::Boundary>>();
     let places = walls.iter(world).map(|x| x.0.to_array().map(f32::to_bits));
     places.collect()
 }
@@ -425,6 +424,11 @@ fn a_table_that_has_changed_is_another_run() {
         fs::write(folder.path().join(name), text).expect("a file");
         let mut other = Simulation::with_threads(&scene, 1).expect("a scene that runs");
         let error = checkpoint.restore(other.world_mut()).expect_err("refused");
-        assert!(error.to_string().contains("a file of a `Table` has changed"), "{error}");
+        assert!(
+            error
+                .to_string()
+                .contains("a file of a `Table` has changed"),
+            "{error}"
+        );
     }
 }

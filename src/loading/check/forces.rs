@@ -5,8 +5,8 @@ use std::path::Path;
 use glam::Vec3;
 
 use super::problem::{Checked, Problem, ensure};
-use super::size::box_of_body;
 use super::proper::{AXIS_NAMES, axes, is_flat};
+use super::size::box_of_body;
 use crate::scene::{
     AccelerationTable, BodyForce, Dimension, FluidBody, Scene, VelocityField, VelocityGrid,
 };
@@ -61,7 +61,8 @@ pub(super) fn velocity_fields(scene: &Scene) -> Checked {
                 let least = 4.0 * scene.spacing;
                 ensure(wavelength >= least, format!("{path}.wavelength"), || {
                     format!(
-                        "the wavelength is {wavelength} m; it must be at least {least} m, four spacings, for particles to carry it"
+                        "the wavelength is {wavelength} m; it must be at least {least} m, four spacings, for particles \
+                         to carry it"
                     )
                 })?;
             }

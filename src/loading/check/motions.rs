@@ -10,7 +10,8 @@ use super::proper::{axes, is_flat};
 use super::size::box_of_boundary;
 use crate::mesh::Mesh;
 use crate::scene::{
-    Bounds, BoundaryShape, Dimension, MotionTable, Scene, TimeStep, Viscosity, WallCourse, WallMotion, WallSlip,
+    BoundaryShape, Bounds, Dimension, MotionTable, Scene, TimeStep, Viscosity, WallCourse,
+    WallMotion, WallSlip,
 };
 
 pub(super) fn motions(scene: &Scene) -> Checked {
@@ -133,8 +134,7 @@ pub(super) fn courses(scene: &Scene, meshes: &[Option<Mesh>]) -> Checked {
         followed(scene, wall, corners)?;
         let course = WallCourse::new(motion);
         let course = course.map_err(|error| Problem::new(&path, error.to_string()))?;
-        let (low, high) =
-            corners.unwrap_or_else(|| box_of_boundary(wall, scene.dimension, 0.0));
+        let (low, high) = corners.unwrap_or_else(|| box_of_boundary(wall, scene.dimension, 0.0));
         let around = |time: f64| {
             let pose = course.pose(time);
             let corners = (0..8).map(|k| {
@@ -148,7 +148,10 @@ pub(super) fn courses(scene: &Scene, meshes: &[Option<Mesh>]) -> Checked {
         for time in looks(motion, scene.duration.into()) {
             let corners = around(time);
             carried::of_one(scene, path.clone(), corners).map_err(|problem| Problem {
-                message: format!("at {time:.4} s {}; or the motion must end before", problem.message),
+                message: format!(
+                    "at {time:.4} s {}; or the motion must end before",
+                    problem.message
+                ),
                 ..problem
             })?;
             if let Some(domain) = scene.domain {
@@ -216,8 +219,8 @@ fn stays(
             "the wall has left"
         };
         format!(
-            "at {time:.4} s {what} `domain`: it is from {low} to {high} m then; stop it before, turn it round, or enlarge \
-             `domain`"
+            "at {time:.4} s {what} `domain`: it is from {low} to {high} m then; stop it before, turn it round, or \
+             enlarge `domain`"
         )
     })
 }
@@ -233,8 +236,8 @@ fn followed(scene: &Scene, wall: &BoundaryShape, mesh: Option<(DVec3, DVec3)>) -
     let limit = 0.5 * scene.support_radius();
     ensure(speed * dt <= limit, "time_step", || {
         format!(
-            "a wall moves with up to {speed:.3} m/s, {:.3e} m in a step of {dt:e} s; it may move half the support radius, \
-             {limit:.3e} m: `Fixed({:.0e})` would do, or `Cfl()`",
+            "a wall moves with up to {speed:.3} m/s, {:.3e} m in a step of {dt:e} s; it may move half the support \
+             radius, {limit:.3e} m: `Fixed({:.0e})` would do, or `Cfl()`",
             speed * dt,
             0.8 * limit / speed
         )
