@@ -15,6 +15,7 @@ use crate::{
     index::BoundarySamples,
     measure::CurveError,
     mesh::Mesh,
+    sampling::BoundarySample,
     scene::{BoundaryShape, Dimension, Scene, WallCourse, WallMotion},
     state::{
         Clock, DomainTooLarge, Execution, Failure, FailureCause, Limit, Material, Phase, Product,
@@ -80,6 +81,8 @@ pub struct RestPose {
 pub struct MovingWalls {
     /// Their motions; boundaries that move alike have one.
     pub courses: Vec<WallCourse>,
+    /// The course of each boundary of the scene, by its number.
+    of_boundary: Vec<Option<u32>>,
     /// Rows of the samples that move.
     samples: Vec<(u32, RestPose)>,
     /// What is needed for volumes, if walls move past each other.
@@ -87,8 +90,8 @@ pub struct MovingWalls {
 }
 
 impl MovingWalls {
-    /// Reads the motions of a scene; `None` if nothing moves. With them comes the course of every boundary.
-    pub fn new(scene: &Scene) -> Result<Option<(Self, Vec<Option<u32>>)>, CurveError> {
+    /// Reads the motions of a scene; `None` if nothing moves.
+    pub fn new(scene: &Scene) -> Result<Option<Self>, CurveError> {
         let mut courses: Vec<WallCourse> = Vec::new();
         let mut of_boundary = Vec::new();
         for wall in &scene.boundaries {
@@ -101,12 +104,22 @@ impl MovingWalls {
                 }) as u32
             }));
         }
-        let walls = Self {
+        Ok((!courses.is_empty()).then_some(Self {
             courses,
+            of_boundary,
             samples: Vec::new(),
             apart: None,
-        };
-        Ok((!walls.courses.is_empty()).then_some((walls, of_boundary)))
+        }))
+    }
+
+    /// The pose of a sample of a boundary, by the boundary's number; none if that stands.
+    pub fn pose_of(&self, boundary: u32, sample: &BoundarySample) -> Option<RestPose> {
+        let course = self.of_boundary.get(boundary as usize).copied().flatten()?;
+        Some(RestPose {
+            course,
+            position: sample.position,
+            normal: sample.normal,
+        })
     }
 
     /// Takes the poses of all boundary particles, in the order of their rows, and where they are now \[m]. Fails if the

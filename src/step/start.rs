@@ -95,15 +95,11 @@ impl Walls {
             owners.push(owner);
         })?;
         let samples = boundary::pack(scene, &sampled, execution).map_err(InstallError::Boundary)?;
-        let mut moving = MovingWalls::new(scene)?.map(|(walls, courses)| {
-            let pose = |(sample, &owner): (&BoundarySample, &u32)| {
-                courses[owner as usize].map(|course| RestPose {
-                    course,
-                    position: sample.position,
-                    normal: sample.normal,
-                })
-            };
-            let poses: Vec<_> = sampled.iter().zip(&owners).map(pose).collect();
+        let mut moving = MovingWalls::new(scene)?.map(|walls| {
+            let samples = sampled.iter().zip(&owners);
+            let poses: Vec<_> = samples
+                .map(|(sample, &owner)| walls.pose_of(owner, sample))
+                .collect();
             (walls, poses)
         });
         if let Some((walls, poses)) = &mut moving {
