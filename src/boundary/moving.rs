@@ -112,11 +112,19 @@ impl MovingWalls {
         }))
     }
 
+    fn number_of(&self, boundary: u32) -> Option<u32> {
+        self.of_boundary.get(boundary as usize).copied().flatten()
+    }
+
+    /// The course of a boundary, by its number in the scene; none if it stands.
+    pub fn course_of(&self, boundary: u32) -> Option<&WallCourse> {
+        self.courses.get(self.number_of(boundary)? as usize)
+    }
+
     /// The pose of a sample of a boundary, by the boundary's number; none if that stands.
     pub fn pose_of(&self, boundary: u32, sample: &BoundarySample) -> Option<RestPose> {
-        let course = self.of_boundary.get(boundary as usize).copied().flatten()?;
         Some(RestPose {
-            course,
+            course: self.number_of(boundary)?,
             position: sample.position,
             normal: sample.normal,
         })

@@ -352,3 +352,37 @@ fn the_force_on_walls_that_move_is_the_change_of_momentum() {
         }
     }
 }
+
+/// A gauge on a wall goes with it: the hydrostatic pressure of a tank that moves with its water.
+#[test]
+fn a_gauge_on_a_wall_goes_where_the_wall_goes() {
+    use overfall::gauge::Gauges;
+    for (dimension, deep, z) in [(2, 0.0, 0.0), (3, 0.12, 0.06)] {
+        let mut tank = simulation(&format!(
+            "(name: \"gauge\", dimension: {dimension}, spacing: 0.02,
+              fluid: (viscosity: Laminar(kinematic_viscosity: 0.001)),
+              bodies: [(shape: Box(min: (0, 0, 0), max: (0.16, 0.12, {deep})), velocity: (0.5, 0, 0))],
+              boundaries: [Tank(min: (0, 0, 0), max: (0.16, 0.2, {deep}), name: \"tank\",
+                motion: Velocity(velocity: (0.5, 0, 0)))],
+              gauges: [
+                (name: \"with\", window: 0.2, every: Seconds(0.2),
+                  kind: WallPressure(at: (0, 0.04, {z}), normal: (1, 0, 0), boundary: \"tank\")),
+                (name: \"without\", kind: WallPressure(at: (0, 0.04, {z}), normal: (1, 0, 0)))])"
+        ));
+        run(&mut tank, 0.61, |_, _| {});
+        let gauges = tank.world().resource::<Gauges>();
+        let value =
+            |name: &str, column: &str| gauges.get(name).and_then(|gauge| gauge.value(column));
+        let with = value("with", "mean_pressure_Pa").unwrap_or(f64::NAN);
+        let without = value("without", "pressure_Pa");
+        let expected = 1000.0 * 9.81 * 0.08;
+        let figures = format!(
+            "{dimension}-D: {with:.0} Pa, expected {expected:.0} Pa; {without:?} where it was"
+        );
+        measured(&figures);
+        assert!(
+            (with / expected - 1.0).abs() < 0.15 && without == Some(0.0),
+            "{figures}"
+        );
+    }
+}
