@@ -97,7 +97,8 @@ fn a_piston_pushes_water_and_lets_none_through() {
     }
 }
 
-/// Water that fills a tank without gravity goes where the tank goes, there and back.
+/// Water that fills a tank without gravity goes where the tank goes, there and back. Steps are short: in ones of 4 ms
+/// PCISPH throws particles when the tank turns round.
 #[test]
 fn a_full_tank_that_oscillates_takes_its_water_along() {
     for (dimension, methods) in [(2, &METHODS[..]), (3, &METHODS[3..])] {
@@ -105,6 +106,7 @@ fn a_full_tank_that_oscillates_takes_its_water_along() {
         for method in methods {
             let mut tank = simulation(&format!(
                 "(name: \"shaken\", dimension: {dimension}, spacing: 0.02, gravity: (0, 0, 0), pressure: {method},
+                  time_step: Fixed(0.002),
                   bodies: [(shape: Box(min: (0, 0, 0), max: (0.16, 0.12, {deep})))],
                   boundaries: [Tank(min: (0, 0, 0), max: (0.16, 0.12, {deep}),
                     motion: Oscillation(amplitude: (0.05, 0, 0), frequency: 2, phase: 1.5707963))])"
