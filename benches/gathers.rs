@@ -1,13 +1,11 @@
-//! How neighbours' positions are best laid out for a pass: an array of `Vec3` as the tables hold them, a packed copy of
-//! `Vec4`, or a column for each coordinate; with rows along the Z-curve and in no order.
+//! Data layouts for gathering the positions of neighbours: an array of `Vec3` as in the tables, a packed copy of
+//! `Vec4`, or one column per coordinate; with rows along the Z-curve and in random order.
 //!
-//! ```text
-//! cargo bench --bench gathers               # 130 000 particles
-//! ```
+//! `cargo bench --bench gathers` uses 130 000 particles.
 //!
-//! A pass sums `|x_i − x_j|²` over the lists of the corner dam break, as those do that want positions alone, or `(t_i +
-//! t_j) |x_i − x_j|²`, as the pressure force does; on one thread, nothing but gathers. Layouts take turns, and every
-//! figure is the least of its runs.
+//! A pass sums `|x_i − x_j|²` over the lists of the corner dam break, as passes that need only positions do, or `(t_i +
+//! t_j) |x_i − x_j|²`, as the pressure force does. It consists of gathers only and runs on one thread. Layouts take
+//! turns, and every figure is the minimum of its runs.
 #![allow(clippy::print_stdout, reason = "a benchmark talks to its reader")]
 
 use std::{array::from_fn, hint::black_box, path::Path, time::Instant};
@@ -21,11 +19,11 @@ use overfall::{
     state::Positions,
 };
 
-/// Steps before the lists are taken, and runs of a layout.
+/// Steps before the lists are taken, and runs per layout.
 const STEPS: usize = 100;
 const RUNS: usize = 15;
 
-/// Neighbour lists, one after the other.
+/// Neighbour lists, concatenated.
 struct Lists {
     ends: Vec<usize>,
     rows: Vec<u32>,
@@ -41,25 +39,26 @@ impl Lists {
     }
 }
 
-/// A way to hold positions and a term beside each.
+/// A layout of positions, with a term for each.
 trait Layout: Copy {
     /// One row.
     fn one(self, row: usize) -> Vec4;
-    /// Eight rows; lanes without one hold any. Terms are fetched only where they are not beside the positions.
+    /// Eight rows; lanes without a row have arbitrary values. Terms are loaded only if they are not beside the
+    /// positions.
     fn eight<S: Simd>(self, simd: S, rows: &[u32]) -> [S::F; 3];
-    /// The same with their terms.
+    /// The same with terms.
     fn eight_with_terms<S: Simd>(self, simd: S, rows: &[u32]) -> [S::F; 4];
 }
 
-/// Positions as the tables hold them, and the terms.
+/// Positions as in the tables, and the terms.
 #[derive(Clone, Copy)]
 struct Tables<'a>(&'a [Vec3], &'a [f32]);
 
-/// Sixteen bytes each, which one load takes.
+/// Sixteen bytes per row, which one load reads.
 #[derive(Clone, Copy)]
 struct Packed<'a>(&'a [Vec4]);
 
-/// A column for each coordinate and the terms.
+/// One column per coordinate, and one for the terms.
 #[derive(Clone, Copy)]
 struct Columns<'a>([&'a [f32]; 4]);
 
@@ -69,7 +68,7 @@ fn gather<S: Simd>(simd: S, column: &[f32], rows: &[u32]) -> S::F {
     simd.load(&Lanes(from_fn(|lane| column[of_lane(rows, lane)])))
 }
 
-/// Row of a lane of a list that may end before.
+/// Row of a lane in a list that may have fewer entries.
 #[inline(always)]
 fn of_lane(rows: &[u32], lane: usize) -> usize {
     rows[lane.min(rows.len() - 1)] as usize
@@ -129,7 +128,7 @@ impl Layout for Columns<'_> {
     }
 }
 
-/// A pass that wants terms, or none.
+/// A pass with or without terms.
 struct Pass<'a, L, const TERMS: bool>(L, &'a Lists);
 
 impl<L: Layout, const TERMS: bool> Vectorised for Pass<'_, L, TERMS> {
@@ -171,7 +170,7 @@ struct Fluid {
 
 impl Fluid {
     fn new(tables: Vec<Vec3>, lists: Lists) -> Self {
-        // Any number does for a term.
+        // The values of the terms do not matter.
         let packed: Vec<Vec4> = tables.iter().map(|x| x.extend(x.x + x.y)).collect();
         Self {
             columns: from_fn(|axis| packed.iter().map(|x| x[axis]).collect()),
@@ -181,10 +180,10 @@ impl Fluid {
         }
     }
 
-    /// The same with rows in no order.
+    /// The same with rows in random order.
     fn shuffled(&self) -> Self {
         let rows = self.tables.len();
-        // Where the k-th row comes from: the multiplier is a prime, so every row comes once.
+        // Source of the k-th row: the multiplier is a prime, so every row occurs once.
         let from: Vec<usize> = (0..rows).map(|k| k * 7_368_787 % rows).collect();
         let mut to = vec![0; rows];
         for (k, &row) in from.iter().enumerate() {
@@ -203,7 +202,7 @@ impl Fluid {
         Self::new(from.iter().map(|&row| self.tables[row]).collect(), moved)
     }
 
-    /// Nanoseconds a particle with every layout.
+    /// Nanoseconds per particle for every layout.
     fn time<const TERMS: bool>(&self) -> [f64; 3] {
         let set = InstructionSet::detect().arithmetic();
         let columns = self.columns.each_ref().map(Vec::as_slice);

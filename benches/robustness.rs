@@ -1,8 +1,8 @@
-//! Where methods fail: `cargo bench --bench robustness`. Every row is a run that has to end with water at rest, an
-//! energy that does not rise, or a known answer.
+//! Difficult cases for every method: `cargo bench --bench robustness`. Every row is a run that should end with water at
+//! rest, an energy that does not rise, or a known answer.
 //!
-//! Arguments after `--`: words keep the cases and methods whose name holds one of them each, `--set PATH=VALUE`
-//! overrides a field of all scenes, `--quick` leaves out the largest. Prints one line a run.
+//! Arguments after `--`: words select the cases and methods whose names contain one of them, `--set PATH=VALUE`
+//! overrides a field of all scenes, `--quick` omits the largest. Prints one line per run.
 #![expect(clippy::print_stdout, reason = "a table for whoever runs it")]
 
 #[path = "../tests/robustness_support/mod.rs"]

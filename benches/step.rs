@@ -1,13 +1,10 @@
-//! What a step costs, and what bounds it: every method at three sizes, phase by phase; every pass over the neighbours
-//! against the memory and the arithmetic of this machine.
+//! Cost of a step, and its limits: every method at three sizes, phase by phase; every pass over the neighbours compared
+//! with the memory bandwidth and the arithmetic of this machine.
 //!
-//! ```text
-//! cargo bench --bench step                        # 30 000 and 130 000 particles
-//! cargo bench --bench step -- 30000 130000 1000000
-//! ```
+//! `cargo bench --bench step` uses 30 000 and 130 000 particles, `-- 30000 130000 1000000` those numbers.
 //!
-//! The scene is the corner dam break, scaled in all its lengths but the spacing. Threads take turns step by step, and
-//! every figure is a median of one run, so that what else the machine does falls on all alike. Times are for
+//! The scene is the corner dam break, scaled in all lengths except the spacing. Numbers of threads take turns step by
+//! step, and every figure is a median of one run, so that disturbances of the machine affect all alike. Times are for
 //! orientation; ratios count.
 #![allow(clippy::print_stdout, reason = "a benchmark talks to its reader")]
 
@@ -29,13 +26,13 @@ use overfall::{
 
 type Failure = Box<dyn std::error::Error>;
 
-/// Steps before the first that counts, and steps that count.
+/// Warm-up steps, and measured steps.
 const WARM_UP: usize = 10;
 const STEPS: usize = 15;
 /// Runs of a single pass.
 const RUNS: usize = 15;
 
-/// The methods, each with what its step needs.
+/// The methods, each with the settings of its step.
 const METHODS: [(&str, &[&str]); 4] = [
     (
         "SESPH",
@@ -65,7 +62,7 @@ fn scene(particles: usize, overrides: &[&str]) -> Result<Scene, Failure> {
         Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes/corner_dam_break_130k.ron");
     let mut scene = Scene::load(&file, &overrides?)?;
     let scale = (particles as f32 / 130_000.0).cbrt();
-    // Whole numbers of spacings, so that the block stays a block of the lattice.
+    // A whole number of spacings, so that the block remains a block of the lattice.
     let scaled = |x: glam::Vec3| (x * scale / scene.spacing).round() * scene.spacing;
     for body in &mut scene.bodies {
         if let Shape::Box { min, max } = &mut body.shape {
@@ -165,10 +162,10 @@ fn methods(particles: usize) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Chains of fused multiply-add without memory.
+/// Chains of fused multiply-add without memory access.
 struct Arithmetic;
 
-/// Chains that run side by side, rounds of each.
+/// Number of parallel chains, and rounds of each.
 const CHAINS: usize = 10;
 const ROUNDS: usize = 2_000_000;
 
@@ -178,7 +175,7 @@ impl Vectorised for Arithmetic {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> f32 {
         let (factor, term) = (simd.splat(black_box(0.999)), simd.splat(black_box(0.001)));
-        // Unlike values: chains of equal ones would be folded into one.
+        // Different values: the compiler would merge equal chains.
         let mut chains: [S::F; CHAINS] = from_fn(|k| simd.splat(black_box(k as f32)));
         for _ in 0..ROUNDS {
             for chain in &mut chains {
@@ -189,7 +186,7 @@ impl Vectorised for Arithmetic {
     }
 }
 
-/// Billions of floating-point operations a second in all threads.
+/// Billions of floating-point operations per second, all threads together.
 fn peak_arithmetic(execution: &Execution) -> f64 {
     let set = execution.instruction_set.arithmetic();
     let mut rates: Vec<f64> = (0..5)
@@ -205,7 +202,7 @@ fn peak_arithmetic(execution: &Execution) -> f64 {
     median(&mut rates)
 }
 
-/// Billions of bytes per second, read and written, of a copy that no cache holds.
+/// Billions of bytes per second, read and written, of a copy too large for the caches.
 fn stream_bandwidth(execution: &Execution) -> f64 {
     let from = vec![Vec4::ONE; 8 << 20];
     let mut to = vec![Vec4::ZERO; from.len()];
@@ -221,18 +218,60 @@ fn stream_bandwidth(execution: &Execution) -> f64 {
     median(&mut rates)
 }
 
-/// A pass over the neighbours: what it does for a pair, and what it moves for a particle besides its list.
+/// A pass over the neighbours: operations per pair, and bytes per particle besides its list.
 struct Pass {
     name: &'static str,
     system: SystemId,
-    /// Floating-point operations per pair, counted in the source; a division or a root is one.
+    /// Floating-point operations per pair, counted in the source; a division or a root counts as one.
     operations: f64,
-    /// Bytes of columns: each is fetched once, since rows along the Z-curve share their neighbours.
+    /// Bytes of columns: each row is loaded once, because rows along the Z-curve share their neighbours.
     columns: f64,
-    /// Bytes of lists and slopes a neighbour.
+    /// Bytes of lists and kernel gradients per neighbour.
     pair: f64,
 }
 
+/// The passes over the neighbours, registered in a world.
+fn all_passes(world: &mut World) -> Vec<Pass> {
+    vec![
+        Pass {
+            name: "neighbours, fluid",
+            system: world.register_system(find_fluid_neighbours),
+            operations: 0.0,
+            columns: 16.0,
+            pair: 4.0,
+        },
+        Pass {
+            name: "neighbours, walls",
+            system: world.register_system(find_boundary_neighbours),
+            operations: 0.0,
+            columns: 16.0,
+            pair: 0.0,
+        },
+        Pass {
+            name: "density",
+            system: world.register_system(compute_density),
+            operations: 26.0,
+            columns: 20.0,
+            pair: 8.0,
+        },
+        Pass {
+            name: "viscosity",
+            system: world.register_system(apply_laminar_viscosity),
+            operations: 27.0,
+            columns: 44.0,
+            pair: 8.0,
+        },
+        Pass {
+            name: "pressure force",
+            system: world.register_system(pressure_force),
+            operations: 11.0,
+            columns: 28.0,
+            pair: 8.0,
+        },
+    ]
+}
+
+/// Every pass on one thread and on two, compared with memory and arithmetic of the machine.
 fn passes(particles: usize) -> Result<(), Failure> {
     let scene = scene(
         particles,
@@ -249,43 +288,7 @@ fn passes(particles: usize) -> Result<(), Failure> {
         neighbours = world.resource::<FluidNeighbours>().lists.pairs() as f64 / rows as f64;
         let execution = world.resource::<Execution>().clone();
         (stream, peak) = (stream_bandwidth(&execution), peak_arithmetic(&execution));
-        table = vec![
-            Pass {
-                name: "neighbours, fluid",
-                system: world.register_system(find_fluid_neighbours),
-                operations: 0.0,
-                columns: 16.0,
-                pair: 4.0,
-            },
-            Pass {
-                name: "neighbours, walls",
-                system: world.register_system(find_boundary_neighbours),
-                operations: 0.0,
-                columns: 16.0,
-                pair: 0.0,
-            },
-            Pass {
-                name: "density",
-                system: world.register_system(compute_density),
-                operations: 26.0,
-                columns: 20.0,
-                pair: 8.0,
-            },
-            Pass {
-                name: "viscosity",
-                system: world.register_system(apply_laminar_viscosity),
-                operations: 27.0,
-                columns: 44.0,
-                pair: 8.0,
-            },
-            Pass {
-                name: "pressure force",
-                system: world.register_system(pressure_force),
-                operations: 11.0,
-                columns: 28.0,
-                pair: 8.0,
-            },
-        ];
+        table = all_passes(world);
         let mut times = vec![Vec::new(); table.len()];
         for _ in 0..RUNS {
             for (pass, times) in table.iter().zip(&mut times) {

@@ -1,5 +1,5 @@
-//! Water in a world of the host's own: a host system runs between the engine's phases, a host component rides on some
-//! particles, and particles come and go between steps.
+//! Water in a host's own world: a host system runs between the engine's phases, some particles have a host component,
+//! and particles are spawned and despawned between steps.
 //!
 //! `cargo run --release --example embed`
 #![allow(clippy::print_stdout, reason = "an example talks to its reader")]
@@ -11,11 +11,11 @@ use overfall::{
     state::particle::{Fluid, Position, Velocity},
 };
 
-/// The host's own component.
+/// A component of the host.
 #[derive(Component)]
 struct Dye;
 
-/// The host's own state.
+/// State of the host.
 #[derive(Resource, Default)]
 struct DyeFront(f32);
 
@@ -33,13 +33,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut world = World::new();
     overfall::install(&mut world, &Scene::parse(scene, "pond", &[])?)?;
 
-    // The host's system joins the step, after the particles have moved.
+    // The host's system runs within the step, after the particles have moved.
     world.init_resource::<DyeFront>();
     world.schedule_scope(Step, |_, step| {
         step.add_systems(watch_the_dye.after(Phase::Integrate).before(Phase::Reorder));
     });
 
-    // Some particles are tagged: they move to a table of their own, and the engine copes.
+    // Some particles are tagged, which moves them to another table. The engine handles that.
     let mut fluid = world.query_filtered::<(Entity, &Position), With<Fluid>>();
     let low: Vec<Entity> = fluid
         .iter(&world)
@@ -56,7 +56,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 "t = {:.3} s: {} particles, dye up to x = {front:.3} m",
                 report.time, report.particles
             );
-            // A jet from above, a particle at a time.
+            // A jet from above, one particle at a time.
             world.spawn((
                 Fluid,
                 Position([1.5, 1.2, 0.25].into()),

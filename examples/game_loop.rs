@@ -1,5 +1,5 @@
-//! A game's loop: frames of 1/60 s, each as many steps of the fluid as fit; wind between forces and pressure; drops that
-//! come and go; and the level that starts again.
+//! A game loop with frames of 1/60 s, each with as many steps of the fluid as fit; wind between forces and pressure;
+//! drops that are spawned and despawned; a level that restarts.
 //!
 //! `cargo run --release --example game_loop`
 #![allow(clippy::print_stdout, reason = "an example talks to its reader")]
@@ -12,7 +12,7 @@ use overfall::{
     step::{Accelerations, Velocities},
 };
 
-/// The host's own state: how fast the wind blows along x \[m/s].
+/// State of the host: speed of the wind along x \[m/s].
 #[derive(Resource)]
 struct Wind(f32);
 
@@ -25,7 +25,7 @@ fn blow(wind: Res<Wind>, velocities: Res<Velocities>, mut accelerations: ResMut<
 
 fn start_level(world: &mut World, scene: &Scene) -> Result<(), Box<dyn std::error::Error>> {
     overfall::install(world, scene)?;
-    // Systems of the host's go with the level, so they are added with it.
+    // The host's systems are removed with the level, so they are added with it again.
     world.schedule_scope(Step, |_, step| {
         step.add_systems(blow.after(Phase::Forces).before(Phase::Pressure));
     });
@@ -43,7 +43,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for level in 0..2 {
         start_level(&mut world, &scene)?;
         for frame in 0..20 {
-            // A frame that took long asks for no more than the game can wait for.
+            // A slow frame requests no more than the game can wait for.
             let frame_time: f64 = 1.0 / 60.0;
             let done = overfall::advance(&mut world, frame_time.min(0.05))?;
             if frame % 10 == 0 {

@@ -1,4 +1,4 @@
-//! Water in a world of one's own, in twenty lines.
+//! Water in a world of its own, in twenty lines.
 //!
 //! `cargo run --release --example minimal`
 #![allow(clippy::print_stdout, reason = "an example talks to its reader")]

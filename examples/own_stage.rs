@@ -1,4 +1,4 @@
-//! A stage of the host's own, which an order file names: wind, between the engine's forces and pressure.
+//! A stage of the host that an order file names: wind, between the engine's forces and pressure.
 //!
 //! `cargo run --release --example own_stage`
 #![allow(clippy::print_stdout, reason = "an example talks to its reader")]
@@ -10,17 +10,17 @@ use overfall::{
     step::{Accelerations, Product, Stage, Stages, Velocities},
 };
 
-/// How fast the wind blows along x \[m/s].
+/// Speed of the wind along x \[m/s].
 #[derive(Resource)]
 struct Wind(f32);
 
-/// What the stage is, in one place: an order file may run it once the columns are there, and not after pressure.
+/// The stage, declared in one place: an order file may run it after the columns are gathered and before pressure.
 const MY_WIND: Stage = Stage {
     needs: &[Product::Columns],
     makes: &[Product::Forces],
-    // Goes with the scene.
+    // Removed with the scene.
     install: |world, _| world.insert_resource(Wind(5.0)),
-    // The drag would swing if a step were longer [s].
+    // The drag would oscillate if a step were longer \[s].
     limits: |_| vec![("my_wind", 0.5 / DRAG)],
     ..Stage::new("my_wind", Phase::Forces, |_| blow.into_configs())
 };

@@ -1,4 +1,4 @@
-//! Water in a headless `App` of bevy, in time with `FixedUpdate`.
+//! Water in a headless bevy `App`, synchronised with `FixedUpdate`.
 //!
 //! `cargo run --release --features bevy_app --example plugin`
 #![allow(clippy::print_stdout, reason = "an example talks to its reader")]
@@ -31,7 +31,7 @@ fn main() {
     app.add_plugins((TimePlugin, FluidPlugin::new(scene)))
         .add_systems(FixedUpdate, watch)
         .add_observer(|stopped: On<FluidStopped>| println!("{}", stopped.reason))
-        // A frame is a twentieth of a second, however long it takes.
+        // A frame is a twentieth of a second of simulated time, however long it takes.
         .insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_millis(
             50,
         )));

@@ -1,4 +1,4 @@
-//! What a host asks of the fluid: pressure, density and velocity at points, who is near, which row a particle has.
+//! Queries of a host: pressure, density and velocity at points, neighbours of a point, the row of a particle.
 //!
 //! `cargo run --release --example probe`
 #![allow(clippy::print_stdout, reason = "an example talks to its reader")]
@@ -19,7 +19,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut simulation = Simulation::new(&scene)?;
     simulation.advance(0.05)?;
 
-    // One snapshot for many questions. Depths of 0.2, 0.4 and 0.6 m, and the air.
+    // One snapshot for many queries, at depths of 0.2, 0.4 and 0.6 m, and in the air.
     let points = [0.6, 0.4, 0.2, 1.1].map(|y| [0.25, y, 0.2].into());
     let snapshot = simulation.snapshot()?;
     let pressures = snapshot.interpolate::<Pressure>(&points);

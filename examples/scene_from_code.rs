@@ -1,4 +1,4 @@
-//! A scene made in Rust, written as the RON that the command line runs, and read again.
+//! A scene created in Rust, written as RON for the command line, and read again.
 //!
 //! `cargo run --release --example scene_from_code`
 #![allow(clippy::print_stdout, reason = "an example talks to its reader")]
@@ -12,7 +12,7 @@ use overfall::{
 };
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    // Steps that lead into a pool, as many as one likes: what a file would have to list.
+    // Any number of steps into a pool, which a file would have to list.
     let steps = (0..4).map(|k| {
         let (x, y) = (0.3 * k as f32, 0.8 - 0.2 * k as f32);
         BoundaryShape::cuboid([x, 0.0, 0.0], [x + 0.3, y, 0.5]).named(format!("step {k}"))

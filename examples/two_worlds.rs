@@ -1,4 +1,4 @@
-//! Two scenes side by side in the threads of the host: the same water, thin and thick.
+//! Two scenes side by side on the host's threads: the same fluid with low and high viscosity.
 //!
 //! `cargo run --release --example two_worlds`
 #![allow(clippy::print_stdout, reason = "an example talks to its reader")]
@@ -12,7 +12,7 @@ use overfall::{
 };
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    // The pool that the host's own loops run in.
+    // The thread pool in which the host's own loops run.
     let pool = Arc::new(rayon::ThreadPoolBuilder::new().num_threads(2).build()?);
     let water = Scene {
         bodies: vec![FluidBody::new(Shape::cuboid([0.0; 3], [0.5, 0.8, 0.4]))],

@@ -5,9 +5,9 @@ use bevy_ecs::prelude::*;
 use glam::Vec4;
 
 use crate::{
-    boundary::sums::{WallSums, Walls},
+    boundary::sums::{BoundarySums, Walls},
     kernel::Kernel,
-    pairs::{Pair, PairSlopes, PairSum, Pairs, putting},
+    pairs::{KernelGradients, Pair, PairSum, Pairs, store},
     simd::Simd,
     state::{Densities, Material},
 };
@@ -15,14 +15,14 @@ use crate::{
 /// Densities at the positions of the step (phase `Density`).
 pub fn compute_density(
     mut densities: ResMut<Densities>,
-    mut slopes: Option<ResMut<PairSlopes>>,
-    walls: Option<Res<WallSums>>,
+    mut grad_factors: Option<ResMut<KernelGradients>>,
+    walls: Option<Res<BoundarySums>>,
     pairs: Pairs,
     material: Res<Material>,
 ) {
     densities.0.resize(pairs.positions().rows(), 0.0);
     let pass = DensitySum::new(&material, Walls::of(walls.as_deref()));
-    pairs.sum_and_keep(&pass, slopes.as_deref_mut(), putting(&mut densities.0));
+    pairs.sum_and_keep(&pass, grad_factors.as_deref_mut(), store(&mut densities.0));
 }
 
 /// The sum of equation 1, with the walls' part known or, if they are `SUMMED`, at any positions.
@@ -83,13 +83,13 @@ impl<const SUMMED: bool> PairSum for DensitySum<'_, SUMMED> {
 
     #[inline(always)]
     fn fluid<S: Simd>(&self, simd: S, pair: &Pair<S>, _: S::Rows, sums: &mut DensitySums<S>) {
-        sums.fluid = simd.add(sums.fluid, self.kernel.shape(simd, pair.distance));
+        sums.fluid = simd.add(sums.fluid, self.kernel.w(simd, pair.r2));
     }
 
     #[inline(always)]
     fn boundary<S: Simd>(&self, simd: S, pair: &Pair<S>, _: S::Rows, sums: &mut DensitySums<S>) {
-        let shape = self.kernel.shape(simd, pair.distance);
-        sums.boundary = simd.mul_add(pair.fourth, shape, sums.boundary);
+        let shape = self.kernel.w(simd, pair.r2);
+        sums.boundary = simd.mul_add(pair.packed_j, shape, sums.boundary);
     }
 
     #[inline(always)]

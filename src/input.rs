@@ -1,4 +1,4 @@
-//! Files that a user names, read whole: what is no file, or would never end, is refused before it is opened.
+//! Reads files that a user names. Devices, pipes and folders are refused before they are opened.
 
 use std::fs::{self, File, FileType};
 use std::io::{self, ErrorKind, Read};
@@ -10,7 +10,7 @@ pub const MAX_TEXT_BYTES: u64 = 64 << 20;
 /// Longest file of other data, a mesh or a frame, that is read \[bytes].
 pub const MAX_BYTES: u64 = 16 << 30;
 
-/// Reads a text in UTF-8, with or without a byte order mark, which is left out.
+/// Reads a text in UTF-8; a byte order mark is removed.
 ///
 /// # Errors
 /// When the system refuses, when it is no file (a pipe, a device, a folder), longer than [`MAX_TEXT_BYTES`], or not in

@@ -8,7 +8,7 @@ use glam::Vec4;
 use rayon::prelude::*;
 
 use crate::{
-    boundary::sums::{WallSums, Walls},
+    boundary::sums::{BoundarySums, Walls},
     scene::{Bounds, Limits},
     state::{
         Accelerations, BodyForces, CHUNK, ChunkResults, Clock, Densities, Execution, Failure,
@@ -120,7 +120,7 @@ pub fn integrate(
     mut motion: ResMut<Motion>,
     columns: (Res<Positions>, Res<Densities>, Res<Pressures>),
     forces: (Res<Accelerations>, Res<PressureAccelerations>),
-    (material, walls): (Res<Material>, Option<Res<WallSums>>),
+    (material, walls): (Res<Material>, Option<Res<BoundarySums>>),
     clock: Res<Clock>,
     execution: Res<Execution>,
 ) {

@@ -22,39 +22,42 @@
 //! # In a host
 //!
 //! [`Simulation`] has a world of its own. A host with a [`World`](bevy_ecs::world::World) calls [`install`], then
-//! [`take_step`] or, in a game's frame, [`advance`]; [`uninstall`] takes the scene out again. In an `App` of bevy
-//! `FluidPlugin` does so (feature `bevy_app`). [`Snapshot`](gauge::Snapshot) answers what the fluid is like at any point.
+//! [`take_step`] or, once per frame of a game, [`advance`]; [`uninstall`] removes the scene again. In a bevy `App`,
+//! `FluidPlugin` does this (feature `bevy_app`). A [`Snapshot`](gauge::Snapshot) answers queries of the fluid at any
+//! point.
 //!
-//! A host's systems join the schedule [`Step`], ordered against [`Phase`]s, or are stages of their own
-//! ([`Stages`](step::Stages)), which an order file may name. What may be written when:
+//! Systems of a host join the schedule [`Step`], ordered relative to [`Phase`]s, or are stages of their own
+//! ([`Stages`](step::Stages)), which an order file may name. A host may write:
 //!
-//! | when | what a host may write |
-//! | --- | --- |
-//! | between steps, or before `Phase::RebuildIndex` | all components of particles; spawn, despawn, tag, by commands too; resources; with boundary particles moved, then [`boundary::refresh_boundary`] |
-//! | after `Phase::Forces`, before `Phase::Pressure` | add to [`Accelerations`](step::Accelerations), by row: [`Rows`](step::Rows) says whose |
-//! | after `Phase::RebuildIndex`, before `Phase::Integrate` | nothing of the particles: the step has read them and will write them |
-//! | after `Phase::Integrate`, before `Phase::Reorder` | components of particles, which the next step starts from; no spawning or tagging |
-//! | after `Phase::Reorder` | all again |
+//! - Between steps, before `Phase::RebuildIndex` and after `Phase::Reorder`: all components of particles, and
+//!   resources. It may also spawn, despawn and tag particles, with commands too. After moving boundary particles it
+//!   calls [`boundary::refresh_boundary`].
+//! - After `Phase::Forces` and before `Phase::Pressure`: it may add to [`Accelerations`](step::Accelerations), by row;
+//!   [`Rows`](step::Rows) maps rows to particles.
+//! - After `Phase::RebuildIndex` and before `Phase::Integrate`: nothing of the particles, because the step has read
+//!   them and will write them.
+//! - After `Phase::Integrate` and before `Phase::Reorder`: components of particles, from which the next step starts. It
+//!   may not spawn, despawn or tag.
 //!
-//! What is written elsewhere is refused, not lost: the step fails with
+//! Other writes are refused and never lost silently: the step fails with
 //! [`FailureCause::Overwritten`](step::FailureCause::Overwritten) or
-//! [`ParticlesChanged`](step::FailureCause::ParticlesChanged), which name component and particle, and the world keeps the
-//! state before it. A system that no order sets apart from the engine's is
-//! [`FailureCause::Schedule`](step::FailureCause::Schedule), with the names of both.
+//! [`ParticlesChanged`](step::FailureCause::ParticlesChanged), which name the component and the particle, and the world
+//! keeps the state before the step. If a host's system conflicts with one of the engine's and has no order relative to
+//! it, the step fails with [`FailureCause::Schedule`](step::FailureCause::Schedule), which names both systems.
 //!
-//! Modules that are not in this documentation (`pub` for benches and tests) are internal and change without notice.
+//! Modules that are missing in this documentation (`pub` for benches and tests) are internal and change without notice.
 //!
 //! # The map
 //!
-//! What a run is made of:
+//! The parts of a run:
 //!
-//! | module | what is in it |
+//! | module | content |
 //! | --- | --- |
-//! | [`scene`] | the RON scene: types, checks, shapes into particles |
+//! | [`scene`] | the RON scene: types, checks, shapes filled with particles |
 //! | [`particle`] | the components of a particle |
 //! | [`loading`] | from a text to a checked scene: overrides, errors with their places |
 //! | [`state`] | columns, clock, constants, failure, threads: plain data that all systems share |
-//! | [`kernel`], [`lattice`] | the smoothing kernel; waves on a lattice, and walls beside it |
+//! | [`kernel`], [`lattice`] | the smoothing kernel; stability of a lattice, also beside walls |
 //! | [`registry`] | the lists of all stages and columns, each declared beside its code |
 //! | [`step`] | phases, stages, the order as data, the schedule; [`Simulation`] and [`install`] |
 //!
@@ -63,31 +66,44 @@
 //! | phase | module | paper |
 //! | --- | --- | --- |
 //! | `RebuildIndex` | [`registry`]: tables into columns; [`index`]: which particles are in which cell | 4.1–4.5 |
-//! | `FindNeighbours` | [`neighbours`]: lists, or neighbours found on the spot | 5.3.1 |
+//! | `FindNeighbours` | [`neighbours`]: lists, or recomputed neighbours | 5.3.1 |
 //! | `Density` | [`density`] | eq. 1 |
 //! | `Forces` | [`force`]: gravity, viscosity, tension; before them DFSPH's [divergence](pressure::dfsph) | 5 |
-//! | `Pressure` | [`pressure`]: [SESPH](pressure::sesph), eqs. 4, 5 | 5.1 |
-//! | | [PCISPH](pressure::pcisph), Algorithm 2; [IISPH](pressure::iisph), [DFSPH](pressure::dfsph) | 5.2 |
+//! | `Pressure` | [`pressure`]: [SESPH](pressure::sesph), [PCISPH](pressure::pcisph) | 5.1, 5.2 |
+//! | | [IISPH](pressure::iisph), [DFSPH](pressure::dfsph) | |
 //! | `Integrate` | [`integrate`](mod@integrate): motion, guard; [`boundary::contact`]; [`time_step`] | 5 |
 //! | `Reorder` | [`reorder`](mod@reorder): rows along the Z-curve | 4.5.4 |
 //! | `Observe` | [`step::StepReport`]: what the step did | 6 |
 //!
-//! What they stand on:
+//! The modules below them:
 //!
-//! | module | what is in it |
+//! | module | content |
 //! | --- | --- |
-//! | [`pairs`] | sums over neighbours: the one loop of all physics; slopes of the kernel, kept for the step |
-//! | [`sampling`] | surfaces of walls into particles |
-//! | [`boundary`] | walls in a step: volumes, their sums around the fluid, contact, direct forcing |
+//! | [`pairs`] | sums over neighbours: the only loop of the physics; kernel gradients stored for a step |
+//! | [`sampling`] | surfaces of walls sampled with particles |
+//! | [`boundary`] | walls in a step: volumes, their sums for the fluid, contact, direct forcing |
 //! | [`mesh`] | triangle meshes: files, distances, rays |
-//! | [`simd`] | eight lanes, chosen at run time; the only `unsafe` |
-//! | [`input`] | files that a user names, read with a limit |
-//! | [`measure`] | what experiments and analytic solutions give, too: front, height, semi-axes, line of pressures |
+//! | [`simd`] | vectors of eight lanes, chosen at run time; the only `unsafe` code |
+//! | [`input`] | reading a user's files with a size limit |
+//! | [`measure`] | quantities of experiments and analytic solutions: front, height, semi-axes, pressure profile |
 //! | [`gauge`] | instruments of a scene: pressure, velocity, height, front, flux, force, energies |
 //! | [`output`] | frames, series, history, summary, pictures |
-//! | [`checkpoint`] | the state of a run in a file, from which it goes on bit for bit |
-//! | [`study`] | variants of a scene measured side by side: the paper's tables, speed against error |
-//! | [`validate`] | cases with known answers, every pressure method against them |
+//! | [`checkpoint`] | the state of a run in a file, from which it resumes bit for bit |
+//! | [`study`] | variants of a scene measured side by side: the paper's tables, speed over accuracy |
+//! | [`validate`] | cases with known answers, run with every pressure method |
+//!
+//! # The paper in the code
+//!
+//! | paper | file in `src` | | paper | file in `src` |
+//! | --- | --- | --- | --- | --- |
+//! | eq. 1 | `density.rs` | | 4.3, 4.3.1 | `index/z_index_sort.rs`, `index/z_curve.rs` |
+//! | eq. 2 | `index/grid.rs`, `index/domain.rs` | | 4.4 | `index/spatial_hashing.rs` |
+//! | eq. 3 | `index/hash.rs` | | 4.5 | `index/compact_hashing/mod.rs` |
+//! | eqs. 4, 5 | `pressure/sesph.rs` | | 4.5.1 | `index/compact_hashing/moves.rs` |
+//! | Algorithm 1 | `pressure/sesph.rs` | | 4.5.2, 5.3.1 | `neighbours/mod.rs` |
+//! | Algorithm 2 | `pressure/pcisph.rs` | | 4.5.4 | `reorder.rs` |
+//! | 4.1 | `index/uniform_grid.rs` | | 5.1, 5.2 | `pressure/sesph.rs`, `pressure/pcisph.rs` |
+//! | 4.2, 4.2.1 | `index/index_sort.rs`, `index/table.rs` | | Tables 1 to 4 | `study/mod.rs`, `assets/studies` |
 
 // What is hidden from the documentation is internal: benches and tests use it.
 pub mod boundary;

@@ -1,4 +1,4 @@
-//! A scene in an `App` of bevy (feature `bevy_app`).
+//! A scene in a bevy `App` (feature `bevy_app`).
 
 use bevy_app::{App, FixedUpdate, Plugin};
 use bevy_ecs::{
@@ -16,44 +16,44 @@ use crate::{
 
 /// Installs a scene in the world of an `App`, and runs its steps in one of the schedules.
 ///
-/// By default the fluid keeps up with `FixedUpdate`, which `bevy_time::TimePlugin` (one of bevy's `MinimalPlugins`) runs.
-/// What became of it is in the resource [`FluidStatus`]; whatever goes wrong is triggered as [`FluidStopped`], and stops
-/// the fluid but not the app.
+/// By default the fluid follows `FixedUpdate`, which `bevy_time::TimePlugin` (one of bevy's `MinimalPlugins`) runs. The
+/// resource [`FluidStatus`] holds the result. Any failure triggers [`FluidStopped`] and stops the fluid but not the
+/// app.
 ///
-/// Add it after what the scene needs: an [`Execution`](crate::Execution) in the world with the host's threads, or
-/// [`Stages`](crate::step::Stages) of the host's own. A level restarts with [`uninstall`](crate::uninstall) and
-/// [`install`].
+/// Add it after the resources that the scene uses: an [`Execution`](crate::Execution) in the world with the host's
+/// threads, or [`Stages`](crate::step::Stages) of the host. A level is restarted with [`uninstall`](crate::uninstall)
+/// and [`install`].
 pub struct FluidPlugin {
     scene: Scene,
     schedule: InternedScheduleLabel,
     pace: Pace,
 }
 
-/// How far a run of the schedule takes the fluid.
+/// Simulated time per run of the schedule.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub enum Pace {
-    /// As far as the [`Time`] of the schedule: in `FixedUpdate` its fixed step, in `Update` the last frame.
+    /// The [`Time`] of the schedule: in `FixedUpdate` its fixed step, in `Update` the last frame.
     #[default]
     Time,
-    /// So far, whatever the clock says \[s].
+    /// This duration, whatever the clock says \[s].
     Seconds(f64),
     /// One step, whatever its length.
     Step,
 }
 
-/// How the fluid of a [`FluidPlugin`] is doing.
+/// State of the fluid of a [`FluidPlugin`].
 #[derive(Resource, Debug, Default)]
 #[non_exhaustive]
 pub enum FluidStatus {
-    /// The schedule has not run yet, or found no scene.
+    /// The schedule has not run yet, or there was no scene.
     #[default]
     Waiting,
-    /// What the last run did.
+    /// Result of the last run.
     Running(Advance),
-    /// The scene was not installed.
+    /// The scene could not be installed.
     NotInstalled(InstallError),
-    /// A step failed. The fluid stands still until a scene is installed anew, or the host puts another status here.
+    /// A step failed. The fluid is stopped until a scene is installed again or the host sets another status here.
     Stopped(StepError),
     /// With [`Pace::Time`], the world has no [`Time`].
     NoTime,
@@ -68,7 +68,7 @@ pub struct FluidStopped {
 }
 
 impl FluidPlugin {
-    /// Keeps up with `FixedUpdate`.
+    /// Follows `FixedUpdate`.
     pub fn new(scene: Scene) -> Self {
         Self {
             scene,
@@ -84,7 +84,7 @@ impl FluidPlugin {
         self
     }
 
-    /// Goes another way each time.
+    /// Uses another pace.
     #[must_use]
     pub fn at_pace(mut self, pace: Pace) -> Self {
         self.pace = pace;
@@ -115,7 +115,7 @@ impl Plugin for FluidPlugin {
     }
 }
 
-/// Takes the steps that are due. `stopped` is when the scene was installed that stopped last.
+/// Takes the steps that are due. `stopped` is the time of installation of the last scene that stopped.
 fn run(world: &mut World, pace: Pace, stopped: &mut Option<Tick>) {
     let installed = world.get_resource_change_ticks::<Clock>();
     let Some(installed) = installed.map(|ticks| ticks.added) else {
@@ -144,8 +144,8 @@ fn run(world: &mut World, pace: Pace, stopped: &mut Option<Tick>) {
         Pace::Time => match world.get_resource::<Time>() {
             Some(time) => advance(world, time.delta_secs_f64()),
             None => {
-                let reason = "the world has no `Time`; add `bevy_time::TimePlugin` (one of `MinimalPlugins`), or give the \
-                              `FluidPlugin` another `Pace`";
+                let reason = "the world has no `Time`; add `bevy_time::TimePlugin` (one of `MinimalPlugins`), or give \
+                              the `FluidPlugin` another `Pace`";
                 return stop(world, reason.to_owned(), FluidStatus::NoTime);
             }
         },

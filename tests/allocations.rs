@@ -1,4 +1,4 @@
-//! A warm step works in the memory that it has.
+//! A step after warm-up allocates no memory.
 
 mod common;
 
@@ -11,13 +11,13 @@ use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 #[global_allocator]
 static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
 
-/// What the queue of the thread pool takes now and then: a block for 63 pieces of work.
+/// The queue of the thread pool occasionally allocates a block for 63 jobs.
 const QUEUE_BLOCK: usize = 1520;
 
-/// Steps that are watched.
+/// Steps that are observed.
 const STEPS: usize = 30;
 
-/// One test, so that nothing else allocates meanwhile.
+/// A single test, so that nothing else allocates at the same time.
 #[test]
 fn a_warm_step_allocates_nothing_but_the_queue_of_the_thread_pool() {
     for pressure in methods() {
@@ -25,9 +25,9 @@ fn a_warm_step_allocates_nothing_but_the_queue_of_the_thread_pool() {
             let mut scene = dam();
             scene.pressure = pressure;
             scene.neighbours = neighbours;
-            // Bevy's parallel executor makes a task of every system: some 30 allocations of its own a step.
+            // bevy's parallel executor creates a task per system: about 30 allocations of its own per step.
             scene.executor = Executor::SingleThreaded;
-            // Moving rows is allowed to make room in tables.
+            // Reordering rows may allocate space in tables.
             scene.reorder_interval = 0;
             let mut simulation = simulation(&scene);
             run(&mut simulation, 60);
@@ -39,7 +39,8 @@ fn a_warm_step_allocates_nothing_but_the_queue_of_the_thread_pool() {
                 "{pressure:?} {neighbours:?}: {} allocations in {STEPS} steps",
                 change.allocations
             );
-            // A splash makes some list longer than ever now and then; a buffer that grew in every step would show.
+            // A splash occasionally makes a list longer than ever before; a buffer that grows in every step would be
+            // noticed.
             assert!(
                 change.reallocations <= STEPS / 3,
                 "{pressure:?} {neighbours:?}: {} buffers grew in {STEPS} steps",

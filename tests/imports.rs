@@ -1,7 +1,8 @@
-//! The floors of the crate: no module imports one above it, and no two import each other, directly or in a circle.
+//! The layers of the crate: no module imports one of a higher layer, and no two import each other, directly or in a
+//! circle.
 //!
-//! A module is a file. Imports are followed to the file that defines what is imported, through re-exports; tests inside
-//! of modules are left out.
+//! A module is a file. Imports are followed through re-exports to the file that defines the item; unit tests are
+//! ignored.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -14,7 +15,7 @@ use syn::{
     visit::{self, Visit},
 };
 
-/// Top-level modules from the ground up: each may import those before it.
+/// Top-level modules from bottom to top: each may import the ones before it.
 const FLOORS: &[&str] = &[
     "simd",
     "memory",
@@ -47,14 +48,14 @@ const FLOORS: &[&str] = &[
     "validate",
 ];
 
-/// A path inside of the crate, segment by segment.
+/// A path inside the crate, segment by segment.
 type ModPath = Vec<String>;
 
 #[derive(Default)]
 struct Module {
     /// Names that it defines.
     defines: BTreeSet<String>,
-    /// Names that it re-exports, with their paths; `*` for all of a module.
+    /// Names that it re-exports, with their paths; `*` for all names of a module.
     exports: Vec<(String, ModPath)>,
     /// Paths that it uses.
     uses: Vec<ModPath>,
@@ -105,13 +106,13 @@ fn leaves(tree: &UseTree, before: &mut ModPath, put: &mut impl FnMut(String, Mod
 struct Reader {
     module: ModPath,
     children: BTreeSet<String>,
-    /// Names that imports give to paths inside of the crate.
+    /// Names that imports give to paths inside the crate.
     names: BTreeMap<String, ModPath>,
     found: Module,
 }
 
 impl Reader {
-    /// A path as the file writes it, from the root of the crate; none if it leads out of the crate.
+    /// A path as written in the file, from the root of the crate; `None` if it leads outside the crate.
     fn absolute(&self, path: &[String]) -> Option<ModPath> {
         let (first, rest) = path.split_first()?;
         let mut from = match first.as_str() {
@@ -211,7 +212,7 @@ fn read(file: &Path, folder: &Path, module: ModPath, modules: &mut BTreeMap<ModP
         names: BTreeMap::new(),
         found: Module::default(),
     };
-    // Twice, since an import may name what a later one brings.
+    // Twice, because an import may use a name that a later one introduces.
     for _ in 0..2 {
         reader.found = Module::default();
         for item in &parsed.items {
@@ -237,7 +238,7 @@ fn read(file: &Path, folder: &Path, module: ModPath, modules: &mut BTreeMap<ModP
     }
 }
 
-/// The module whose file defines what a path names.
+/// The module whose file defines the item of a path.
 fn definition(path: &[String], modules: &BTreeMap<ModPath, Module>, depth: u32) -> Option<ModPath> {
     let mut at: ModPath = Vec::new();
     let mut rest = path;
@@ -270,7 +271,7 @@ fn definition(path: &[String], modules: &BTreeMap<ModPath, Module>, depth: u32) 
         }
         return Some(at);
     }
-    // A module as a whole: what is used of it is told by the paths that begin with it.
+    // An imported module as a whole: longer paths that begin with it show what is used.
     None
 }
 

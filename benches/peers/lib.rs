@@ -1,1 +1,1 @@
-//! Nothing: the bench is all there is.
+//! Empty: the package consists of its bench.

@@ -1,13 +1,11 @@
-//! One run of overfall or of salva (the crate `salva3d`) on the corner dam break; the result as a line of JSON.
-//!
-//! `python3 benches/peers/compare.py` starts this and SPlisHSPlasH in turn and prints the ratios. By hand:
-//!
-//! ```text
-//! cargo bench --manifest-path benches/peers/Cargo.toml -- overfall STEPS WARM_UP THREADS [PATH=VALUE]…
-//! cargo bench --manifest-path benches/peers/Cargo.toml -- salva    STEPS WARM_UP THREADS TOLERANCE
-//! ```
-//!
+//! One run of overfall or of salva (the crate `salva3d`) on the corner dam break; prints the result as a line of JSON.
 //! Without arguments it does nothing.
+//!
+//! `python3 benches/peers/compare.py` starts this and SPlisHSPlasH in turn and prints the ratios. Manually:
+//!
+//! `cargo bench --manifest-path benches/peers/Cargo.toml -- overfall STEPS WARM_UP THREADS [PATH=VALUE]…`
+//!
+//! `cargo bench --manifest-path benches/peers/Cargo.toml -- salva STEPS WARM_UP THREADS TOLERANCE`
 #![allow(clippy::print_stdout, reason = "a benchmark talks to its reader")]
 
 use std::{path::Path, time::Instant};
@@ -29,7 +27,7 @@ use salva3d::{
 
 type Failure = Box<dyn std::error::Error>;
 
-/// What a run gives, the times in ms.
+/// Results of a run, times in ms.
 #[derive(Default)]
 struct Measured {
     particles: usize,
@@ -97,8 +95,8 @@ fn run_overfall(
     Ok(())
 }
 
-/// DFSPH, the particles and the walls of ours. Its densities are not public: they are summed by our loop over its
-/// positions with its particle mass, walls as given.
+/// DFSPH with our particles and walls. Its densities are not public: our loop sums them over its positions, with its
+/// particle mass and the given walls.
 fn run_salva(steps: usize, warm_up: usize, threads: usize, tolerance: f32) -> Result<(), Failure> {
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
@@ -162,7 +160,7 @@ fn run_salva(steps: usize, warm_up: usize, threads: usize, tolerance: f32) -> Re
     for (mut x, theirs) in query.iter_mut(world).zip(positions) {
         x.0 = glam::Vec3::new(theirs.x, theirs.y, theirs.z);
     }
-    // The step may fail, which does not matter: it begins with the densities.
+    // A step may fail; that does not matter here, because it computes the densities first.
     let _ = probe.step();
     measured.add_densities(
         &probe.world().resource::<Densities>().0,

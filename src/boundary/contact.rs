@@ -1,19 +1,12 @@
-//! The last resort at a wall: no particle passes the layer of samples.
+//! Contact, the last resort at a wall: no particle passes the layer of samples.
 //!
-//! Pressure keeps the fluid off a wall, but a particle on its own has no pressure there: its density, wall included, is
-//! below the rest density until it lies in the wall. Spray would leak. So after integration a particle that is more
-//! than a quarter of the spacing behind the wall's face, where fluid under pressure does not get, is set back to there
-//! along the normal and loses the velocity into the wall; the velocity along the wall stays. A wall that moves holds it
-//! off where the wall is at the end of the step, and gives it the wall's velocity along the normal.
-//!
-//! A sample speaks for the particles above it: those whose distance along the face is under 1.15 spacings. The middle
-//! of four samples is 0.71 away, the last row of a face beside a tank's edge 0.83; the second row around a convex edge,
-//! which must not be heard on the other side, at least 1.2. In a corner all faces are obeyed at once: the particle is
-//! put to the nearest place in front of them. One face after the other would take it from side to side in an acute one,
-//! and leave it behind the last. Where there is no such place it stays where it was.
-//!
-//! It speaks only for particles that were in front of it at the start of the step: those behind it are on the other
-//! side of a thin wall, and this one would pull them through.
+//! Pressure keeps the fluid away from a wall, but an isolated particle has no pressure there: its density, wall
+//! included, is below the rest density until it lies in the wall, so spray would leak. After integration a particle
+//! that is more than [`PENETRATION`] behind the face of a wall, where fluid under pressure does not get, is therefore
+//! moved back along the normal and loses its velocity into the wall; the velocity along the wall stays. A moving wall
+//! acts from its position at the end of the step and gives the particle its own velocity along the normal. A sample
+//! acts on the particles within [`SIDEWAYS`] of it, measured along the face, that were in front of it at the start of
+//! the step. Those behind it are on the other side of a thin wall, and it would pull them through.
 
 use bevy_ecs::prelude::*;
 use glam::{Mat3, Vec3, Vec4};
@@ -25,17 +18,23 @@ use crate::{
     state::{Material, PredictedPositions, Velocities},
 };
 
-/// How far a particle may get behind the face of a wall, in spacings.
+/// Largest distance of a particle behind the face of a wall \[spacings].
 const PENETRATION: f32 = 0.25;
-/// Distance along the face up to which a sample counts, in spacings.
+/// Distance along the face up to which a sample acts \[spacings]. The centre of four samples is 0.71 from them, the
+/// last row of a face beside a tank's edge 0.83. The second row around a convex edge must not act on the other side;
+/// its distance is at least 1.2.
 const SIDEWAYS: f32 = 1.15;
-/// Samples that one particle obeys at most: three faces meet in a corner, and samples in its edges have normals
-/// between.
+/// Largest number of samples that act on one particle: three faces meet in a corner, and samples in its edges have
+/// normals between theirs.
 const CORRECTIONS: usize = 8;
-/// A face is obeyed if a particle is beyond it by less, in spacings.
+/// Tolerated distance of a particle behind a face \[spacings].
 const ROUNDING: f32 = 1e-4;
 
-/// Sets back what came too near to a wall (phase `Integrate`).
+/// Moves particles that are too close to a wall back (phase `Integrate`).
+///
+/// In a corner the faces act together: the particle moves to the nearest position in front of all of them. One face
+/// after the other would move it from side to side in an acute corner and leave it behind the last one. If there is no
+/// such position, the particle returns to where it was at the start of the step.
 pub fn keep_outside(
     mut predicted: ResMut<PredictedPositions>,
     mut velocities: ResMut<Velocities>,
@@ -88,7 +87,7 @@ impl Wall<'_> {
                 depth,
                 speed: normal.dot(velocity_of_wall),
             });
-            // As far as the way back to a place that was right, or out of the wall if that was not.
+            // At most as far as back to its start, plus the way out of the wall if that start was inside.
             let longest = back.distance(wished) + faces[0].depth;
             let found = shortest_way(&faces, ROUNDING * self.spacing);
             match found.filter(|found| found.length() <= longest + ROUNDING * self.spacing) {
@@ -113,7 +112,7 @@ impl Wall<'_> {
         let (clearance, sideways) = (self.clearance, SIDEWAYS * self.spacing);
         let mut deepest = None;
         for &sample in samples {
-            // A stale list may name samples that are gone.
+            // A stale list may contain samples that no longer exist.
             let Some(&normal) = self.boundary.normals.get(sample as usize) else {
                 continue;
             };

@@ -1,22 +1,15 @@
-//! Direct forcing (Becker, Tessendorf & Teschner 2009), combined with frozen boundary particles as in Ihmsen et al.
-//! 2010: what the paper's glass and river scenes use.
+//! Direct forcing (Becker, Tessendorf & Teschner 2009) with frozen boundary particles as in Ihmsen et al. 2010: the
+//! method of the paper's glass and river scenes. [`DirectForcing`] has the equations.
 //!
-//! A particle nearer than r0 to boundary particles b is put back along their mean normal, `x_i += (Σ_b w_ib (r0 − |x_i
-//! − x_b|) / Σ_b w_ib) n_i/|n_i|`, with `w_ib = max(0, (r0 − |x_i − x_b|)/r0)` and `n_i = Σ_b w_ib n_b`. That is done
-//! to the predicted positions in every iteration of PCISPH, so that pressure is solved for the places that particles
-//! can take, and with every method to the positions after integration.
+//! Frozen particles contribute to density and pressure like fluid particles that do not move. They lie half a spacing
+//! behind the face with the volume m/ρ0, which at the default support gives a lattice at the wall exactly its rest
+//! density. Where samples are denser than a lattice, at edges and in thin walls, the volume is proportionally smaller.
+//! The pressure that pushes back is the fluid particle's own, as in
+//! [`pressure_force`](crate::pressure::pressure_force).
 //!
-//! Frozen particles contribute to density and pressure like fluid particles that do not move: half a spacing behind the
-//! face, with the volume m/ρ0 of one, which at the default support makes a lattice at the wall exactly as dense as at
-//! rest. Where samples are denser than a lattice, at edges and in thin walls, the volume is smaller in proportion. The
-//! pressure that pushes back is the fluid particle's own, as in [`pressure_force`](crate::pressure::pressure_force).
-//!
-//! It does not take the place of [`contact`](super::contact), which follows it: the correction is an average over
-//! samples and vanishes a distance r0 behind them, so that water 10 spacings deep pressed particles through it.
-//!
-//! Deviations. Only boundary particles count in front of which a particle was at the start of the step: those of the
-//! far side of a thin wall would pull it through. A particle that was put back loses the velocity into the wall and
-//! keeps that away from it; with the tangential part alone, as published, fluid sticks to ceilings.
+//! Deviations. Only boundary particles in front of which a particle was at the start of the step act on it: those of
+//! the far side of a thin wall would pull it through. A corrected particle loses its velocity into the wall and keeps
+//! that away from it; with the tangential part alone, as published, fluid sticks to ceilings.
 
 use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};
@@ -29,6 +22,14 @@ use crate::{
 };
 
 /// Parameters in SI units.
+///
+/// A particle i nearer than r0 to boundary particles b is moved back along their mean normal, `x_i += (Σ_b w_ib (r0 −
+/// |x_i − x_b|) / Σ_b w_ib) n_i/|n_i|`, with `w_ib = max(0, (r0 − |x_i − x_b|)/r0)` and `n_i = Σ_b w_ib n_b`. This is
+/// applied to the predicted positions in every iteration of PCISPH, so that pressure is solved for positions that
+/// particles can take, and with every method to the positions after integration.
+///
+/// It does not replace [`contact`](super::contact), which follows it: the correction is an average over samples and
+/// vanishes at a distance r0 behind them, so that water 10 spacings deep pressed particles through it.
 #[derive(Resource, Debug, Clone, Copy)]
 pub struct DirectForcing {
     /// r0 \[m].
@@ -45,8 +46,8 @@ impl DirectForcing {
         }
     }
 
-    /// How a particle at `x` that came from `start` is put back \[m], and the unit normal along which, and the velocity
-    /// of the wall there \[m/s]; none if it is not.
+    /// Distance by which a particle at `x` that came from `start` is moved back \[m], the unit normal along which it
+    /// moves, and the velocity of the wall there \[m/s]; `None` if it is not moved.
     fn correction(
         &self,
         boundary: &BoundarySamples,
@@ -56,7 +57,7 @@ impl DirectForcing {
         let (mut weights, mut way) = (0.0, 0.0);
         let (mut normals, mut velocities) = (Vec3::ZERO, Vec3::ZERO);
         for &sample in samples {
-            // A stale list may name samples that are gone.
+            // A stale list may contain samples that no longer exist.
             let Some(&normal) = boundary.normals.get(sample as usize) else {
                 continue;
             };
@@ -76,7 +77,7 @@ impl DirectForcing {
     }
 }
 
-/// Puts predicted positions back (in every pressure iteration of PCISPH).
+/// Corrects predicted positions (in every pressure iteration of PCISPH).
 pub fn correct_prediction(
     mut predicted: ResMut<PredictedPositions>,
     boundary: Res<BoundarySamples>,
@@ -85,7 +86,7 @@ pub fn correct_prediction(
 ) {
     let rows = pairs.positions().rows();
     let start = &pairs.positions().0;
-    // Velocities are predicted afresh in every iteration: there is nothing to correct.
+    // Velocities are predicted again in every iteration, so they need no correction.
     let columns = (&mut predicted.0[..rows], &mut vec![(); rows][..]);
     pairs.update_near_boundary(columns, |row, samples, x: &mut Vec4, ()| {
         let places = (start[row].truncate(), x.truncate());
@@ -95,7 +96,7 @@ pub fn correct_prediction(
     });
 }
 
-/// Puts positions back and turns velocities along the wall (phase `Integrate`).
+/// Corrects positions and turns velocities along the wall (phase `Integrate`).
 pub fn correct_motion(
     mut predicted: ResMut<PredictedPositions>,
     mut velocities: ResMut<Velocities>,

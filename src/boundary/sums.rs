@@ -27,7 +27,7 @@ const LEAST_ALONG: f32 = 0.5;
 /// Per particle `Σ_b V_b ∇W_ib` \[m⁻¹] times the walls' push and, as fourth entry, `Σ_b V_b W_ib` \[-]. In scenes with
 /// walls.
 #[derive(Resource, Debug)]
-pub struct WallSums {
+pub struct BoundarySums {
     sums: Vec<Vec4>,
     /// `Σ_b V_b v_b · ∇W_ib` \[s⁻¹] times the push; empty where no wall moves.
     fluxes: Vec<f32>,
@@ -42,7 +42,7 @@ pub struct Walls<'a> {
     slide: f32,
 }
 
-impl WallSums {
+impl BoundarySums {
     /// Sums for walls of these properties.
     pub fn new(beside: BesideWall) -> Self {
         let (sums, fluxes) = (Vec::new(), Vec::new());
@@ -54,7 +54,7 @@ impl WallSums {
     }
 }
 
-impl WallSums {
+impl BoundarySums {
     /// Factor of the gradients of the walls' kernels \[-].
     pub(crate) fn push(&self) -> f32 {
         self.beside.push
@@ -63,7 +63,7 @@ impl WallSums {
 
 impl<'a> Walls<'a> {
     /// The sums of all rows; none in a scene without walls.
-    pub fn of(sums: Option<&'a WallSums>) -> Self {
+    pub fn of(sums: Option<&'a BoundarySums>) -> Self {
         sums.map_or_else(Self::default, |sums| Self {
             sums: &sums.sums,
             fluxes: &sums.fluxes,
@@ -131,12 +131,12 @@ impl<'a> Walls<'a> {
 
 /// Sums over the boundary at the positions of the step (phase `Density`, first).
 pub fn sum_walls(
-    mut walls: ResMut<WallSums>,
+    mut walls: ResMut<BoundarySums>,
     boundary: Res<BoundarySamples>,
     pairs: Pairs,
     material: Res<Material>,
 ) {
-    let WallSums {
+    let BoundarySums {
         sums,
         fluxes,
         beside,
@@ -151,7 +151,7 @@ pub fn sum_walls(
         fluxes.resize(pairs.positions().rows(), 0.0);
         let pass = WallFlux {
             velocities: &boundary.velocities,
-            factor: beside.push * material.kernel.slope_factor,
+            factor: beside.push * material.kernel.gradient_scale,
         };
         pairs.sum_at(&pairs.positions().0, &pass, fluxes);
     }
@@ -184,10 +184,10 @@ impl PairSum for WallSum {
 
     #[inline(always)]
     fn boundary<S: Simd>(&self, simd: S, pair: &Pair<S>, _: S::Rows, sums: &mut Sums<S>) {
-        let slope = simd.mul(pair.fourth, pair.slope);
-        accumulate(simd, &mut sums.gradient, slope, pair.x);
-        let shape = self.kernel.shape(simd, pair.distance);
-        sums.shape = simd.mul_add(pair.fourth, shape, sums.shape);
+        let slope = simd.mul(pair.packed_j, pair.grad_factor);
+        accumulate(simd, &mut sums.gradient, slope, pair.x_ij);
+        let shape = self.kernel.w(simd, pair.r2);
+        sums.shape = simd.mul_add(pair.packed_j, shape, sums.shape);
     }
 
     #[inline(always)]
@@ -195,11 +195,11 @@ impl PairSum for WallSum {
         let [x, y, z] = sums.gradient;
         let gradient = Vec3::new(simd.sum(x), simd.sum(y), simd.sum(z));
         let Kernel {
-            slope_factor,
+            gradient_scale,
             normalisation,
             ..
         } = self.kernel;
-        (self.push * slope_factor * gradient).extend(normalisation * simd.sum(sums.shape))
+        (self.push * gradient_scale * gradient).extend(normalisation * simd.sum(sums.shape))
     }
 }
 
@@ -224,8 +224,8 @@ impl PairSum for WallFlux<'_> {
     #[inline(always)]
     fn boundary<S: Simd>(&self, simd: S, pair: &Pair<S>, j: S::Rows, sum: &mut S::F) {
         let [x, y, z, _] = simd.gather(self.velocities, j);
-        let slope = simd.mul(pair.fourth, pair.slope);
-        *sum = simd.mul_add(slope, dot(simd, [x, y, z], pair.x), *sum);
+        let slope = simd.mul(pair.packed_j, pair.grad_factor);
+        *sum = simd.mul_add(slope, dot(simd, [x, y, z], pair.x_ij), *sum);
     }
 
     #[inline(always)]

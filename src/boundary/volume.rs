@@ -9,7 +9,7 @@ use crate::{
     index::SpatialIndex,
     kernel::Kernel,
     neighbours::{Recomputed, Search},
-    pairs::{self, Pair, PairSum, Places, Source},
+    pairs::{self, Pair, PairSum, Points, Source},
     scene::{BoundaryHandling, Scene},
     simd::{Simd, Vectorised},
     state::{CHUNK, Execution, Material, SENTINEL},
@@ -64,7 +64,7 @@ impl VolumeRule {
         pairs::sum(
             &pass,
             Source::Recomputed(search, None),
-            Places {
+            Points {
                 fluid: packed,
                 boundary: &[SENTINEL],
                 kernel: &pass.kernel,
@@ -154,7 +154,7 @@ impl PairSum for BoundaryVolumeSum {
 
     #[inline(always)]
     fn fluid<S: Simd>(&self, simd: S, pair: &Pair<S>, _: S::Rows, sum: &mut Self::Sums<S>) {
-        *sum = simd.add(*sum, self.kernel.shape(simd, pair.distance));
+        *sum = simd.add(*sum, self.kernel.w(simd, pair.r2));
     }
 
     #[inline(always)]

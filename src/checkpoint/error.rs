@@ -1,39 +1,39 @@
-//! Why there is no checkpoint, or none to go on from.
+//! Errors of writing checkpoints and of resuming from them.
 
 use std::io;
 
 use crate::{output::OutputError, scene::SceneError, step::InstallError};
 
-/// Version of the format, raised when a part changes its meaning.
+/// Version of the format, increased when a part changes its meaning.
 pub const FORMAT_VERSION: u32 = 1;
 
 /// Why a checkpoint could not be written or a run not be resumed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CheckpointError {
-    /// The system refused.
+    /// The operating system reported an error.
     #[error(transparent)]
     Io(#[from] io::Error),
-    /// The system refused to write the file.
+    /// The file could not be written.
     #[error(transparent)]
     File(#[from] OutputError),
-    /// The file is something else.
+    /// The file is not a checkpoint.
     #[error("this is no checkpoint of overfall")]
     Foreign,
     /// The file ends too early.
     #[error("the checkpoint is cut off: it has {found} bytes of {expected}")]
     Truncated {
-        /// Bytes that it should have.
+        /// Expected size \[bytes].
         expected: u64,
-        /// Bytes that there are.
+        /// Actual size \[bytes].
         found: u64,
     },
-    /// The bytes are not those that were written.
+    /// The bytes differ from those that were written.
     #[error("the checkpoint is damaged: its checksum is {found:08x}, not {expected:08x}")]
     Altered {
         /// The checksum in the file.
         expected: u32,
-        /// That of the bytes.
+        /// The checksum of the bytes.
         found: u32,
     },
     /// A newer program wrote the file.
@@ -41,21 +41,21 @@ pub enum CheckpointError {
         "the checkpoint has format {found}, this program reads {FORMAT_VERSION}; resume with the program that wrote it"
     )]
     Version {
-        /// Its format.
+        /// Format of the file.
         found: u32,
     },
-    /// The file is whole, but a part of it is not what this program writes.
+    /// The file is complete, but this program cannot use one of its parts.
     #[error("the checkpoint's {part} cannot be used: {reason}")]
     Malformed {
-        /// Which part.
+        /// Name of the part.
         part: String,
-        /// Why.
+        /// Reason.
         reason: String,
     },
-    /// The checkpoint is of another run.
+    /// The checkpoint belongs to another run.
     #[error("the checkpoint is of another run: {0}")]
     OtherRun(String),
-    /// Stages of the scene's order have not run in every step.
+    /// Some stages of the scene's order have not run in the last step.
     #[error(
         "no checkpoint between two runs of stages that do not run in every step: the next is possible in {steps} steps"
     )]
@@ -63,13 +63,13 @@ pub enum CheckpointError {
         /// Steps until all of them are due.
         steps: u64,
     },
-    /// The scene in the checkpoint is none.
+    /// The scene in the checkpoint is invalid.
     #[error("the checkpoint's scene: {0}")]
     Scene(#[from] SceneError),
-    /// The scene in the checkpoint could not be set up.
+    /// The scene in the checkpoint could not be installed.
     #[error("the checkpoint's scene: {0}")]
     Install(#[from] InstallError),
-    /// The world holds no scene.
+    /// The world has no scene.
     #[error("no scene is installed in this world; call `install` first")]
     NotInstalled,
 }

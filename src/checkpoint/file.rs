@@ -1,4 +1,4 @@
-//! The format: parts by name, with what tells that they are whole.
+//! The file format: named parts, with a length and a checksum.
 //!
 //! ```text
 //! "OVFLCHK\n"   8 bytes
@@ -8,7 +8,7 @@
 //! checksum      u32   CRC-32 of all before it
 //! ```
 //!
-//! Numbers are little-endian. What is around the parts stays as it is in every version.
+//! Numbers are little-endian. The structure around the parts is the same in every version.
 
 use std::io::{Read, Write};
 
@@ -21,7 +21,7 @@ const TAIL: usize = 4;
 
 /// The part that holds the scene.
 pub(super) const SCENE: &str = "scene";
-/// What the names of a host's own parts begin with.
+/// Prefix of the names of a host's own parts.
 const ATTACHED: &str = "host:";
 
 /// A checkpoint in memory.
@@ -31,7 +31,7 @@ pub struct Checkpoint {
 }
 
 impl Checkpoint {
-    /// Reads a checkpoint. Refuses a file that is cut off, altered, of another kind or of a newer version.
+    /// Reads a checkpoint. Refuses a file that is truncated, altered, of another kind or of a newer version.
     pub fn read(reader: &mut impl Read) -> Result<Self, CheckpointError> {
         let mut bytes = Vec::new();
         (&mut *reader).take(HEAD as u64).read_to_end(&mut bytes)?;
@@ -45,7 +45,7 @@ impl Checkpoint {
                 found: bytes.len() as u64,
             });
         };
-        // One byte more tells that something follows. What is not there takes no memory.
+        // Reading one byte more detects trailing data. Memory is allocated only for bytes that exist.
         let rest = expected.saturating_sub(HEAD as u64).saturating_add(1);
         reader.take(rest).read_to_end(&mut bytes)?;
         let found = bytes.len() as u64;
@@ -77,7 +77,7 @@ impl Checkpoint {
         Ok(Self { parts })
     }
 
-    /// Writes it.
+    /// Writes the checkpoint.
     pub fn write(&self, writer: &mut impl Write) -> Result<(), CheckpointError> {
         Ok(writer.write_all(&self.to_bytes())?)
     }
@@ -100,12 +100,12 @@ impl Checkpoint {
         out
     }
 
-    /// Adds a part of a host's own, which it finds again by its name.
+    /// Adds a part of the host, which can be retrieved by its name.
     pub fn attach(&mut self, name: &str, bytes: Vec<u8>) {
         self.put(format!("{ATTACHED}{name}"), bytes);
     }
 
-    /// A part of a host's own.
+    /// A part of the host.
     pub fn attached(&self, name: &str) -> Option<&[u8]> {
         self.find(&format!("{ATTACHED}{name}"))
     }
@@ -120,14 +120,14 @@ impl Checkpoint {
         Some(&part.1)
     }
 
-    /// Names of the parts of the engine's.
+    /// Names of the engine's parts.
     pub(super) fn names(&self) -> impl Iterator<Item = &str> {
         let names = self.parts.iter().map(|part| part.0.as_str());
         names.filter(|name| !name.starts_with(ATTACHED))
     }
 }
 
-/// Bytes that are taken from the front.
+/// Bytes that are consumed from the front.
 struct Parts<'a>(&'a [u8]);
 
 impl<'a> Parts<'a> {

@@ -1,4 +1,4 @@
-//! From a checkpoint to a world.
+//! Restores a world from a checkpoint.
 
 use std::collections::{BTreeSet, HashMap};
 use std::io::Read;
@@ -9,7 +9,7 @@ use serde::de::DeserializeOwned;
 use super::{
     error::CheckpointError,
     file::{Checkpoint, SCENE},
-    save::{COLUMN, KEPT, NUMBERS, STAGES, TABLES, WALLS, lasting, rows, tables, walls},
+    save::{COLUMN, KEPT, NUMBERS, STAGES, TABLES, WALLS, lasting, tables, walls},
 };
 use crate::{
     boundary::moving,
@@ -23,15 +23,17 @@ use crate::{
     step::Installed,
 };
 
-/// Gives a world that runs the same scene the state of a checkpoint.
+/// Sets the state of a world that has the same scene to that of a checkpoint.
 ///
-/// A fluid particle of the world whose number is in the checkpoint stays, with what a host gave it; the others go, and
-/// what is missing is spawned. Steps after it are those of the run that the checkpoint is of, bit for bit, with any
-/// number of threads.
+/// A fluid particle of the world whose number is in the checkpoint is kept, with the components that a host gave it.
+/// Other fluid particles are despawned, and missing ones are spawned. The following steps are those of the original
+/// run, bit for bit, with any number of threads. If a host has since given a component to some of the particles, they
+/// are in another table of the ECS. Rows, and with them the terms of sums, then have another order, and steps agree to
+/// rounding.
 ///
 /// # Errors
-/// When the file is not whole, or of another run: then the world is as it was. If a part of it, though whole, cannot be
-/// used, the world holds a mixture that is of no use.
+/// If the file is incomplete or belongs to another run; the world is then unchanged. If the file is complete but a part
+/// of it cannot be used; the world is then inconsistent and must be discarded.
 pub fn restore(world: &mut World, reader: &mut impl Read) -> Result<(), CheckpointError> {
     Checkpoint::read(reader)?.restore(world)
 }
@@ -72,11 +74,6 @@ impl Checkpoint {
         }
         moving::place_walls(world);
         reorder::arrange(world, &particles);
-        if rows(world) != particles {
-            return Err(CheckpointError::OtherRun(
-                "its particles are in other tables of the ECS".to_owned(),
-            ));
-        }
         // What stages left behind by row is of no use.
         world.resource_mut::<Rows>().entities.clear();
         Ok(())
@@ -98,8 +95,8 @@ impl Checkpoint {
         let present = walls(world);
         if present != (count, sum) {
             return other(format!(
-                "its walls are others ({count} boundary particles; here are {}): the file of a mesh has changed, or the \
-                 program that samples it",
+                "its walls differ ({count} boundary particles instead of {} here): the file of a mesh has changed, or \
+                 the program that samples it",
                 present.0
             ));
         }

@@ -1,4 +1,4 @@
-//! From a world to a checkpoint.
+//! Saves a world to a checkpoint.
 
 use std::io::Write;
 
@@ -27,18 +27,18 @@ pub(super) const STAGES: &str = "order of the stages";
 pub(super) const COLUMN: &str = "column ";
 pub(super) const KEPT: &str = "kept column ";
 
-/// Writes the state of the scene that a world runs. Between steps only; fluid particles that are disabled, and
-/// components of a host's own, are not in it.
+/// Writes the state of the scene in a world. Call it between steps. Disabled fluid particles and a host's own
+/// components are not saved.
 ///
 /// # Errors
-/// When the system refuses; where stages of the scene's order do not run in every step, also between two runs of them
-/// ([`steps_until_possible`]).
+/// If the operating system reports an error, or if stages of the scene's order that do not run in every step are
+/// between two runs ([`steps_until_possible`]).
 pub fn write(world: &mut World, writer: &mut impl Write) -> Result<(), CheckpointError> {
     Checkpoint::of(world)?.write(writer)
 }
 
-/// Steps until a checkpoint is possible: 0 unless stages of the scene's order do not run in every step. What they left
-/// behind is not in a checkpoint, so the step after it has to be one in which all of them run.
+/// Steps until a checkpoint is possible: 0 unless stages of the scene's order do not run in every step. Their products
+/// are not saved, so all of them must run in the step after a checkpoint.
 pub fn steps_until_possible(world: &mut World) -> u64 {
     let (Some(installed), Some(clock)) = (
         world.get_resource::<Installed>(),
@@ -50,7 +50,7 @@ pub fn steps_until_possible(world: &mut World) -> u64 {
     let intervals = installed.stages.iter().map(|stage| stage.1);
     let common = intervals.fold(1, least_common_multiple);
     let wait = (common - step % common) % common;
-    // All run, too, when rows name other particles than before.
+    // All of them also run if the rows hold other particles than before.
     if wait > 0 && rows(world) != world.resource::<Rows>().entities {
         return 0;
     }
@@ -76,14 +76,14 @@ pub(super) fn rows(world: &mut World) -> Vec<Entity> {
     rows
 }
 
-/// What carries the columns of a scene, by name.
+/// The transport of a scene's columns, by name.
 pub(super) fn lasting(installed: &Installed) -> Vec<(&'static str, Lasting)> {
     columns(&installed.scene)
         .filter_map(|column| Some((column.name, column.lasting?)))
         .collect()
 }
 
-/// Number of boundary particles, and a sum over the bits of what they are; of those that move, what they are at time 0.
+/// Number of boundary particles, and a checksum of their bits; of moving ones, of their state at time 0.
 pub(super) fn walls(world: &mut World) -> (u64, u32) {
     type Parts<'w> = (
         &'w Position,
@@ -123,7 +123,7 @@ pub(super) fn tables(world: &World) -> u32 {
 }
 
 impl Checkpoint {
-    /// The state of the scene that a world runs, as [`write()`] writes it.
+    /// The state of the scene in a world, as [`write()`] writes it.
     pub fn of(world: &mut World) -> Result<Self, CheckpointError> {
         let installed = world.get_resource::<Installed>();
         let installed = installed.ok_or(CheckpointError::NotInstalled)?.clone();

@@ -1,4 +1,4 @@
-//! `overfall check`: what a run of the scene would do.
+//! `overfall check`: describes what a run of the scene would do.
 
 use std::fmt::Write;
 
@@ -47,7 +47,7 @@ fn text(scene: &Scene, plan: &Plan, threads: usize) -> String {
         (
             "neighbours",
             format!(
-                "about {:.0} a particle within the fluid",
+                "about {:.0} per particle inside the fluid",
                 plan.expected_neighbours
             ),
         ),
@@ -87,12 +87,12 @@ fn extent((low, high): (Vec3, Vec3)) -> String {
     )
 }
 
-/// The pressure method with all of its parameters.
+/// The pressure method with all its parameters.
 fn method(scene: &Scene) -> String {
     written(&scene.pressure)
 }
 
-/// A value as a scene file writes it.
+/// A value in the notation of a scene file.
 fn written(value: &impl serde::Serialize) -> String {
     let options = ron::Options::default()
         .with_default_extension(ron::extensions::Extensions::UNWRAP_VARIANT_NEWTYPES)
@@ -177,12 +177,13 @@ fn gauges(scene: &Scene) -> String {
     text
 }
 
-/// How far the start is from rest.
+/// The compression of the fluid at the start.
 fn density(plan: &Plan) -> String {
     match plan.start_density {
-        None => "not asked: sampling the meshes takes what only a run should take".to_owned(),
+        None => "not computed: sampling the meshes would take too much time and memory for a check"
+            .to_owned(),
         Some(start) => format!(
-            "at t = 0 up to {:.2} % above rest, at ({:.4}, {:.4}, {:.4}) m; {:.3} % in the mean",
+            "at t = 0 up to {:.2} % above rest, at ({:.4}, {:.4}, {:.4}) m; {:.3} % on average",
             100.0 * start.max_error,
             start.place.x,
             start.place.y,
@@ -204,9 +205,9 @@ fn phases(plan: &Plan) -> String {
     text
 }
 
-/// What every stage of an order reads and writes, and how old that may be.
+/// The data flow: what every stage of an order reads and writes, and how old that may be.
 fn flow(plan: &Plan) -> String {
-    let mut text = "\nThe flow of data\n".to_owned();
+    let mut text = "\nData flow\n".to_owned();
     for stage in &plan.flow {
         let read = |(product, age): &(Product, u64)| match age {
             0 => product.to_string(),

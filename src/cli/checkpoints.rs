@@ -1,4 +1,4 @@
-//! Checkpoints of a run: when one is due, what the run itself adds to it, and how a run goes on from one.
+//! Checkpoints of a run: when one is due, what the run itself adds to it, and how a run resumes from one.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -14,10 +14,10 @@ use super::folder::CHECKPOINT;
 use super::manifest::MANIFEST;
 use super::schedule::ClockState;
 
-/// Name of the run's own part.
+/// Name of the run's own part of a checkpoint.
 const PART: &str = "run";
 
-/// How often a checkpoint is due.
+/// Interval between checkpoints.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Every {
     /// Steps.
@@ -34,7 +34,7 @@ impl FromStr for Every {
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         let wrong = "it must be a number of steps (30), simulated seconds (0.5s) or wall time (10min, 2h), above 0";
         let text = text.trim();
-        // The unit is what no number can end with.
+        // The unit starts at the first character that cannot be part of a number.
         let end = text
             .rfind(|c: char| c.is_ascii_digit() || c == '.')
             .map_or(0, |at| at + 1);
@@ -60,7 +60,7 @@ impl FromStr for Every {
     }
 }
 
-/// Says when a checkpoint is due.
+/// Decides when a checkpoint is due.
 #[derive(Debug)]
 pub(super) struct CheckpointClock {
     every: Option<Every>,
@@ -68,7 +68,7 @@ pub(super) struct CheckpointClock {
 }
 
 impl CheckpointClock {
-    /// For a run that begins, or goes on, after so many steps at a time \[s].
+    /// For a run that starts or resumes after `step` steps, at `time` \[s].
     pub(super) fn new(every: Option<Every>, step: u64, time: f64) -> Self {
         Self {
             every,
@@ -76,8 +76,8 @@ impl CheckpointClock {
         }
     }
 
-    /// Whether one is due after so many steps at a time \[s]: where a multiple was passed since the last. The state after
-    /// a step that has one has none again.
+    /// Whether a checkpoint is due after `step` steps, at `time` \[s]: a multiple of the interval was passed since the
+    /// last one. No step gets two checkpoints.
     pub(super) fn is_due(&self, step: u64, time: f64) -> bool {
         let (last_step, last_time, at) = self.last;
         match self.every {
@@ -88,18 +88,18 @@ impl CheckpointClock {
         }
     }
 
-    /// Notes that there is one.
+    /// Records that a checkpoint was written.
     pub(super) fn done(&mut self, step: u64, time: f64) {
         self.last = (step, time, Instant::now());
     }
 }
 
-/// What a run knows besides its simulation.
+/// State of a run besides that of its simulation.
 #[derive(Debug, Default, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct RunState {
     /// Times of the frames \[s], and their steps.
     pub(super) frames: Vec<(f64, u64)>,
-    /// When the next is due.
+    /// State of the clock that says when the next frame is due.
     pub(super) frame_clock: ClockState,
     pub(super) totals: RunTotals,
     /// Wall time within the steps \[s].
@@ -109,7 +109,7 @@ pub(super) struct RunState {
 }
 
 impl RunState {
-    /// Adds it to a checkpoint.
+    /// Adds this state to a checkpoint.
     pub(super) fn attach(&self, checkpoint: &mut Checkpoint) -> Result<(), Failure> {
         let bytes = postcard::to_stdvec(self)
             .map_err(|error| Failure::Failed(format!("cannot write the checkpoint: {error}")))?;
@@ -118,7 +118,7 @@ impl RunState {
     }
 }
 
-/// A checkpoint to go on from.
+/// A checkpoint from which a run resumes.
 pub(super) struct Resumed {
     pub(super) checkpoint: Checkpoint,
     pub(super) state: RunState,
@@ -129,7 +129,7 @@ pub(super) struct Resumed {
 }
 
 impl Resumed {
-    /// Reads the checkpoint of a file, or of a run's folder.
+    /// Reads a checkpoint file, or the checkpoint in a run's folder.
     pub(super) fn read(path: &Path) -> Result<Self, Failure> {
         let file = if path.is_dir() {
             path.join(CHECKPOINT)
@@ -148,7 +148,7 @@ impl Resumed {
         let checkpoint = Checkpoint::read(&mut std::io::BufReader::new(opened?))
             .map_err(|error| refused(error.to_string()))?;
         let state = match checkpoint.attached(PART) {
-            // A host wrote it: the frames begin anew.
+            // A host wrote it: frames start from the beginning.
             None => RunState::default(),
             Some(bytes) => postcard::from_bytes(bytes).map_err(|error| {
                 refused(format!("the checkpoint's run cannot be used: {error}"))
@@ -169,7 +169,7 @@ impl Resumed {
         })
     }
 
-    /// The folder to go on in, for an `--out` or none; none if the run goes on in a new one.
+    /// The folder in which the run continues, given `--out`; `None` if it continues in a new one.
     pub(super) fn folder(&self, out: Option<&Path>) -> Option<&Path> {
         let folder = self.folder.as_deref()?;
         let same = |out: &Path| out.canonicalize().ok() == folder.canonicalize().ok();

@@ -1,7 +1,8 @@
-//! Which files of an output folder are ours: a manifest lists every one before it is written, and nothing else is ever
-//! replaced, moved or removed.
+//! Ownership of files in an output folder: a manifest lists every file of ours before it is written, and no other file
+//! is ever replaced, moved or removed.
 //!
-//! What an older run or study left makes room by its manifest: it is moved into a folder beside, or removed if that is
+//! The files of an older run or study are known from its manifest: they are moved into a subfolder, or removed on
+//! request.
 //! asked for.
 
 use std::collections::BTreeSet;
@@ -16,18 +17,19 @@ use super::console;
 use super::exit::Failure;
 use super::manifest::{HEAD, Listing, MANIFEST, create_folder, failed, is_there};
 
-/// Held by who writes into the folder. It stays: to remove it would let a third writer in beside one who waits for it.
+/// Locked by the program that writes into the folder. It is never removed: otherwise a third program could lock a new
+/// file while a second waits for the old one.
 const LOCK: &str = ".overfall_lock";
 
-/// Who wants to write into a folder.
+/// A program that is going to write into a folder.
 pub(super) struct Writer<'a> {
     /// `run`, `study` or `validation`.
     pub(super) kind: &'static str,
     /// Name of the scene or the study.
     pub(super) name: &'a str,
-    /// Whether an older one of that kind and name is replaced instead of moved aside.
+    /// Whether an older run of the same kind and name is replaced instead of being moved aside.
     pub(super) force: bool,
-    /// Files that are read: none of them may be moved or removed.
+    /// Files that will be read: none of them may be moved or removed.
     pub(super) inputs: Vec<PathBuf>,
 }
 
@@ -38,12 +40,12 @@ impl Writer<'_> {
     }
 }
 
-/// The files of a folder that are ours, and the right to write there.
+/// The files of a folder that are ours, and the lock on it.
 #[derive(Debug)]
 pub(super) struct Claims {
     root: PathBuf,
     manifest: Mutex<Manifest>,
-    /// Unlocked when it is dropped; none where the file system has no locks.
+    /// Unlocked on drop; `None` if the file system has no locks.
     _lock: Option<File>,
 }
 
@@ -54,11 +56,11 @@ struct Manifest {
 }
 
 impl Claims {
-    /// Makes the folder `root` ready: it exists, nobody else writes there, and what an older run left is moved aside;
-    /// gives the folder where that is now, too.
+    /// Prepares the folder `root`: creates it, locks it against other programs, and moves the files of an older run
+    /// aside. Also returns the folder to which these were moved.
     ///
-    /// `planned` are files, relative to the folder, that will be written there. If one is somebody's own the folder is
-    /// refused.
+    /// `planned` are the files, relative to the folder, that will be written there. If one of them exists and is not
+    /// ours, the folder is refused.
     pub(super) fn start(
         root: &Path,
         writer: &Writer,
@@ -91,7 +93,7 @@ impl Claims {
         Ok((Self::new(root, file, listed, lock), aside))
     }
 
-    /// Goes on writing into the folder of a run that goes on. Refuses one of another writer.
+    /// Continues in the folder of a run that resumes. Refuses a folder of another writer.
     pub(super) fn go_on(root: &Path, writer: &Writer) -> Result<Self, Failure> {
         if let Some(listing) = Listing::read(root)?
             && listing.writer != writer.line()
@@ -106,14 +108,14 @@ impl Claims {
         Self::reopen(root)
     }
 
-    /// Whether the manifest lists a file.
+    /// Whether the manifest lists the file.
     pub(super) fn is_ours(&self, name: &str) -> bool {
         let manifest = self.manifest.lock();
         let manifest = manifest.unwrap_or_else(|lock| lock.into_inner());
         manifest.listed.contains(name)
     }
 
-    /// Goes on writing into the folder of a run that is over.
+    /// Continues in the folder of a finished run.
     pub(super) fn reopen(root: &Path) -> Result<Self, Failure> {
         let Some(listing) = Listing::read(root)? else {
             return Err(Failure::Refused(format!(
@@ -125,7 +127,7 @@ impl Claims {
         let path = root.join(MANIFEST);
         let open = || {
             let file = File::options().append(true).open(&path)?;
-            // A program that was killed may have left half a line.
+            // A program that was killed may have left an incomplete last line.
             file.set_len(listing.bytes)?;
             Ok(file)
         };
@@ -141,19 +143,19 @@ impl Claims {
         }
     }
 
-    /// Fails if the folder, or its manifest, was removed meanwhile: what goes on to be written there nobody would see.
+    /// Fails if the folder or its manifest was removed meanwhile: further output would be lost.
     pub(super) fn check(&self) -> Result<(), OutputError> {
         let path = self.root.join(MANIFEST);
         if is_there(&path) {
             return Ok(());
         }
-        let source = io::Error::new(ErrorKind::NotFound, "it was removed, or its folder was");
+        let source = io::Error::new(ErrorKind::NotFound, "the file or its folder was removed");
         Err(OutputError::Io { path, source })
     }
 
-    /// The path of a file that will be written, by its name relative to the folder.
+    /// The path of a file that will be written, from its name relative to the folder.
     ///
-    /// Fails if the file is somebody's own.
+    /// Fails if the file exists and is not ours.
     pub(super) fn claim(&self, name: &str) -> Result<PathBuf, OutputError> {
         let path = self.root.join(name);
         let mut manifest = self
@@ -177,7 +179,7 @@ impl Claims {
     }
 }
 
-const NOT_OURS: &str = "it is there, was not written by a run of overfall, and is not overwritten";
+const NOT_OURS: &str = "it exists, was not written by overfall, and is not overwritten";
 
 fn refuse_if_there(root: &Path, name: &str) -> Result<(), Failure> {
     let path = root.join(name);
@@ -192,7 +194,7 @@ fn refuse_if_there(root: &Path, name: &str) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Refuses to move or remove what is read: a scene that an older run kept, say.
+/// Refuses to move or remove files that will be read, such as a scene that an older run kept.
 fn refuse_inputs(root: &Path, older: &Listing, writer: &Writer) -> Result<(), Failure> {
     let same = |a: &Path, b: &Path| match (a.canonicalize(), b.canonicalize()) {
         (Ok(a), Ok(b)) => a == b,
@@ -200,12 +202,12 @@ fn refuse_inputs(root: &Path, older: &Listing, writer: &Writer) -> Result<(), Fa
     };
     for input in &writer.inputs {
         let ours = (older.files.iter())
-            // Most names differ in their last part, which costs no look at the disk.
+            // Most names already differ in their last part; only the others need access to the disk.
             .filter(|name| Path::new(name).file_name() == input.file_name() || input.is_symlink())
             .any(|name| same(&root.join(name), input));
         if ours {
             return Err(Failure::Refused(format!(
-                "{}: it is read, and belongs to an older {} in the folder {}, which would be moved; choose another \
+                "{}: it is an input, and belongs to an older {} in the folder {}, which would be moved; choose another \
                  --out",
                 input.display(),
                 older.writer,
@@ -216,10 +218,10 @@ fn refuse_inputs(root: &Path, older: &Listing, writer: &Writer) -> Result<(), Fa
     Ok(())
 }
 
-/// Takes the right to write into a folder.
+/// Locks a folder.
 fn lock(root: &Path) -> Result<Option<File>, Failure> {
     let path = root.join(LOCK);
-    // To open a pipe would wait for a reader.
+    // Opening a pipe would wait for a reader.
     if is_there(&path) && !path.is_file() {
         return Err(Failure::Refused(format!(
             "{}: {NOT_OURS}; choose another --out",
@@ -240,7 +242,7 @@ fn lock(root: &Path) -> Result<Option<File>, Failure> {
         ))),
         Err(TryLockError::Error(error)) => {
             console::note(&format!(
-                "{}: no lock can be had ({error}); do not start a second run there",
+                "{}: it cannot be locked ({error}); do not start a second run there",
                 root.display()
             ));
             Ok(None)
@@ -269,7 +271,7 @@ mod tests {
             .to_vec()
     }
 
-    /// A run that writes its planned files with its name in them; where the older one is now.
+    /// Writes the planned files, each with the name of the run as its content; returns where the older files are now.
     fn write(root: &Path, writer: &Writer) -> Result<Option<PathBuf>, Failure> {
         let (claims, aside) = Claims::start(root, writer, &planned())?;
         fs::create_dir_all(root.join("frames")).expect("a folder");
@@ -302,7 +304,7 @@ mod tests {
             write(root, &run("a", false)),
             Ok(Some(root.join("older_1")))
         );
-        // Another scene's run is never replaced.
+        // A run of another scene is never replaced.
         assert_eq!(write(root, &run("b", true)), Ok(Some(root.join("older_3"))));
         assert_eq!(write(root, &run("b", true)), Ok(None));
         for (place, name) in [("", "b"), ("older_1", "a"), ("older_3", "a")] {
@@ -355,7 +357,7 @@ mod tests {
         let mut again = run("a", true);
         again.inputs = vec![folder.path().join("frames/../history.csv")];
         let refused = write(folder.path(), &again);
-        assert!(matches!(refused, Err(Failure::Refused(text)) if text.contains("it is read")));
+        assert!(matches!(refused, Err(Failure::Refused(text)) if text.contains("it is an input")));
         assert_eq!(read(folder.path().join("history.csv")), "a");
     }
 

@@ -1,4 +1,4 @@
-//! Arguments in, exit status out.
+//! Parses the arguments, runs the command, returns the exit status.
 
 use std::process::ExitCode;
 
@@ -26,13 +26,13 @@ enum Command {
     Check(options::Check),
     /// Measure variants of a scene side by side; write a table and a chart.
     Study(options::Study),
-    /// Run cases whose answer is known; say how far off every method is, write a page with charts.
+    /// Run cases with known answers; print the error of every method and write a page with charts.
     Validate(options::Validate),
     /// Draw the pictures of a run again, from the frames it wrote.
     Picture(options::Picture),
 }
 
-/// Reads the arguments and does what they say.
+/// Parses the arguments and runs the command.
 pub(crate) fn main() -> ExitCode {
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
@@ -58,15 +58,15 @@ pub(crate) fn main() -> ExitCode {
     }
 }
 
-/// Tells what is wrong with the arguments, or the help that was asked for.
+/// Prints what is wrong with the arguments, or the requested help.
 fn tell(refused: &clap::Error) -> ExitCode {
     let text = refused.render();
     if !refused.use_stderr() {
-        // Our own text, in colours; a reader that has gone away is no failure.
+        // Our own text, with colours. A closed reader is not an error.
         let _ = refused.print();
         return Exit::Done.into();
     }
-    // It repeats arguments: in colours if nothing in them commands the terminal.
+    // The message repeats arguments: with colours only if no argument contains terminal control characters.
     let plain = text.to_string();
     if console::shown(&plain) == plain {
         let _ = refused.print();

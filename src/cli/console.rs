@@ -1,11 +1,11 @@
-//! Writing to the terminal without falling over when nobody reads, and without letting names command it.
+//! Writes to the terminal. A closed reader is tolerated, and control characters in names are escaped.
 
 use std::fmt::Write as _;
 use std::io::{self, ErrorKind, Write};
 
 use super::exit::Failure;
 
-/// Writes a result to standard output. A reader that has gone away (`overfall check … | head`) is no failure.
+/// Writes a result to standard output. A closed reader (`overfall check … | head`) is not an error.
 pub(super) fn print(text: &str) -> Result<(), Failure> {
     let mut stdout = io::stdout().lock();
     match stdout
@@ -19,9 +19,9 @@ pub(super) fn print(text: &str) -> Result<(), Failure> {
     }
 }
 
-/// Writes a line to standard error. If that fails there is nowhere left to say so.
+/// Writes a line to standard error. Failures are ignored, since there is nowhere left to report them.
 pub(super) fn note(line: &str) {
-    // One write a line: two threads' lines must not mix.
+    // A single write per line keeps the lines of two threads apart.
     let _ = io::stderr().write_all(format!("{}\n", shown(line)).as_bytes());
 }
 
@@ -30,8 +30,8 @@ pub(super) fn error(text: &str) {
     note(&format!("error: {text}"));
 }
 
-/// A text with its control characters written out, line breaks excepted: names of scenes and files come from anywhere,
-/// and a terminal obeys what they hold.
+/// A text with its control characters escaped, except line breaks. Names of scenes and files come from anywhere, and a
+/// terminal would execute control sequences in them.
 pub(super) fn shown(text: &str) -> String {
     let mut shown = String::with_capacity(text.len());
     for c in text.chars() {
@@ -45,17 +45,17 @@ pub(super) fn shown(text: &str) -> String {
     shown
 }
 
-/// A name within a line: its line breaks are written out, too.
+/// A name inside a line: its line breaks are escaped, too.
 pub(super) fn name(name: &str) -> String {
     shown(name).replace('\n', "\\n")
 }
 
-/// A JSON text whose strings have such characters escaped, as JSON writes it.
+/// A JSON text with such characters in its strings escaped, as in JSON.
 pub(super) fn json(text: &str) -> String {
     let mut shown = String::with_capacity(text.len());
     for c in text.chars() {
         if c != '\n' && commands(c) {
-            // Writing to a String cannot fail; all of them have four digits at most.
+            // Writing to a String cannot fail. All these characters have at most four hexadecimal digits.
             let _ = write!(shown, "\\u{:04x}", u32::from(c));
         } else {
             shown.push(c);
@@ -64,8 +64,8 @@ pub(super) fn json(text: &str) -> String {
     shown
 }
 
-/// Whether a terminal obeys a character instead of showing it: control characters, and those that turn the direction of
-/// writing or end a line.
+/// Whether a character controls the terminal: control characters, and those that change the direction of writing or end
+/// a line.
 fn commands(c: char) -> bool {
     c.is_control()
         || matches!(c, '\u{2028}' | '\u{2029}' | '\u{200e}' | '\u{200f}')

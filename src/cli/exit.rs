@@ -1,22 +1,22 @@
-//! How a command ends, well or not.
+//! How a command ends: its exit status and its errors.
 
 use std::process::ExitCode;
 
 use overfall::output::OutputError;
 
-/// What shells say of a command that SIGINT ended.
+/// The exit status that shells report for a command ended by SIGINT.
 pub(super) const EXIT_STATUS: u8 = 130;
 
-/// How a command ended, as the exit status a script sees.
+/// How a command ended; scripts see the exit status.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Exit {
     /// 0: done.
     Done,
-    /// 1: the run failed; its summary is written all the same.
+    /// 1: the run failed; its summary is written nevertheless.
     Failed,
     /// 2: the scene or the options were refused (clap exits with 2 as well).
     Refused,
-    /// 130: ended early by a signal, as shells say for SIGINT.
+    /// 130: ended early by a signal, as shells report SIGINT.
     Interrupted,
 }
 
@@ -31,12 +31,12 @@ impl From<Exit> for ExitCode {
     }
 }
 
-/// Why a command could not do what it was asked, in words for its user.
+/// Why a command failed, in words for its user.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Failure {
-    /// The input is wrong: it has to change before another try.
+    /// The input is wrong: it must be changed before another attempt.
     Refused(String),
-    /// The input is fine; something else was in the way (a full disk, a missing permission, an unstable run).
+    /// The input is correct, but something else failed (a full disk, a missing permission, an unstable run).
     Failed(String),
 }
 

@@ -1,17 +1,4 @@
-//! The folder of a run: what lies where.
-//!
-//! ```text
-//! out/dam_break/
-//!   history.csv         a row a step
-//!   gauges/wall.csv     a row a reading; a chart beside it if there is something to compare with
-//!   summary.json        how it went
-//!   checkpoint.overfall the state to go on from, if one was asked for or the run was interrupted
-//!   dam_break.pvd       the frames as one animation
-//!   contact_sheet.png   the pictures at a glance
-//!   frames/frame_00000.vtu
-//!   pictures/frame_00000.png
-//!   scene/              the scene as it ran, overrides applied, and the files that it names
-//! ```
+//! The folder of a run: the names of its files and folders.
 
 use std::fs;
 use std::io;
@@ -25,7 +12,7 @@ use super::exit::Failure;
 use super::manifest::{create_folder, failed, is_absent};
 use super::scene_copy::SceneCopy;
 
-/// Where runs and studies go that are not told where to go.
+/// The parent folder of runs and studies without `--out`.
 const DEFAULT_PARENT: &str = "out";
 
 /// Names in the folder, relative to it.
@@ -38,10 +25,10 @@ const FRAMES: &str = "frames";
 const PICTURES: &str = "pictures";
 const GAUGES: &str = "gauges";
 
-/// Bytes that are kept for the summary in case the disk is full by then; a summary has about 1500.
+/// Disk space that is reserved for the summary in case the disk is full at the end \[bytes]; a summary has about 1500.
 const RESERVE_BYTES: usize = 1 << 12;
 
-/// The folder for a run or a study: `out`, or `out/<its name>` without it.
+/// The folder of a run or a study: `out`, or `out/<its name>` by default.
 pub(super) fn root(out: Option<&Path>, name: &str) -> PathBuf {
     out.map_or_else(
         || Path::new(DEFAULT_PARENT).join(file_name(name)),
@@ -49,16 +36,29 @@ pub(super) fn root(out: Option<&Path>, name: &str) -> PathBuf {
     )
 }
 
-/// The folder of one run.
+/// The folder of one run:
+///
+/// ```text
+/// out/dam_break/
+///   history.csv         one row per step
+///   gauges/wall.csv     one row per reading; a chart beside it if there is reference data
+///   summary.json        results
+///   checkpoint.overfall state to resume from, if requested or if the run was interrupted
+///   dam_break.pvd       the frames as one animation
+///   contact_sheet.png   a dozen pictures on one sheet
+///   frames/frame_00000.vtu
+///   pictures/frame_00000.png
+///   scene/              the scene as it ran, overrides applied, and the files that it names
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct RunFolder {
     root: PathBuf,
-    /// The scene's name, as far as a file can be called that.
+    /// The scene's name, made valid as a file name.
     name: String,
 }
 
 impl RunFolder {
-    /// The folder for a run of a scene: `out`, or `out/<scene name>` without it.
+    /// The folder of a run of a scene: `out`, or `out/<scene name>` by default.
     pub(super) fn new(out: Option<&Path>, scene_name: &str) -> Self {
         Self {
             root: root(out, scene_name),
@@ -66,12 +66,12 @@ impl RunFolder {
         }
     }
 
-    /// The folder of a run that is over.
+    /// The folder of a finished run.
     pub(super) fn open(root: &Path) -> Self {
         Self::new(Some(root), "")
     }
 
-    /// Makes the folder ready for a run of a scene, see [`Claims::start`].
+    /// Prepares the folder for a run of a scene, see [`Claims::start`].
     pub(super) fn prepare(
         &self,
         writer: &Writer,
@@ -92,7 +92,7 @@ impl RunFolder {
         for name in scene.gauges.iter().map(|gauge| &gauge.name) {
             planned.extend([gauge(name), gauge_chart(name)]);
         }
-        // How many frames there will be is not known: none of their names may be taken.
+        // The number of frames is not known yet: no file with the name of a frame may exist.
         for (folder, extension) in [(FRAMES, "vtu"), (FRAMES, "ply"), (PICTURES, "png")] {
             for extension in [extension, &format!("{extension}.partial")] {
                 let files = numbered_files(&self.root.join(folder), extension)?;
@@ -113,7 +113,7 @@ impl RunFolder {
         Ok(started)
     }
 
-    /// Makes the folder ready for a run that goes on in it after so many frames: later ones go.
+    /// Prepares the folder for a run that resumes after this number of frames: later frames are removed.
     pub(super) fn reopen(
         &self,
         writer: &Writer,
@@ -137,12 +137,12 @@ impl RunFolder {
         Ok(claims)
     }
 
-    /// Makes the folder of the pictures, if it is not there.
+    /// Creates the folder of the pictures, if it does not exist.
     pub(super) fn create_pictures(&self) -> Result<(), Failure> {
         create_folder(&self.pictures())
     }
 
-    /// The frames that are there in a format, by number.
+    /// The existing frames in a format, by number.
     pub(super) fn written_frames(
         &self,
         format: FrameFormat,
@@ -165,17 +165,17 @@ impl RunFolder {
         format!("{}.pvd", self.name)
     }
 
-    /// Holds the frames.
+    /// The folder of the frames.
     pub(super) fn frames(&self) -> PathBuf {
         self.root.join(FRAMES)
     }
 
-    /// Holds what the gauges show.
+    /// The folder of the gauges' files.
     pub(super) fn gauges(&self) -> PathBuf {
         self.root.join(GAUGES)
     }
 
-    /// Holds the pictures.
+    /// The folder of the pictures.
     pub(super) fn pictures(&self) -> PathBuf {
         self.root.join(PICTURES)
     }
@@ -201,31 +201,31 @@ pub(super) fn gauge_chart(name: &str) -> String {
     format!("{GAUGES}/{name}.svg")
 }
 
-/// Room on the disk for the summary, which is wanted most when the disk is full.
+/// Disk space reserved for the summary, which is needed most when the disk is full.
 pub(super) struct Reserve(PathBuf);
 
 impl Reserve {
-    /// Takes the room.
+    /// Reserves the space.
     pub(super) fn take(claims: &Claims) -> Result<Self, OutputError> {
         let path = claims.claim(RESERVE)?;
-        // Zeros might be kept as a hole.
+        // A file of zeros might be stored as a hole, without space.
         write_atomically(&path, |out| {
             io::Write::write_all(out, &[b'-'; RESERVE_BYTES])
         })?;
         Ok(Self(path))
     }
 
-    /// Gives it back.
+    /// Frees the space.
     pub(super) fn release(self) {
-        // If it cannot be removed there is no room gained, and the summary says so.
+        // If it cannot be removed, no space is gained, and writing the summary reports the error.
         let _ = fs::remove_file(self.0);
     }
 }
 
-/// What the names of frames and pictures begin with.
+/// Prefix of the names of frames and pictures.
 const STEM: &str = "frame_";
 
-/// The number in the name of a frame or a picture; none if we do not name files like that.
+/// The number in the name of a frame or a picture; `None` if the name has another form.
 fn number(name: &str, extension: &str) -> Option<u64> {
     let digits = name
         .strip_prefix(STEM)?
@@ -235,7 +235,7 @@ fn number(name: &str, extension: &str) -> Option<u64> {
     is_ours.then(|| digits.parse().ok()).flatten()
 }
 
-/// The files of our own naming in a folder, by number. A folder that is not there has none.
+/// The files named like ours in a folder, by number. A missing folder has none.
 fn numbered_files(folder: &Path, extension: &str) -> Result<Vec<(u64, PathBuf)>, Failure> {
     let read = || -> io::Result<Vec<(u64, PathBuf)>> {
         let mut files = Vec::new();
@@ -255,12 +255,12 @@ fn numbered_files(folder: &Path, extension: &str) -> Result<Vec<(u64, PathBuf)>,
     }
 }
 
-/// Longest name of a folder that is made of a scene's or a study's name \[bytes]; file systems take 255, endings
+/// Longest folder name that is derived from the name of a scene or a study \[bytes]. File systems allow 255, suffixes
 /// included.
 const LONGEST_NAME: usize = 120;
 
-/// The name of a scene or a study as a file name: what could leave the folder or upset a shell becomes `_`. Names that
-/// would have the same folder get a number that is computed from the name.
+/// The name of a scene or a study as a file name: characters that could leave the folder or have a meaning in a shell
+/// become `_`. Changed names get a number computed from the original, so that different names keep different folders.
 fn file_name(name: &str) -> String {
     let mut plain: String = name
         .chars()
@@ -275,7 +275,7 @@ fn file_name(name: &str) -> String {
     if plain == name && !plain.is_empty() {
         return plain.to_owned();
     }
-    // FNV-1a: the same on every machine and in every version.
+    // FNV-1a hash: the same on every machine and in every version.
     let number = name.bytes().fold(0x811c_9dc5_u32, |hash, byte| {
         (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193)
     });

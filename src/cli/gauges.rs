@@ -1,4 +1,4 @@
-//! What the gauges of a run show: a CSV file each, and a chart of those that are compared with something known.
+//! Output of a run's gauges: one CSV file each, and a chart of those with reference data.
 
 use std::io::Write as _;
 use std::path::PathBuf;
@@ -23,18 +23,18 @@ struct Files {
     comparison: Option<Comparison>,
 }
 
-/// A gauge that is drawn beside a known curve.
+/// A gauge that is drawn beside its reference curve.
 struct Comparison {
     path: PathBuf,
     title: String,
-    /// Its name, and its place among the gauge's.
+    /// Name of the column, and its index among the gauge's columns.
     column: (String, usize),
     known: Curve,
     measured: Vec<(f64, f64)>,
 }
 
 impl GaugeFiles {
-    /// Starts the files; in a run that goes on each after so many rows as `kept` says.
+    /// Creates the files. In a run that resumes, each file keeps its number of rows in `kept`.
     pub(super) fn start(
         folder: &RunFolder,
         claims: &Claims,
@@ -75,7 +75,7 @@ impl GaugeFiles {
         files.collect::<Result<_, _>>().map(Self)
     }
 
-    /// Takes the readings that no later step takes back; at the end of the run all.
+    /// Takes the readings that can no longer be rolled back; at the end of the run, all of them.
     pub(super) fn take(&mut self, world: &mut World, is_end: bool) -> Result<(), OutputError> {
         let settled = if is_end {
             u64::MAX
@@ -93,7 +93,7 @@ impl GaugeFiles {
         Ok(())
     }
 
-    /// Writes the rows that wait, and says how many each file has.
+    /// Writes the buffered rows, and returns the number of rows of each file.
     pub(super) fn flush(&mut self) -> Result<Vec<u64>, OutputError> {
         let rows = self.0.iter_mut().map(|files| {
             files.rows.flush()?;
@@ -102,7 +102,7 @@ impl GaugeFiles {
         rows.collect()
     }
 
-    /// Writes what is left, and draws the charts. Says what failed.
+    /// Writes the remaining rows and draws the charts. Returns the errors.
     pub(super) fn finish(mut self, world: &mut World) -> Vec<String> {
         let mut failures = Vec::new();
         let mut note = |result: Result<(), OutputError>| {
@@ -119,7 +119,7 @@ impl GaugeFiles {
     }
 }
 
-/// Time \[s] and figure of a row, if there is one.
+/// Time \[s] and figure of a row, if it has a figure.
 fn reading(row: &str, place: usize) -> Option<(f64, f64)> {
     let mut cells = row.trim_end().split(',').skip(1);
     let time = cells.next()?.parse().ok()?;
@@ -141,7 +141,7 @@ impl Comparison {
     fn draw(&self) -> Result<(), OutputError> {
         match draw_beside_known(&self.title, &self.column.0, &self.measured, &self.known) {
             Ok(svg) => write_atomically(&self.path, |out| out.write_all(svg.as_bytes())),
-            // A run that was broken off has nothing to draw; its rows are worth having all the same.
+            // An interrupted run may have nothing to draw; its rows are still useful.
             Err(_) => Ok(()),
         }
     }

@@ -1,4 +1,4 @@
-//! Ctrl-C: the first ends the run after the step in hand, the second ends the process.
+//! Ctrl-C: the first ends the run after the current step, the second ends the process.
 
 use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -7,17 +7,18 @@ use super::exit::{EXIT_STATUS, Failure};
 
 static ASKED: AtomicBool = AtomicBool::new(false);
 
-/// Turns SIGINT, SIGTERM and SIGHUP into a question that [`asked`] answers; `say` tells the user what happens now.
+/// Handles SIGINT, SIGTERM and SIGHUP: [`asked`] then returns true, and `say` tells the user.
 ///
-/// Until this is called a signal kills the process, which is right as long as there is nothing to save. A signal that
-/// the process was started to ignore stays ignored: `nohup` does that, and a shell to what it starts in the background.
+/// Before this is called, a signal kills the process, which is right as long as there is nothing to save. Signals that
+/// the process was started to ignore stay ignored: `nohup` starts programs like that, and so does a shell in the
+/// background.
 pub(super) fn listen(say: impl Fn(&str) + Send + 'static) -> Result<(), Failure> {
-    // It is called in a thread of its own, not in the signal's context: it may write and exit.
+    // Runs in a thread of its own, not in the signal's context: it may write and exit.
     let answer = move || {
         if ASKED.swap(true, Ordering::Relaxed) {
             std::process::exit(EXIT_STATUS.into());
         }
-        say("interrupted: finishing the step and writing what there is; again to leave at once");
+        say("interrupted: finishing the step and writing the results; again to leave at once");
     };
     on_signals(answer)
         .map_err(|error| Failure::Failed(format!("cannot listen for signals: {error}")))
@@ -41,8 +42,8 @@ fn on_signals(answer: impl Fn() + Send + 'static) -> io::Result<()> {
         .map(|_| ())
 }
 
-/// The signals that the process was started to ignore, a bit each from the lowest for signal 1; none where the system
-/// does not tell (Linux does): to ask it in another way takes unsafe code.
+/// The signals that the process was started to ignore, one bit each, signal 1 in the lowest bit. 0 if the system does
+/// not report them (Linux does): other ways to find out need unsafe code.
 #[cfg(unix)]
 fn ignored() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();

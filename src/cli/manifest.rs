@@ -1,4 +1,4 @@
-//! The manifest of an output folder: it lists every file that is ours, before it is written.
+//! The manifest of an output folder: it lists every file of ours before that file is written.
 //!
 //! ```text
 //! overfall manifest 1
@@ -21,21 +21,21 @@ use super::exit::Failure;
 pub(super) const MANIFEST: &str = "overfall_manifest.txt";
 /// The manifest's first line.
 pub(super) const HEAD: &str = "overfall manifest 1";
-/// What an older run's folder is called, before a number.
+/// Name of the folder for an older run, before its number.
 const OLDER: &str = "older_";
 
-/// What a manifest says.
+/// Content of a manifest.
 pub(super) struct Listing {
     /// Its second line.
     pub(super) writer: String,
-    /// Relative to the folder.
+    /// Names relative to the folder.
     pub(super) files: BTreeSet<String>,
-    /// Length of its whole lines.
+    /// Length of its complete lines.
     pub(super) bytes: u64,
 }
 
 impl Listing {
-    /// Reads the manifest of a folder; none if it has none.
+    /// Reads the manifest of a folder; `None` if there is no manifest.
     pub(super) fn read(root: &Path) -> Result<Option<Self>, Failure> {
         let path = root.join(MANIFEST);
         let text = match read_text(&path) {
@@ -53,24 +53,24 @@ impl Listing {
                 bytes: whole.len() as u64,
             })),
             _ => Err(Failure::Refused(format!(
-                "{}: this is no manifest of overfall; choose another --out, or move the file away",
+                "{}: this is not a manifest of overfall; choose another --out, or move the file away",
                 path.display()
             ))),
         }
     }
 
-    /// The files that are there, those included that a killed program left unfinished.
+    /// The files that exist, including unfinished ones of a killed program.
     fn present(&self, root: &Path) -> Vec<PathBuf> {
         let names = self.files.iter().map(PathBuf::from);
         names
             .flat_map(|name| [partial_name(&name), name])
             .filter(|name| is_there(&root.join(name)))
-            // Last, so that one who is stopped on the way is still known as one of ours.
+            // The manifest comes last, so that the files stay ours if moving or removing them is interrupted.
             .chain([PathBuf::from(MANIFEST)])
             .collect()
     }
 
-    /// Removes all of it.
+    /// Removes all these files.
     pub(super) fn remove(&self, root: &Path) -> Result<(), Failure> {
         for name in self.present(root) {
             let path = root.join(name);
@@ -81,7 +81,7 @@ impl Listing {
         Ok(())
     }
 
-    /// Moves all of it into a folder of its own; gives that.
+    /// Moves all these files into a new folder and returns it.
     pub(super) fn move_aside(&self, root: &Path) -> Result<PathBuf, Failure> {
         let aside = free_folder(root)?;
         for name in self.present(root) {
@@ -95,7 +95,7 @@ impl Listing {
         Ok(aside)
     }
 
-    /// Folders that are not empty stay, whatever is in them.
+    /// Removes folders that are empty; others stay.
     fn remove_empty_folders(&self, root: &Path) {
         let parents = self
             .files
@@ -108,7 +108,7 @@ impl Listing {
     }
 }
 
-/// Makes the first folder `older_1`, `older_2`, … that is not there.
+/// Creates the first folder of `older_1`, `older_2`, … that does not exist.
 fn free_folder(root: &Path) -> Result<PathBuf, Failure> {
     let mut number = 1_u64;
     loop {
@@ -121,28 +121,28 @@ fn free_folder(root: &Path) -> Result<PathBuf, Failure> {
     }
 }
 
-/// Whether a name of a manifest leads to a file in the folder, and not out of it.
+/// Whether a name in a manifest refers to a file inside the folder.
 pub(super) fn stays_inside(name: &str) -> bool {
     !name.is_empty()
         && (Path::new(name).components()).all(|part| matches!(part, Component::Normal(_)))
 }
 
-/// Whether there is something by that name, a link to nowhere included.
+/// Whether the path exists, even as a broken link.
 pub(super) fn is_there(path: &Path) -> bool {
     path.symlink_metadata().is_ok()
 }
 
-/// Makes a folder and those around it.
+/// Creates a folder and its parents.
 pub(super) fn create_folder(path: &Path) -> Result<(), Failure> {
     fs::create_dir_all(path).map_err(|error| failed("cannot create the folder", path, &error))
 }
 
-/// A failure of the system, in words.
+/// An error of the operating system, in words.
 pub(super) fn failed(what: &str, path: &Path, error: &io::Error) -> Failure {
     Failure::Failed(format!("{what} {}: {error}", path.display()))
 }
 
-/// Whether there is nothing by that name.
+/// Whether the error means that the path does not exist.
 pub(super) fn is_absent(error: &io::Error) -> bool {
     matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory)
 }

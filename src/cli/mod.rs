@@ -1,6 +1,6 @@
 //! The command line: `run`, `check`, `study`, `validate`, `picture`.
 //!
-//! Results go to standard output, progress and errors to standard error. The exit status says how it ended
+//! Results go to standard output, progress and errors to standard error. The exit status tells success from failure
 //! ([`Exit`](exit::Exit)).
 
 mod check;

@@ -1,4 +1,4 @@
-//! The options of every command, and the scene they make of a scene file.
+//! The options of every command, and how they change the scene of a scene file.
 
 use std::num::NonZero;
 use std::path::PathBuf;
@@ -14,26 +14,26 @@ use overfall::{
 use super::checkpoints::Every;
 use super::exit::Failure;
 
-/// More threads than this are a slip of the keyboard, not a machine.
+/// A larger number of threads is a typing error.
 const MAX_THREADS: u64 = 4096;
 
-/// Which scene, and what is different from its file.
+/// The scene file, and overrides of its values.
 #[derive(Args, Debug)]
 pub(super) struct SceneOptions {
     /// The scene file (RON).
     #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath)]
     pub(super) scene: PathBuf,
-    /// Replace a value of the scene, e.g. --set spacing=0.01; may be given again.
+    /// Replace a value of the scene, e.g. --set spacing=0.01; may be repeated.
     #[arg(long = "set", value_name = "PATH=VALUE")]
     overrides: Vec<String>,
     #[command(flatten)]
     threads: Threads,
 }
 
-/// How many threads.
+/// Number of threads.
 #[derive(Args, Debug)]
 pub(super) struct Threads {
-    /// Threads to compute with, and as many to draw with; all cores by default.
+    /// Number of threads for computing, and again for drawing; all cores by default.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_THREADS))]
     threads: Option<u64>,
 }
@@ -46,11 +46,10 @@ pub(super) struct Run {
     /// Simulated time \[s] instead of the scene's.
     #[arg(long, value_name = "S", value_parser = positive, conflicts_with = "steps")]
     duration: Option<f32>,
-    /// Take exactly so many steps, whatever the duration.
+    /// Take exactly this number of steps, whatever the duration.
     #[arg(long, value_name = "N")]
     pub(super) steps: Option<u64>,
-    /// Where to write; out/<scene name> by default. An older run there is moved into a folder older_1, older_2, … in
-    /// it.
+    /// Output folder; out/<scene name> by default. An older run in it is moved into a subfolder older_1, older_2, …
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(super) out: Option<PathBuf>,
     /// Replace an older run of the scene instead of moving it aside.
@@ -78,11 +77,11 @@ pub(super) struct Run {
     /// Draw no pictures.
     #[arg(long, overrides_with = "pictures")]
     no_pictures: bool,
-    /// Keep a checkpoint, a new one every so many steps (30), so much simulated time (0.5s) or so much wall time (10min,
-    /// 2h). Ctrl-C leaves one always.
+    /// Write a checkpoint every number of steps (30), simulated time (0.5s) or wall time (10min, 2h). Ctrl-C always
+    /// writes one.
     #[arg(long, value_name = "EVERY")]
     pub(super) checkpoint: Option<Every>,
-    /// Go on from a checkpoint, or from that in the folder of a run, and in that folder unless --out names another.
+    /// Resume from a checkpoint file or from a run's folder; output continues in that folder unless --out is given.
     #[arg(long, value_name = "DIR|FILE", value_hint = ValueHint::AnyPath, conflicts_with = "force")]
     pub(super) resume: Option<PathBuf>,
     /// Print the summary on standard output as JSON.
@@ -116,8 +115,7 @@ pub(super) struct Study {
     /// The study file (RON), e.g. assets/studies/table_1.ron.
     #[arg(value_name = "STUDY", value_hint = ValueHint::FilePath)]
     pub(super) study: PathBuf,
-    /// Where to write; out/<study name> by default. An older table there is moved into a folder older_1, older_2, … in
-    /// it.
+    /// Output folder; out/<study name> by default. An older table in it is moved into a subfolder older_1, older_2, …
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(super) out: Option<PathBuf>,
     /// Replace an older table of the study instead of moving it aside.
@@ -130,25 +128,26 @@ pub(super) struct Study {
 /// Options of `overfall validate`.
 #[derive(Args, Debug)]
 pub(super) struct Validate {
-    /// Cases by name or the start of it, e.g. hydrostatic; all if none is given.
+    /// Cases by name or by its beginning, e.g. hydrostatic; all by default.
     #[arg(value_name = "CASE")]
     pub(super) cases: Vec<String>,
-    /// A method to run; may be given again. All by default.
+    /// A method to run; may be repeated. All by default.
     #[arg(long = "method", value_name = "METHOD", value_parser = method)]
     pub(super) methods: Vec<&'static Method>,
-    /// Particles over the length that a case counts them across, instead of the case's own number (see --list).
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=10_000), conflicts_with = "convergence")]
+    /// Particles over the characteristic length of each case, instead of the case's own number (see --list).
+    #[arg(long, value_name = "N", conflicts_with = "convergence")]
+    #[arg(value_parser = clap::value_parser!(u32).range(2..=10_000))]
     pub(super) resolution: Option<u32>,
     /// Run every case at three resolutions and fit the order of its errors.
     #[arg(long)]
     pub(super) convergence: bool,
-    /// Where to write; out/validation by default. An older page there is moved into a folder older_1, older_2, … in it.
+    /// Output folder; out/validation by default. An older page in it is moved into a subfolder older_1, older_2, …
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(super) out: Option<PathBuf>,
     /// Replace an older page instead of moving it aside.
     #[arg(long)]
     pub(super) force: bool,
-    /// List the cases, the methods, and the cases that cannot be posed yet; run nothing.
+    /// List the cases, the methods, and known cases that are not supported yet; run nothing.
     #[arg(long)]
     pub(super) list: bool,
     #[command(flatten)]
@@ -163,7 +162,7 @@ fn method(text: &str) -> Result<&'static Method, String> {
     })
 }
 
-/// [`FrameFormat`] as the command line spells it.
+/// [`FrameFormat`] in the notation of the command line.
 #[derive(ValueEnum, Debug, Clone, Copy, PartialEq, Eq)]
 enum Format {
     /// VTK XML unstructured grid; ParaView opens it.
@@ -192,19 +191,19 @@ impl SceneOptions {
             .map_err(refused)
     }
 
-    /// A refusal of the scene by the engine, in words for the user.
+    /// The engine's refusal of the scene, in words for the user.
     pub(super) fn refuse(&self, error: &InstallError) -> Failure {
         Failure::Refused(format!("{}: {error}", self.scene.display()))
     }
 
-    /// The number of threads asked for, or the machine's cores.
+    /// The requested number of threads, or the number of cores.
     pub(super) fn threads(&self) -> usize {
         self.threads.count()
     }
 }
 
 impl Threads {
-    /// The number of threads asked for, or the machine's cores.
+    /// The requested number of threads, or the number of cores.
     pub(super) fn count(&self) -> usize {
         self.threads
             .and_then(|threads| usize::try_from(threads).ok())
@@ -213,7 +212,7 @@ impl Threads {
 }
 
 impl Run {
-    /// The scene that will run: the file's, with `--set` and the options that stand for one of its fields.
+    /// The scene that will run: the file's, with `--set` and the options that replace one of its fields.
     pub(super) fn effective_scene(&self) -> Result<Scene, Failure> {
         let mut scene = self.scene.load()?;
         if let Some(duration) = self.duration {

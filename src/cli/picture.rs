@@ -1,4 +1,4 @@
-//! Pictures of frames, and `overfall picture`, which draws those of a run again.
+//! Pictures of frames, and `overfall picture`, which draws those of a finished run again.
 
 use std::path::{Path, PathBuf};
 
@@ -13,21 +13,21 @@ use super::folder::{self, CONTACT_SHEET, RunFolder};
 use super::scene_copy::SCENE;
 use super::{console, options};
 
-/// Pictures on the contact sheet, and how many of them stand side by side.
+/// Number of pictures on the contact sheet, and number per row.
 const SHEET_PICTURES: usize = 12;
 const SHEET_COLUMNS: usize = 4;
-/// Size of a picture on the sheet \[pixels], half of one that stands alone: drawn at this size its text is sharp.
+/// Size of a picture on the sheet \[pixels], half of the normal size: drawn at this size its text is sharp.
 const SHEET_PICTURE: (u32, u32) = (480, 270);
 
-/// Draws the frames of a scene, all as seen from the same place and in the same colours.
+/// Draws the frames of a scene, all from the same viewpoint and with the same colours.
 pub(super) struct Painter {
     view: View,
-    /// Threads of its own: drawing keeps to their number, and does not hold up steps that are taken beside it.
+    /// A thread pool of its own: drawing uses only these threads and does not delay steps that run at the same time.
     execution: Execution,
 }
 
 impl Painter {
-    /// A painter for a scene, with as many threads.
+    /// A painter for a scene, with this number of threads.
     pub(super) fn new(scene: &Scene, threads: usize) -> Result<Self, Failure> {
         let execution = Execution::new(threads).map_err(|error| {
             Failure::Failed(format!("cannot start threads to draw with: {error}"))
@@ -45,7 +45,7 @@ impl Painter {
         self.execution.install(|| draw(frame, &self.view))
     }
 
-    /// The same, smaller.
+    /// The same painter with another size.
     fn with_size(mut self, (width, height): (u32, u32)) -> Self {
         self.view = self.view.with_size(width, height);
         self
@@ -84,10 +84,10 @@ pub(super) fn picture(options: &options::Picture) -> Result<Exit, Failure> {
     Ok(Exit::Done)
 }
 
-/// Puts about a dozen frames of a run, evenly chosen, on one sheet. Without frames there is none.
+/// Draws about a dozen evenly spaced frames of a run on one sheet. Without frames there is no sheet.
 ///
-/// The frames are read back from their files: to keep a dozen in memory would cost as much as the run itself, and
-/// which dozen it is shows at the end only.
+/// The frames are read from their files: keeping a dozen in memory would cost as much as the run itself, and which
+/// frames are needed is known only at the end.
 pub(super) fn write_contact_sheet(
     scene: &Scene,
     folder: &RunFolder,
@@ -111,7 +111,7 @@ pub(super) fn write_contact_sheet(
         .map_err(cannot_write)
 }
 
-/// The frames of a run by number, in whichever format it wrote.
+/// The frames of a run by number, in any format that it wrote.
 fn written_frames(folder: &RunFolder) -> Result<Vec<(u64, PathBuf)>, Failure> {
     let frames = folder.written_frames(FrameFormat::Vtu)?;
     if frames.is_empty() {

@@ -1,4 +1,4 @@
-//! How far the run is: a bar on a terminal, plain lines elsewhere, the same words in both.
+//! Progress of a run: a bar on a terminal, plain lines elsewhere, with the same text in both.
 
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
@@ -11,9 +11,9 @@ use super::schedule::Goal;
 
 /// Time between two drawings of the bar.
 const BAR_INTERVAL: Duration = Duration::from_millis(100);
-/// Time between two lines: often enough to see that it lives, seldom enough for a log.
+/// Time between two lines: often enough to show progress, rarely enough for a log.
 const LINE_INTERVAL: Duration = Duration::from_secs(3);
-/// The speed that the time left is reckoned with is an average over about so long \[s].
+/// Averaging time of the speed from which the remaining time is estimated \[s].
 const MEMORY: f64 = 10.0;
 /// Resolution of the bar.
 const BAR_LENGTH: u64 = 1000;
@@ -33,7 +33,7 @@ enum Display {
 }
 
 impl Progress {
-    /// Starts showing, unless `quiet`.
+    /// Starts the display, unless `quiet`.
     pub(super) fn start(scene_name: &str, goal: Goal, quiet: bool) -> Self {
         let display = if quiet {
             Display::Nothing
@@ -50,7 +50,7 @@ impl Progress {
         }
     }
 
-    /// Takes note of a step and the wall time it took; shows it if it is time.
+    /// Records a step and the wall time it took; updates the display if it is time.
     pub(super) fn update(&mut self, report: &StepReport, taken: Duration) {
         let interval = match self.display {
             Display::Bar(_) => BAR_INTERVAL,
@@ -82,12 +82,12 @@ impl Progress {
         }
     }
 
-    /// The run goes on after so many steps at a time \[s].
+    /// The run resumes after this number of steps, at a time \[s].
     pub(super) fn go_on(&mut self, steps: u64, time: f64) {
         self.pace.fraction = self.goal.fraction(steps, time);
     }
 
-    /// Says things while the run goes on, from any thread, without getting in the way of the bar.
+    /// A function that prints messages during the run, from any thread, without disturbing the bar.
     pub(super) fn announcer(&self) -> impl Fn(&str) + Send + use<> {
         let bar = match &self.display {
             Display::Bar(bar) => Some(bar.clone()),
@@ -99,14 +99,14 @@ impl Progress {
         }
     }
 
-    /// Says that steps are over and files are being finished.
+    /// Shows that steps are finished and files are being completed.
     pub(super) fn finishing(&self) {
         if let Display::Bar(bar) = &self.display {
             bar.set_message("writing the last frames");
         }
     }
 
-    /// Takes the bar away: what follows is the report.
+    /// Removes the bar before the report is printed.
     pub(super) fn finish(&self) {
         if let Display::Bar(bar) = &self.display {
             bar.finish_and_clear();
@@ -114,10 +114,10 @@ impl Progress {
     }
 }
 
-/// Two lines, so that a terminal of 80 columns shows all of it.
+/// Two lines, so that everything fits into 80 columns.
 fn bar(scene_name: &str) -> ProgressBar {
     let bar = ProgressBar::with_draw_target(Some(BAR_LENGTH), ProgressDrawTarget::stderr());
-    // A brace in a template begins a field.
+    // Braces in a template start a field, so they are escaped.
     let name = console::name(scene_name)
         .replace('{', "{{")
         .replace('}', "}}");
@@ -128,20 +128,20 @@ fn bar(scene_name: &str) -> ProgressBar {
     bar
 }
 
-/// How fast the run goes, lately.
+/// The current speed of the run.
 #[derive(Debug, Default)]
 struct Pace {
-    /// Steps since the last showing.
+    /// Steps since the last update of the display.
     steps: u32,
-    /// The fraction of the way done at the last showing.
+    /// Completed fraction of the run at the last update.
     fraction: f64,
-    /// Fraction of the way a second of wall time, smoothed \[1/s]; 0 before the first showing.
+    /// Completed fraction per second of wall time, smoothed \[1/s]; 0 before the first update.
     per_second: f64,
-    /// Wall time within these steps: waiting for a frame to be written is not the step's.
+    /// Wall time within these steps, without waiting for a frame to be written.
     stepping: Duration,
-    /// Wall time a step, over the steps before the last showing \[ms].
+    /// Wall time per step, averaged over the steps before the last update \[ms].
     ms_per_step: f64,
-    /// Steps taken back in all.
+    /// Steps rolled back in total.
     taken_back: u64,
 }
 
@@ -159,13 +159,13 @@ impl Pace {
         (self.steps, self.stepping) = (0, Duration::ZERO);
     }
 
-    /// Wall time left \[s], if it can be told.
+    /// Remaining wall time \[s], if it can be estimated.
     fn time_left(&self) -> Option<f64> {
         (self.per_second > 0.0).then(|| (1.0 - self.fraction) / self.per_second)
     }
 }
 
-/// How much is done and how long the rest takes.
+/// The completed fraction and the remaining time.
 fn way(pace: &Pace) -> String {
     format!(
         "{:.0} %, {} left",
@@ -174,7 +174,7 @@ fn way(pace: &Pace) -> String {
     )
 }
 
-/// Where the run is, and how the last step went.
+/// The position of the run, and the result of the last step.
 fn state(goal: Goal, report: &StepReport, pace: &Pace) -> String {
     let at = match goal {
         Goal::Time(end) => format!(

@@ -1,4 +1,4 @@
-//! Frames and pictures, written beside the steps that follow.
+//! Writes frames and pictures while the next steps are computed.
 
 use std::fs;
 use std::path::PathBuf;
@@ -15,40 +15,40 @@ use super::folder::{self, CHECKPOINT, RunFolder};
 use super::manifest::is_absent;
 use super::picture::Painter;
 
-/// Frames that may wait to be written. One is enough to overlap writing with computing; a writer that cannot keep
-/// up then slows the run down instead of filling the memory.
+/// Frames that may wait to be written. One is enough to overlap writing with computing; a slow writer then slows the
+/// run down instead of filling the memory.
 const WAITING: usize = 1;
 
-/// Writes the frames it is given, in a thread of its own.
+/// Writes frames in a thread of its own.
 pub(super) struct Recorder {
     sender: SyncSender<Task>,
     writer: JoinHandle<Recorded>,
 }
 
-/// What the writer is to do.
+/// A task for the writer.
 enum Task {
     Write(Frame),
-    /// The run went back to this time \[s]: frames after it never were.
+    /// The run went back to this time \[s]: frames after it are removed.
     WithdrawAfter(f64),
-    /// A checkpoint, after the frames that it counts.
+    /// A checkpoint, to be written after the frames that it counts.
     Checkpoint(Vec<u8>),
 }
 
-/// What came of the frames.
+/// Result of writing the frames.
 #[derive(Debug, Default)]
 pub(super) struct Recorded {
     /// Frames that are written completely.
     pub(super) frames: u64,
-    /// Why there are no more of them.
+    /// Why writing stopped, if it failed.
     pub(super) failure: Option<String>,
 }
 
-/// The writer has given up; [`Recorder::finish`] knows why.
+/// The writer has stopped; [`Recorder::finish`] returns the reason.
 #[derive(Debug)]
 pub(super) struct GaveUp;
 
 impl Recorder {
-    /// Starts the writer for a run of a scene; one that goes on has frames of these times \[s].
+    /// Starts the writer for a run of a scene. A run that resumes has frames at these times \[s].
     pub(super) fn start(
         folder: &RunFolder,
         claims: &Arc<Claims>,
@@ -80,18 +80,18 @@ impl Recorder {
         Ok(Self { sender, writer })
     }
 
-    /// Hands over a frame; waits while an earlier one is still waiting.
+    /// Passes a frame to the writer; blocks while an earlier one is still waiting.
     pub(super) fn record(&self, frame: Frame) -> Result<(), GaveUp> {
         self.sender.send(Task::Write(frame)).map_err(|_| GaveUp)
     }
 
-    /// Takes back the frames after a time \[s]: their files go.
+    /// Removes the frames after a time \[s], with their files.
     pub(super) fn withdraw_after(&self, time: f64) -> Result<(), GaveUp> {
         let task = Task::WithdrawAfter(time);
         self.sender.send(task).map_err(|_| GaveUp)
     }
 
-    /// Hands over the bytes of a checkpoint.
+    /// Passes the bytes of a checkpoint to the writer.
     pub(super) fn checkpoint(&self, bytes: Vec<u8>) -> Result<(), GaveUp> {
         self.sender
             .send(Task::Checkpoint(bytes))
@@ -108,7 +108,7 @@ impl Recorder {
     }
 }
 
-/// The series of the frames of these times \[s], in a folder where they are; without those that are not.
+/// The series of those frames at these times \[s] whose files exist in the folder.
 fn go_on(path: PathBuf, formats: &[FrameFormat], written: &[f64]) -> Result<Series, Failure> {
     if written.is_empty() || !formats.contains(&FrameFormat::Vtu) || !path.is_file() {
         return Ok(Series::new(path));
@@ -119,20 +119,20 @@ fn go_on(path: PathBuf, formats: &[FrameFormat], written: &[f64]) -> Result<Seri
     Ok(series)
 }
 
-/// What the writer's thread works with.
+/// The state of the writer's thread.
 struct Writer {
     claims: Arc<Claims>,
     formats: Vec<FrameFormat>,
     series: Series,
     painter: Option<Painter>,
-    /// Times of the frames that are written \[s], by number.
+    /// Times of the written frames \[s], by number.
     times: Vec<f64>,
 }
 
 impl Writer {
     fn write_all(mut self, tasks: &Receiver<Task>) -> Recorded {
         let mut failure = None;
-        // Returning drops the receiver, which tells the run that there is no use in going on.
+        // Returning drops the receiver, which tells the run to stop.
         while let Ok(task) = tasks.recv() {
             let done = match task {
                 Task::Write(frame) => self.write(&frame),
@@ -161,7 +161,7 @@ impl Writer {
             for name in frames.chain(picture) {
                 let path = self.claims.claim(&name)?;
                 match fs::remove_file(&path) {
-                    // A run that goes on in a folder of its own has its older frames elsewhere.
+                    // A run that resumes in a folder of its own has its older frames elsewhere.
                     Err(error) if is_absent(&error) => {}
                     removed => removed.map_err(|source| OutputError::Io { path, source })?,
                 }
@@ -175,7 +175,7 @@ impl Writer {
         for &format in &self.formats {
             let file = folder::frame(number, format);
             frame.write(&self.claims.claim(&file)?, format)?;
-            // The series is of VTK files only: its reader, ParaView, takes no others.
+            // The series lists only VTK files, because ParaView supports no others in it.
             if format == FrameFormat::Vtu {
                 self.series.push(frame.time, &file)?;
             }

@@ -1,4 +1,4 @@
-//! The end of a run, in words and as JSON.
+//! The report at the end of a run, as text and as JSON.
 
 use std::fmt::Write;
 
@@ -17,7 +17,7 @@ pub(super) fn json(summary: &Summary) -> Result<String, Failure> {
         .map_err(|error| Failure::Failed(format!("cannot write the summary as JSON: {error}")))
 }
 
-/// The summary in words: what was done, how fast, how accurate, and where it lies.
+/// The summary as text: what was done, how fast, how accurately, and where the files are.
 pub(super) fn text(summary: &Summary, scene: &Scene, folder: &RunFolder) -> String {
     // Writing to a String cannot fail, here and below.
     let mut rows = Vec::new();
@@ -41,7 +41,7 @@ pub(super) fn text(summary: &Summary, scene: &Scene, folder: &RunFolder) -> Stri
     rows.push((
         "density error",
         format!(
-            "largest {:.3} %, mean {:.4} %, with {:.1} iterations a step",
+            "largest {:.3} %, mean {:.4} %, with {:.1} iterations per step",
             100.0 * summary.max_density_error,
             100.0 * summary.mean_density_error,
             summary.mean_iterations
@@ -63,7 +63,7 @@ pub(super) fn text(summary: &Summary, scene: &Scene, folder: &RunFolder) -> Stri
     rows.push(("frames", frames(summary, scene, folder)));
     if scene.output.pictures {
         let mut pictures = folder.pictures().display().to_string();
-        // It is drawn from the frames' files.
+        // The sheet is drawn from the frames' files.
         if !scene.output.formats.is_empty() {
             let _ = write!(
                 pictures,
@@ -142,7 +142,7 @@ fn count(number: u64, thing: &str) -> String {
     format!("{number} {thing}{plural}")
 }
 
-/// A size in bytes for people.
+/// A size in bytes, in readable units.
 pub(super) fn size(bytes: f64) -> String {
     const UNITS: [&str; 4] = ["bytes", "KiB", "MiB", "GiB"];
     let mut value = bytes;

@@ -1,4 +1,4 @@
-//! `overfall run`: steps until the goal, and everything that is written on the way.
+//! `overfall run`: takes steps until the goal and writes all output.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -25,10 +25,10 @@ use super::schedule::{FrameClock, Goal};
 use super::waiting::waiting;
 use super::{console, interrupt, options, picture, report};
 
-/// Steps that a run takes after a signal, at most, to come to where a checkpoint is possible.
+/// Largest number of further steps after a signal until a checkpoint is possible.
 const MOST_STEPS_TO_LEAVE: u64 = 100;
 
-/// Runs a scene and writes what comes of it.
+/// Runs a scene and writes its results.
 pub(super) fn run(options: &options::Run) -> Result<Exit, Failure> {
     let started = Instant::now();
     let scene = options.effective_scene()?;
@@ -60,7 +60,7 @@ pub(super) fn run(options: &options::Run) -> Result<Exit, Failure> {
             (folder.reopen(&writer, &scene, state.frames.len())?, None)
         }
         state => {
-            // The rows before are in another folder.
+            // The rows before the checkpoint are in another folder.
             if let Some(state) = state {
                 state.history_rows = 0;
                 state.gauge_rows.clear();
@@ -96,7 +96,7 @@ pub(super) fn run(options: &options::Run) -> Result<Exit, Failure> {
     } else {
         report::text(&summary, &scene, &folder)
     });
-    // The run's own failure comes before that of telling about it.
+    // A failure of the run is reported before a failure to print the report.
     if let Some(failure) = summary.failure {
         return Err(Failure::Failed(failure));
     }
@@ -107,7 +107,7 @@ pub(super) fn run(options: &options::Run) -> Result<Exit, Failure> {
     })
 }
 
-/// The simulation of a scene, at its start or where a checkpoint was written.
+/// The simulation of a scene, at its start or resumed from a checkpoint.
 fn set_up(
     options: &options::Run,
     scene: &Scene,
@@ -134,7 +134,7 @@ fn inputs(options: &options::Run, scene: &Scene) -> Vec<PathBuf> {
     named.chain(options.resume.clone()).collect()
 }
 
-/// A run on its way.
+/// A run in progress.
 struct Run {
     simulation: Simulation,
     goal: Goal,
@@ -144,7 +144,7 @@ struct Run {
     recorder: Recorder,
     progress: Progress,
     totals: RunTotals,
-    /// Wall time within the steps: unlike the run's wall time, without waiting for the recorder.
+    /// Wall time within the steps: unlike the wall time of the run, it excludes waiting for the recorder.
     stepping: Duration,
     /// Times of the frames \[s], and their steps.
     frames: Vec<(f64, u64)>,
@@ -155,12 +155,12 @@ struct Run {
 enum Stop {
     /// Something failed.
     Failure(String),
-    /// The recorder failed; it says why when it is finished.
+    /// The recorder failed; `finish` returns its reason.
     GaveUp,
 }
 
 impl Run {
-    /// A run at its start, or where it goes on.
+    /// A run at its start, or where it resumes.
     fn start(
         (simulation, goal, mut progress): (Simulation, Goal, Progress),
         (folder, claims, scene): (&RunFolder, &Arc<Claims>, &Scene),
@@ -192,7 +192,7 @@ impl Run {
         })
     }
 
-    /// Hands a checkpoint of the present state to the recorder.
+    /// Passes a checkpoint of the current state to the recorder.
     fn checkpoint(&mut self) -> Result<(), Stop> {
         self.history.flush()?;
         let state = RunState {
@@ -211,7 +211,7 @@ impl Run {
         Ok(())
     }
 
-    /// Whether the run may end for a signal here: it leaves a checkpoint, for which it may have to take some steps more.
+    /// Whether the run may end here after a signal: it writes a checkpoint first, which may need some more steps.
     fn may_leave(&mut self) -> Result<bool, Stop> {
         match steps_until_possible(self.simulation.world_mut()) {
             0 => self.checkpoint()?,
@@ -221,9 +221,12 @@ impl Run {
         Ok(true)
     }
 
-    /// Steps until the goal or a signal.
+    /// Takes steps until the goal or a signal.
     fn step_to_the_end(&mut self) -> Result<Status, Stop> {
-        self.record()?;
+        // A resumed run has its first frame already, and a checkpoint alone is no reason for another frame.
+        if self.frames.is_empty() {
+            self.record()?;
+        }
         loop {
             let (steps, time) = (self.totals.steps(), self.simulation.time());
             if self.goal.is_reached(steps, time) {
@@ -260,7 +263,7 @@ impl Run {
         }
     }
 
-    /// Hands the present state to the recorder, unless it has it.
+    /// Passes the current state to the recorder, unless it was already passed.
     fn record(&mut self) -> Result<(), GaveUp> {
         let step = self.totals.steps();
         if self.frames.last().is_some_and(|last| last.1 == step) {
@@ -271,7 +274,7 @@ impl Run {
         self.recorder.record(frame)
     }
 
-    /// Takes back what was written of steps after `time` \[s], where the run stands again.
+    /// Removes the output of steps after `time` \[s], to which the run went back.
     fn withdraw(&mut self, time: f64) -> Result<(), GaveUp> {
         self.clock.set_back(time);
         let step = self.totals.steps();
@@ -283,7 +286,7 @@ impl Run {
         Ok(())
     }
 
-    /// Writes all that is left to write, and sums up.
+    /// Writes the remaining output and summarises the run.
     fn finish(
         mut self,
         ended: Result<Status, Stop>,
@@ -298,7 +301,7 @@ impl Run {
             Err(Stop::GaveUp) => (Status::Failed, Vec::new()),
             Err(Stop::Failure(failure)) => (Status::Failed, vec![failure]),
         };
-        // After a failed step too: the columns keep the last good state, and that is what one wants to see.
+        // Also after a failed step: the columns keep the last good state, which helps to find the cause.
         let last_frame = self.record();
         failures.extend(
             self.history

@@ -1,4 +1,4 @@
-//! The scene as it ran, kept in the run's folder: the run can be drawn again, and repeated.
+//! A copy of the scene in the run's folder, so that the run can be repeated and drawn again.
 
 use std::path::Path;
 
@@ -10,18 +10,18 @@ use super::claims::Claims;
 use super::exit::{Failure, cannot_write};
 use super::manifest::create_folder;
 
-/// The folder of the copy, and the scene in it.
+/// The folder of the copy, and the scene's file in it.
 const FOLDER: &str = "scene";
 pub(super) const SCENE: &str = "scene/scene.ron";
 
 /// A scene as text, and the files that it names.
 pub(super) struct SceneCopy {
-    /// Names relative to the run's folder, and contents; the scene is the last.
+    /// Names relative to the run's folder, and contents; the scene comes last.
     files: Vec<(String, Vec<u8>)>,
 }
 
 impl SceneCopy {
-    /// Takes the copy. It is written later: the files may lie in the folder that is made ready in between.
+    /// Reads the files now. They are written later, since preparing the output folder may move them.
     pub(super) fn of(scene: &Scene) -> Result<Self, Failure> {
         let mut scene = scene.clone();
         let mut files = Vec::new();
@@ -66,7 +66,7 @@ impl SceneCopy {
     }
 }
 
-/// Whether files that end so are meshes.
+/// Whether files with this extension are meshes.
 fn is_mesh(extension: &str) -> bool {
     extension.eq_ignore_ascii_case("obj") || extension.eq_ignore_ascii_case("stl")
 }

@@ -2,7 +2,7 @@
 
 use overfall::scene::Output;
 
-/// What a run goes for.
+/// The goal of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Goal {
     /// Simulated time \[s].
@@ -12,12 +12,12 @@ pub(super) enum Goal {
 }
 
 impl Goal {
-    /// The goal of a scene without a number of steps.
+    /// The goal of a scene that is given a duration.
     pub(super) fn duration(seconds: f32) -> Self {
         Self::Time(decimal(seconds))
     }
 
-    /// Whether a run that has taken `steps` steps, the last of which ended at `time` \[s], is there.
+    /// Whether a run that has taken `steps` steps, the last of which ended at `time` \[s], has reached the goal.
     pub(super) fn is_reached(self, steps: u64, time: f64) -> bool {
         match self {
             Self::Time(end) => time >= end,
@@ -25,7 +25,7 @@ impl Goal {
         }
     }
 
-    /// The part of the way that is done, 0 to 1.
+    /// The completed fraction of the run, 0 to 1.
     pub(super) fn fraction(self, steps: u64, time: f64) -> f64 {
         let fraction = match self {
             Self::Time(end) => time / end,
@@ -34,7 +34,7 @@ impl Goal {
         fraction.clamp(0.0, 1.0)
     }
 
-    /// The simulated time that the run goes for \[s].
+    /// The simulated time of the goal \[s].
     fn end(self) -> f64 {
         match self {
             Self::Time(end) => end,
@@ -43,36 +43,37 @@ impl Goal {
     }
 }
 
-/// The number that a scene writes: 0.1 in single precision is 0.1, and not the 0.100000001 that it stands for.
+/// The decimal number of the scene file: 0.1 in single precision becomes 0.1 and not 0.100000001.
 fn decimal(number: f32) -> f64 {
     number.to_string().parse().unwrap_or(number.into())
 }
 
-/// Part of a step by which summed time may be off.
+/// Largest rounding error of a sum of steps \[steps].
 const ROUNDING: f64 = 1e-2;
 
-/// Frames per second; the next multiple that has none; time of the last frame \[s], and the multiple that was next before.
+/// Frames per second; the next multiple of the interval without a frame; time of the last frame \[s] and the next
+/// multiple before it.
 pub(super) type ClockState = (f64, f64, Option<(f64, f64)>);
 
-/// Says at which step ends a frame is due.
+/// Decides at the end of which steps a frame is due.
 ///
-/// These are the step ends nearest to the multiples of the frame interval: a picture is not worth a change of the
-/// result. A scene may ask for the multiples themselves (`output.exact_times`), where steps then end. The first frame
-/// (time 0) and the last (the end of the run) are written whatever this says.
+/// These are the step ends nearest to the multiples of the frame interval, so that frames do not change the result.
+/// With `output.exact_times` steps end exactly at the multiples. The first frame (time 0) and the last (end of the run)
+/// are written in any case.
 #[derive(Debug, Clone)]
 pub(super) struct FrameClock {
     per_second: f64,
     exact: bool,
-    /// The next multiple that has no frame yet.
+    /// The next multiple without a frame.
     next: f64,
-    /// Multiples from here on are left to the last frame \[s].
+    /// Multiples from this time on are covered by the last frame \[s].
     end: f64,
-    /// Time of the last frame \[s], and the multiple that was next before it.
+    /// Time of the last frame \[s], and the next multiple before it.
     last: Option<(f64, f64)>,
 }
 
 impl FrameClock {
-    /// A clock for the frames of a scene (none between if it has 0 a second), in a run that goes for `goal`.
+    /// A clock for the frames of a scene (with 0 per second, only the first and the last), in a run towards `goal`.
     pub(super) fn new(output: &Output, goal: Goal) -> Self {
         Self {
             per_second: decimal(output.frames_per_second),
@@ -83,12 +84,13 @@ impl FrameClock {
         }
     }
 
-    /// What a run that goes on has to know: frames per second, the next multiple, the last frame.
+    /// The state from which a run resumes.
     pub(super) fn state(&self) -> ClockState {
         (self.per_second, self.next, self.last)
     }
 
-    /// Goes on from there at `time` \[s]; with another number of frames per second at its next multiple.
+    /// Resumes from that state at `time` \[s]. If the number of frames per second has changed, the next multiple is
+    /// computed again.
     pub(super) fn set_state(&mut self, (per_second, next, last): ClockState, time: f64) {
         if per_second == self.per_second {
             (self.next, self.last) = (next, last);
@@ -97,7 +99,7 @@ impl FrameClock {
         }
     }
 
-    /// The time after `time` that a step must not pass \[s], if there is one.
+    /// The time that a step beginning at `time` must not pass \[s], if there is one.
     pub(super) fn until(&self, time: f64) -> Option<f64> {
         let multiple = self.next / self.per_second;
         let times = [self.end, if self.exact { multiple } else { self.end }];
@@ -105,9 +107,9 @@ impl FrameClock {
         first.is_finite().then_some(first)
     }
 
-    /// Whether the step that ended at `time` is the nearest one to a multiple, if the next is `next_dt` long.
+    /// Whether the step that ended at `time` is the nearest to a multiple, if the next step has length `next_dt`.
     ///
-    /// Several multiples within one step make one frame.
+    /// Several multiples within one step give one frame.
     pub(super) fn is_due(&mut self, time: f64, next_dt: f64) -> bool {
         let multiple = self.next / self.per_second;
         if self.per_second <= 0.0 || multiple >= self.end - ROUNDING * next_dt {
@@ -128,8 +130,8 @@ impl FrameClock {
         is_due
     }
 
-    /// Takes note that the run went back to `time`: a frame after it is due again. The last suffices, as a run goes
-    /// back over one step that may have had a frame.
+    /// Records that the run went back to `time`: a frame after it is due again. Remembering one frame suffices, because
+    /// the run goes back over at most one step with a frame.
     pub(super) fn set_back(&mut self, time: f64) {
         if let Some((_, next)) = self.last.take_if(|last| last.0 > time) {
             self.next = next;
@@ -149,8 +151,8 @@ mod tests {
         }
     }
 
-    /// Runs steps of `dt` to `end` with nothing shortened but the last; gives their number and the times of the frames
-    /// between.
+    /// Runs steps of `dt` to `end`, of which only the last is shortened. Returns their number and the times of the
+    /// frames between.
     fn run(per_second: f32, dt: f64, end: f64) -> (u64, Vec<f64>) {
         let goal = Goal::Time(end);
         let mut clock = FrameClock::new(&output(per_second, false), goal);
@@ -220,7 +222,7 @@ mod tests {
         assert_eq!(clock.until(0.2), Some(0.25));
         let clock = FrameClock::new(&output(0.0, true), Goal::Steps(3));
         assert_eq!(clock.until(0.0), None);
-        // What is not exact ends at the end alone, and that is the number which the scene writes.
+        // Without exact times steps end only at the end, which is the decimal number of the scene.
         let clock = FrameClock::new(&output(10.0, false), Goal::duration(0.3));
         assert_eq!(clock.until(0.0), Some(0.3));
     }

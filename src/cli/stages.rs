@@ -1,4 +1,4 @@
-//! How far work in stages is: studies, validations.
+//! Progress of work in stages: studies, validations.
 
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
@@ -9,12 +9,12 @@ use super::{console, progress};
 
 /// Time between two drawings of the bar.
 const BAR_INTERVAL: Duration = Duration::from_millis(100);
-/// Time between two lines where there is no terminal.
+/// Time between two lines without a terminal.
 const LINE_INTERVAL: Duration = Duration::from_secs(5);
 /// Resolution of the bar.
 const BAR_LENGTH: u64 = 1000;
 
-/// How far the work is: a bar on a terminal, plain lines elsewhere.
+/// Display of the progress: a bar on a terminal, plain lines elsewhere.
 pub(super) struct Display {
     bar: Option<ProgressBar>,
     stage: String,
@@ -23,7 +23,7 @@ pub(super) struct Display {
 }
 
 impl Display {
-    /// Starts showing.
+    /// Starts the display.
     pub(super) fn start() -> Self {
         let bar = std::io::stderr().is_terminal().then(|| {
             let target = ProgressDrawTarget::stderr();
@@ -41,7 +41,7 @@ impl Display {
         }
     }
 
-    /// Shows that so much of a stage is done, if it is time.
+    /// Shows the completed fraction of a stage, if it is time.
     pub(super) fn step(&mut self, stage: &str, of: &str, fraction: f64) {
         if self.stage != stage {
             (self.stage, self.since, self.shown) = (stage.to_owned(), Instant::now(), None);
@@ -67,7 +67,7 @@ impl Display {
         }
     }
 
-    /// Says things without getting in the way of the bar.
+    /// A function that prints messages without disturbing the bar.
     pub(super) fn announcer(&self) -> impl Fn(&str) + Send + use<> {
         let bar = self.bar.clone();
         move |text| match &bar {
@@ -76,7 +76,7 @@ impl Display {
         }
     }
 
-    /// Takes the bar away.
+    /// Removes the bar.
     pub(super) fn finish(&self) {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
@@ -84,7 +84,7 @@ impl Display {
     }
 }
 
-/// How much of a stage is done and how long the rest takes.
+/// The completed fraction of a stage and the remaining time.
 fn way(fraction: f64, elapsed: f64) -> String {
     let left = if fraction > 0.01 {
         progress::clock(elapsed * (1.0 - fraction) / fraction)

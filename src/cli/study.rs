@@ -16,14 +16,14 @@ use super::folder::{self, SUMMARY};
 use super::stages::Display;
 use super::{console, interrupt, options};
 
-/// Names in the folder, beside the summary's.
+/// Names in the folder, in addition to the summary's.
 const TABLE: &str = "table.csv";
 const CHART: &str = "chart.svg";
 
-/// Time between two looks whether the folder is there.
+/// Time between two checks that the folder still exists.
 const LOOK_INTERVAL: Duration = Duration::from_secs(1);
 
-/// Runs a study and writes what comes of it.
+/// Runs a study and writes its results.
 pub(super) fn study(options: &options::Study) -> Result<Exit, Failure> {
     let started = Instant::now();
     let plan = Plan::load(&options.study).map_err(|error| Failure::Refused(error.to_string()))?;
@@ -59,7 +59,7 @@ pub(super) fn study(options: &options::Study) -> Result<Exit, Failure> {
                     looked = Instant::now();
                 }
             }
-            // After every turn: whatever ends the program, the finished blocks stay.
+            // Written after every turn, so that finished blocks are kept however the program ends.
             Event::Turn(table) => wrote = table.write_csv(&files.table),
         }
         if interrupt::asked() || wrote.is_err() {
@@ -75,33 +75,7 @@ pub(super) fn study(options: &options::Study) -> Result<Exit, Failure> {
         other => Failure::Failed(other.to_string()),
     })?;
 
-    table.write_csv(&files.table).map_err(cannot_write)?;
-    let mut written = vec![&files.table, &files.summary];
-    if let Some(wanted) = &plan.study.chart {
-        match chart::draw(&table, wanted) {
-            Ok(svg) => {
-                write_atomically(&files.chart, |out| out.write_all(svg.as_bytes()))
-                    .map_err(cannot_write)?;
-                written.push(&files.chart);
-            }
-            // An interrupted study may have nothing to draw; its table is worth having all the same.
-            Err(error) => console::note(&format!("no chart: {error}")),
-        }
-    }
-    let summary = Summary::of(&plan, &table, threads, started.elapsed());
-    summary.write(&files.summary).map_err(cannot_write)?;
-
-    let mut text = table.text();
-    text.push_str(&format!(
-        "\n{threads} {}, {}, {:.0} s in all\n",
-        if threads == 1 { "thread" } else { "threads" },
-        summary.instruction_set,
-        summary.wall_s
-    ));
-    for file in written {
-        text.push_str(&format!("  {}\n", file.display()));
-    }
-    console::print(&text)?;
+    report(&plan, &table, &files, (threads, started.elapsed()))?;
     if table.rows.iter().all(|row| row.blocks.is_empty()) && !interrupt::asked() {
         return Err(Failure::Failed("no variant could be measured".into()));
     }
@@ -112,7 +86,43 @@ pub(super) fn study(options: &options::Study) -> Result<Exit, Failure> {
     })
 }
 
-/// What a study writes.
+/// Writes the table, the chart and the summary, and prints the table.
+fn report(
+    plan: &Plan,
+    table: &Table,
+    files: &Files,
+    (threads, elapsed): (usize, Duration),
+) -> Result<(), Failure> {
+    table.write_csv(&files.table).map_err(cannot_write)?;
+    let mut written = vec![&files.table, &files.summary];
+    if let Some(wanted) = &plan.study.chart {
+        match chart::draw(table, wanted) {
+            Ok(svg) => {
+                write_atomically(&files.chart, |out| out.write_all(svg.as_bytes()))
+                    .map_err(cannot_write)?;
+                written.push(&files.chart);
+            }
+            // An interrupted study may have nothing to draw; its table is still useful.
+            Err(error) => console::note(&format!("no chart: {error}")),
+        }
+    }
+    let summary = Summary::of(plan, table, threads, elapsed);
+    summary.write(&files.summary).map_err(cannot_write)?;
+
+    let mut text = table.text();
+    text.push_str(&format!(
+        "\n{threads} {}, {}, {:.0} s in total\n",
+        if threads == 1 { "thread" } else { "threads" },
+        summary.instruction_set,
+        summary.wall_s
+    ));
+    for file in written {
+        text.push_str(&format!("  {}\n", file.display()));
+    }
+    console::print(&text)
+}
+
+/// The files that a study writes.
 struct Files {
     table: PathBuf,
     chart: PathBuf,
@@ -143,7 +153,7 @@ fn inputs(study: &Path, plan: &Plan) -> Vec<PathBuf> {
     inputs
 }
 
-/// What `summary.json` holds.
+/// Content of `summary.json`.
 #[derive(Serialize)]
 struct Summary<'a> {
     study: &'a str,

@@ -1,4 +1,4 @@
-//! `overfall validate`: cases with known answers, as a table and as a page with charts.
+//! `overfall validate`: runs cases with known answers; writes a table and a page with charts.
 
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -17,13 +17,13 @@ use super::exit::{Exit, Failure, cannot_write};
 use super::stages::Display;
 use super::{console, folder, interrupt, options};
 
-/// Name of the folder in out/.
+/// Name of the default folder in `out/`.
 const NAME: &str = "validation";
 /// Names in the folder.
 const PAGE: &str = "page.md";
 const FIGURES: &str = "figures.csv";
 
-/// Runs cases and writes what comes of them.
+/// Runs cases and writes the results.
 pub(super) fn validate(options: &options::Validate) -> Result<Exit, Failure> {
     if options.list {
         console::print(&list())?;
@@ -52,7 +52,7 @@ pub(super) fn validate(options: &options::Validate) -> Result<Exit, Failure> {
                 let of = format!("{}, {}", job.case.name, job.method.name);
                 display.step("validating", &of, fraction);
             }
-            // After every job: whatever ends the program, what was found stays.
+            // Written after every job, so that results are kept however the program ends.
             Event::Done { number, outcomes } => {
                 if let Some(outcome) = &outcomes[number] {
                     announce(&said(outcome));
@@ -88,13 +88,13 @@ pub(super) fn validate(options: &options::Validate) -> Result<Exit, Failure> {
     match failed.count() {
         0 => Ok(Exit::Done),
         count => Err(Failure::Failed(format!(
-            "{count} of {} runs did not come to their end",
+            "{count} of {} runs failed",
             jobs.len()
         ))),
     }
 }
 
-/// What is known of a job when it is over.
+/// The result of a finished job, in words.
 fn said(outcome: &Outcome) -> String {
     let job = &outcome.job;
     let end = match &outcome.result {
@@ -118,14 +118,14 @@ fn list() -> String {
     for method in &METHODS {
         let _ = writeln!(text, "  {:24} {}", method.key, method.name);
     }
-    text.push_str("known, but no scene can pose them yet\n");
+    text.push_str("known cases that are not supported yet\n");
     for waiting in &WAITING {
         let _ = writeln!(text, "  {:24} waits for {}", waiting.name, waiting.needs);
     }
     text
 }
 
-/// The runs that are asked for, case by case.
+/// The requested runs, case by case.
 fn jobs(options: &options::Validate) -> Result<Vec<Job>, Failure> {
     for asked in &options.cases {
         if CASES
@@ -206,7 +206,7 @@ fn write_page(claims: &Claims, outcomes: &[Outcome]) -> Result<PathBuf, OutputEr
     write(claims, PAGE, &page(&all, &orders, &charts))
 }
 
-/// Every curve of a case beside what is known, all methods in one chart, at the finest resolution that was run.
+/// Every curve of a case beside its reference, all methods in one chart, at the finest resolution of the run.
 fn comparisons(outcomes: &[&Outcome]) -> Vec<(String, String)> {
     let finest = outcomes.iter().map(|outcome| outcome.job.resolution).max();
     let finest = || {
@@ -237,7 +237,7 @@ fn comparisons(outcomes: &[&Outcome]) -> Vec<(String, String)> {
         .collect()
 }
 
-/// The convergence of a case with every method that has more than one resolution.
+/// The convergence of a case for every method that ran at more than one resolution.
 fn orders_of(outcomes: &[&Outcome]) -> Vec<Convergence> {
     let mut found = Vec::new();
     for method in &METHODS {

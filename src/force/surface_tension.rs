@@ -5,7 +5,7 @@ use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};
 
 use crate::{
-    pairs::{Pair, PairSum, PairsWithSlopes, accumulate},
+    pairs::{Pair, PairSum, PairsWithGradients, accumulate},
     scene::SurfaceTension,
     simd::Simd,
     state::{Accelerations, Material, Phase, Product, Stage},
@@ -39,7 +39,7 @@ pub fn apply_surface_tension(
     mut accelerations: ResMut<Accelerations>,
     cohesion: Res<Cohesion>,
     material: Res<Material>,
-    pairs: PairsWithSlopes,
+    pairs: PairsWithGradients,
 ) {
     let pass = CohesionSum {
         material: &material,
@@ -69,9 +69,9 @@ impl PairSum for CohesionSum<'_> {
 
     #[inline(always)]
     fn fluid<S: Simd>(&self, simd: S, pair: &Pair<S>, _: S::Rows, sum: &mut Self::Sums<S>) {
-        let distance = simd.max(pair.distance, simd.splat(self.nearest));
-        let shape = self.material.kernel.shape(simd, distance);
-        accumulate(simd, sum, shape, pair.x);
+        let distance = simd.max(pair.r2, simd.splat(self.nearest));
+        let shape = self.material.kernel.w(simd, distance);
+        accumulate(simd, sum, shape, pair.x_ij);
     }
 
     #[inline(always)]

@@ -1,17 +1,12 @@
-//! Viscosity, laminar or artificial.
+//! Viscosity, laminar or artificial. Neither acts between fluid and boundary: walls are free-slip, unless their `slip`
+//! adds [`friction`](crate::boundary::friction).
 //!
 //! Laminar: `a_i = 2 (d + 2) ν Σ_j m/ρ_ij (v_ij · x_ij)/(|x_ij|² + 0.01 h²) ∇W_ij`, ν the kinematic viscosity \[m²/s]
-//! (Monaghan 2005), with the mean density of the two, `ρ_ij = (ρ_i + ρ_j)/2`: with ρ_j alone, as often written, a free
-//! blob drifts.
+//! (Monaghan 2005), with the mean density of the pair, `ρ_ij = (ρ_i + ρ_j)/2`: with ρ_j alone, as often published, a
+//! free blob drifts. With it acts [`NumericalViscosity`].
 //!
-//! Artificial: `a_i = −Σ_j m Π_ij ∇W_ij`, `Π_ij = −2 α h c/(ρ_i + ρ_j) · (v_ij · x_ij)/(|x_ij|² + 0.01 h²)` where the
-//! particles approach, 0 elsewhere (Becker & Teschner 2007, eq. 10, with h the support radius as there).
-//!
-//! Numerical, beside the laminar one: artificial viscosity of every pair with `c = sqrt(p/ρ)`, p the mean of the two
-//! pressures of the last step. Waves of a lattice under pressure have that speed, and a square lattice melts with it
-//! into a denser one; a speed that follows pressure damps both in the same number of steps at every depth and spacing.
-//!
-//! Walls are free-slip, unless their `slip` says otherwise: then [`friction`](crate::boundary::friction) comes to it.
+//! Artificial: `a_i = −Σ_j m Π_ij ∇W_ij`, `Π_ij = −2 α h c/(ρ_i + ρ_j) · (v_ij · x_ij)/(|x_ij|² + 0.01 h²)` if the
+//! particles approach, 0 otherwise (Becker & Teschner 2007, eq. 10, with h the support radius as there).
 
 use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};
@@ -128,7 +123,11 @@ pub struct ArtificialViscosity {
     pub sound_speed: f32,
 }
 
-/// α of the numerical viscosity \[-]. In scenes that have one.
+/// α of the numerical viscosity \[-], which acts beside the laminar one; in scenes that have it.
+///
+/// It is an artificial viscosity of every pair with `c = sqrt(p/ρ)`, p the mean of the two pressures of the last step.
+/// Waves of a lattice under pressure have that speed, and with it a square lattice melts into a denser one. Since the
+/// speed follows pressure, both are damped in the same number of steps at every depth and spacing.
 #[derive(Resource, Debug, Clone, Copy)]
 pub struct NumericalViscosity(pub f32);
 
@@ -251,29 +250,32 @@ impl<const APPROACHING: bool, const NUMERICAL: bool> PairSum
     fn fluid<S: Simd>(&self, simd: S, pair: &Pair<S>, j: S::Rows, sums: &mut FrictionSums<S>) {
         let h = self.material.kernel.support_radius;
         let Pair {
-            x, distance, slope, ..
+            x_ij,
+            r2,
+            grad_factor,
+            ..
         } = *pair;
         let (v, density) = difference(simd, sums.velocity, self.velocities, j);
-        let mut approach = dot(simd, v, x);
+        let mut approach = dot(simd, v, x_ij);
         if APPROACHING {
             approach = simd.min(approach, simd.splat(0.0));
         }
         let mut strength = simd.splat(self.strength);
         if NUMERICAL {
-            let speed = simd.sqrt(simd.add(sums.term, pair.fourth));
+            let speed = simd.sqrt(simd.add(sums.term, pair.packed_j));
             strength = simd.mul_add(simd.splat(self.numerical), speed, strength);
         }
         let approach = simd.mul(strength, approach);
-        let damped = simd.add(distance, simd.splat(0.01 * h * h));
+        let damped = simd.add(r2, simd.splat(0.01 * h * h));
         let densities = simd.add(sums.density, density);
-        let factor = simd.div(simd.mul(approach, slope), simd.mul(damped, densities));
-        accumulate(simd, &mut sums.sum, factor, x);
+        let factor = simd.div(simd.mul(approach, grad_factor), simd.mul(damped, densities));
+        accumulate(simd, &mut sums.sum, factor, x_ij);
     }
 
     #[inline(always)]
     fn finish<S: Simd>(&self, simd: S, _: usize, sums: FrictionSums<S>) -> Vec3 {
         let [x, y, z] = sums.sum;
-        let factor = self.material.particle_mass * self.material.kernel.slope_factor;
+        let factor = self.material.particle_mass * self.material.kernel.gradient_scale;
         factor * Vec3::new(simd.sum(x), simd.sum(y), simd.sum(z))
     }
 }

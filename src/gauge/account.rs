@@ -1,11 +1,12 @@
-//! What the steps dissipate.
+//! Energy that the steps dissipate.
 //!
-//! Dissipated is booked step by step: kinetic and potential energy in the tables before it, less the same after it,
-//! less what compression took up. So what a host does between steps, pouring, moving or removing, is no dissipation;
-//! what viscosity, the pressure solve, walls at rest and the scheme take away (or add, if it is negative) is.
+//! Dissipation is recorded step by step: kinetic and potential energy in the tables before the step, minus those after
+//! it, minus the energy taken up by compression. So changes by a host between steps, such as adding, moving or removing
+//! particles, are not dissipation. Losses by viscosity, the pressure solve, walls at rest and the time integration are
+//! (gains are negative).
 //!
-//! Gravity and central forces have a potential. What walls that move and tables of accelerations do comes from outside:
-//! it is booked with the rest, as a dissipation below zero.
+//! Gravity and central forces have a potential. Work by moving walls and by tables of accelerations is external: it is
+//! included in the dissipation, as a negative contribution.
 
 use bevy_ecs::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -19,21 +20,21 @@ use crate::{
     },
 };
 
-/// What steps took away so far. In scenes that measure energies.
+/// Energy dissipated by the steps so far; in scenes that measure energies.
 #[derive(Resource, Debug, Default, Clone, Copy)]
 pub struct EnergyAccount {
     /// Kinetic and potential energy at the start of the step \[J].
     at_start: f64,
     booked: Booked,
-    /// The same before the last step, to go back to.
+    /// The same before the last step, for a roll-back.
     before: Booked,
 }
 
 #[derive(Debug, Default, Clone, Copy, Serialize, Deserialize)]
 pub(crate) struct Booked {
-    /// Kinetic and potential energy that all steps took away \[J].
+    /// Kinetic and potential energy that all steps removed \[J].
     taken: f64,
-    /// That of compression in the first step \[J], and now.
+    /// Energy of compression in the first step \[J], and now.
     compression: Option<(f64, f64)>,
 }
 
@@ -56,7 +57,7 @@ impl EnergyAccount {
         self.booked.compression.map_or(0.0, |(_, now)| now)
     }
 
-    /// Energy that steps took away \[J].
+    /// Energy that steps dissipated \[J].
     pub(super) fn dissipated(&self) -> f64 {
         let stored = self
             .booked
@@ -65,13 +66,13 @@ impl EnergyAccount {
         self.booked.taken - stored
     }
 
-    /// Forgets the last step.
+    /// Rolls back the last step.
     pub(super) fn go_back(&mut self) {
         self.booked = self.before;
     }
 }
 
-/// Measures what the step starts with (before its first phase).
+/// Measures the state at the start of the step (before its first phase).
 pub(crate) fn note_start(
     mut account: ResMut<EnergyAccount>,
     fluid: Query<(Entity, &Position, &Velocity), With<Fluid>>,
@@ -91,7 +92,7 @@ pub(crate) fn note_start(
     account.at_start = f64::from(material.particle_mass) * (0.5 * squares - heights);
 }
 
-/// Books the step (phase `Observe`, if it was good).
+/// Records the step (phase `Observe`, if it succeeded).
 pub(crate) fn book(
     mut account: ResMut<EnergyAccount>,
     motion: Res<Motion>,

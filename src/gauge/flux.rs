@@ -1,9 +1,9 @@
 //! Volume flow through a parallelogram, or in 2-D a segment.
 //!
-//! `Q = Σ_j V v_j·n w(z_j)` over the particles beside it, z the distance from its plane and w the cubic spline of one
-//! dimension, whose integral is 1: a particle that passes counts for its volume V = m/ρ0 in all, whatever its way, and
-//! a lattice that moves as one gives the same at every moment, since the splines of a row of spacings add up to 1 at
-//! the default support.
+//! `Q = Σ_j V v_j·n w(z_j)` over the particles beside it, with z the distance from its plane and w the one-dimensional
+//! cubic spline, whose integral is 1. So a particle that passes contributes its volume V = m/ρ0 in total, whatever its
+//! path. A lattice in uniform motion gives a constant flow, because the splines of a row of spacings add up to 1 at the
+//! default support.
 
 use glam::{DVec3, Vec3};
 
@@ -13,9 +13,9 @@ use super::moment::{Moment, Probe};
 pub(super) struct Flux {
     pub(super) corner: Vec3,
     pub(super) along: Vec3,
-    /// Along z, and of any length, in 2-D.
+    /// Along z in 2-D, of any length.
     pub(super) across: Vec3,
-    /// Whether `across` has no end.
+    /// Whether `across` is unbounded.
     pub(super) flat: bool,
 }
 
@@ -40,7 +40,7 @@ impl Probe for Flux {
         for &row in &*rows {
             let x = moment.state.places.0[row as usize].truncate().as_dvec3();
             let x = x - self.corner.as_dvec3();
-            // Coordinates in the parallelogram's own axes, 0 to 1 within it.
+            // Coordinates along the parallelogram's own axes, 0 to 1 inside it.
             let part = |from: DVec3, to: DVec3| from.cross(to).dot(area) / area.length_squared();
             let (a, b) = (part(x, across), part(along, x));
             let is_beside = (0.0..1.0).contains(&a) && (self.flat || (0.0..1.0).contains(&b));
@@ -71,7 +71,7 @@ mod tests {
             .map(|k| spline((f64::from(k) + 0.5).abs() / 1000.0) / 1000.0)
             .sum();
         assert!((sum - 1.0).abs() < 1e-5, "{sum}");
-        // A row of particles at half the support: the same wherever the surface lies between them.
+        // A row of particles at half the support: the result is the same wherever the surface lies between them.
         for shift in [0.0, 0.1, 0.25, 0.4] {
             let sum: f64 = (-4..=4)
                 .map(|k| 0.5 * spline((0.5 * f64::from(k) + shift).abs()))

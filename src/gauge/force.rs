@@ -1,14 +1,13 @@
-//! Force and torque of the fluid on named boundaries: the reaction to what their samples do to the fluid.
+//! Force and torque of the fluid on named boundaries: the reaction to the forces of their samples on the fluid.
 //!
-//! Four things may act between walls and fluid, and the momentum that the fluid gets from them is what the walls lose.
-//! Pressure: a sample b takes `m_i ρ0 t_i V_b ∇W_ib` times the walls' push from particle i, t the pressure terms of all
-//! solves of the step together. Beside walls the fluid's own force along the wall is made up for what the wall leaves
-//! out of the kernel ([`made_up`](crate::boundary::sums::Walls::made_up)); that comes from the wall, from its samples
-//! by their part in the particle's kernel. And contact: what [`contact`](crate::boundary::contact) or direct forcing
-//! changed a velocity by comes from the nearest sample. Where walls hold the fluid a sample also takes the opposite of
-//! its [`friction`](crate::boundary::friction).
+//! Walls lose the momentum that the fluid gains in up to four ways. Pressure: a sample b receives `m_i ρ0 t_i V_b
+//! ∇W_ib` times `push` from particle i, with t the sum of the pressure terms of all solves in the step. Along walls:
+//! the fluid's own force is completed for the part of the kernel that the wall cuts off
+//! ([`made_up`](crate::boundary::sums::Walls::made_up)), distributed over the samples by their weights. Contact:
+//! changes of velocity by [`contact`](crate::boundary::contact) or direct forcing come from the nearest sample. And
+//! [`friction`](crate::boundary::friction), at walls that are not free-slip.
 //!
-//! The pressure force on all particles is summed once more for it, with those terms: a pass in every step that is read.
+//! In every step with a reading this takes one more pass over the pressure forces.
 
 use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
@@ -23,14 +22,14 @@ use crate::{
     index::BoundarySamples,
 };
 
-/// Force and torque on the boundaries of a name.
+/// Force and torque on the boundaries with a name.
 pub(super) struct Force {
-    /// Their numbers in the scene.
+    /// Numbers of these boundaries in the scene.
     pub(super) boundaries: Vec<u32>,
     pub(super) about: Vec3,
 }
 
-/// Samples that one task works on: fixed, so that sums do not depend on the number of threads.
+/// Samples per task: fixed, so that sums do not depend on the number of threads.
 const CHUNK: usize = 64;
 
 impl Probe for Force {
@@ -112,7 +111,7 @@ impl Force {
         (force, torque)
     }
 
-    /// What the nearest sample takes of a particle whose velocity was changed.
+    /// The reaction of the nearest sample to a change of a particle's velocity.
     fn by_contact(
         &self,
         samples: &BoundarySamples,

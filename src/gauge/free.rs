@@ -5,11 +5,11 @@ use glam::Vec4;
 
 use crate::state::{Execution, Positions, Velocities};
 
-/// Velocities before walls correct them \[m/s]. In scenes that measure forces.
+/// Velocities before walls correct them \[m/s]; in scenes that measure forces.
 #[derive(Resource, Debug, Default)]
 pub(crate) struct FreeVelocities(pub Vec<Vec4>);
 
-/// Keeps the velocities that integration gave (phase `Integrate`, before contact).
+/// Stores the velocities after integration (phase `Integrate`, before contact).
 pub(crate) fn keep_velocities(
     mut kept: ResMut<FreeVelocities>,
     velocities: Res<Velocities>,

@@ -23,18 +23,18 @@ use crate::{
     time_step::AdaptiveTimeStep,
 };
 
-/// What a gauge showed after a step.
+/// Figures of a gauge after a step.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Reading {
-    /// Number of the step, from 1.
+    /// Number of the step, counted from 1.
     pub step: u64,
     /// Simulated time at its end \[s].
     pub time: f64,
-    /// A figure for each of the gauge's [`columns`](Gauge::columns); none where there is no fluid to measure.
+    /// A figure for each of the gauge's [`columns`](Gauge::columns); `None` if there is no fluid to measure.
     pub values: Vec<Option<f64>>,
 }
 
-/// What a gauge remembers from step to step.
+/// State of a gauge between steps.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Memory {
     timing: Timing,
@@ -42,7 +42,7 @@ pub(crate) struct Memory {
     latest: Option<Reading>,
 }
 
-/// A gauge that is read.
+/// A gauge with its readings.
 pub struct Gauge {
     name: String,
     columns: Vec<String>,
@@ -51,7 +51,7 @@ pub struct Gauge {
     /// Length of the window \[s]; 0 for none.
     window: f64,
     memory: Memory,
-    /// The memory before the last step, where steps may be taken back.
+    /// The memory before the last step, if steps may be rolled back.
     before: Option<Memory>,
     readings: Vec<Reading>,
 }
@@ -65,11 +65,39 @@ impl fmt::Debug for Gauge {
     }
 }
 
-/// The gauges of the scene, in its order, with what they showed. In scenes that have some.
+/// The gauges of the scene, in its order, with their readings. The resource exists if the scene has gauges.
+///
+/// ```
+/// use overfall::{Simulation, gauge::Gauges, scene::Scene};
+///
+/// let scene = r#"(
+///     name: "pool",
+///     spacing: 0.1,
+///     bodies: [(shape: Box(min: (0, 0, 0), max: (0.5, 0.5, 0.5)))],
+///     boundaries: [Tank(min: (0, 0, 0), max: (0.5, 1, 0.5), name: "tank")],
+///     gauges: [
+///         (name: "load", kind: Force(boundary: "tank")),
+///         (name: "level", kind: Height(at: (0.25, 0, 0.25)), every: Seconds(0.01)),
+///     ],
+/// )"#;
+/// let scene = Scene::parse(scene, "pool.ron", &[]).expect("a scene");
+/// let mut simulation = Simulation::new(&scene).expect("threads");
+/// while simulation.time() < 0.05 {
+///     simulation.step().expect("a step");
+/// }
+/// let gauges = simulation.world().resource::<Gauges>();
+/// for gauge in gauges.iter() {
+///     for reading in gauge.readings() {
+///         let _ = (gauge.name(), gauge.columns(), reading.time, &reading.values);
+///     }
+/// }
+/// let level = gauges.get("level").and_then(|gauge| gauge.value("height_m"));
+/// assert!((0.4..0.6).contains(&level.expect("fluid in the column")));
+/// ```
 #[derive(Resource, Debug)]
 pub struct Gauges(Vec<Gauge>);
 
-/// Readings that nobody has taken yet are part of it.
+/// Readings that have not been taken yet are included.
 impl Remembers for Gauges {
     type State = Vec<(Memory, Option<Memory>, Vec<Reading>)>;
 
@@ -101,12 +129,12 @@ impl Gauges {
         self.0.iter()
     }
 
-    /// The gauge of a name.
+    /// The gauge with a name.
     pub fn get(&self, name: &str) -> Option<&Gauge> {
         self.0.iter().find(|gauge| gauge.name == name)
     }
 
-    /// Takes the readings up to a step, gauge by gauge in the order of the scene: readings are kept until they are
+    /// Takes the readings up to a step, gauge by gauge in the order of the scene. Readings are kept until they are
     /// taken.
     pub fn take_readings(&mut self, up_to: u64) -> impl Iterator<Item = Vec<Reading>> {
         self.0.iter_mut().map(move |gauge| {
@@ -124,25 +152,25 @@ impl Gauge {
         &self.name
     }
 
-    /// Names of its figures, which end in their SI unit where they have one: those of the moment, then their means over
-    /// the window, `mean_…`, if it has one.
+    /// Names of its figures, which end with their SI unit if they have one: first the current figures, then their means
+    /// over the window, `mean_…`, if it has a window.
     pub fn columns(&self) -> &[String] {
         &self.columns
     }
 
-    /// What it showed last; none before the first reading.
+    /// The latest reading; `None` before the first.
     pub fn latest(&self) -> Option<&Reading> {
         self.memory.latest.as_ref()
     }
 
-    /// The figure of a column that it showed last; none before the first reading, without fluid to measure, or if it
-    /// has no such column.
+    /// The latest figure of a column; `None` before the first reading, if there was no fluid to measure, or if there is
+    /// no such column.
     pub fn value(&self, column: &str) -> Option<f64> {
         let column = self.columns.iter().position(|name| name == column)?;
         self.latest()?.values[column]
     }
 
-    /// What it showed since readings were last taken, the oldest first.
+    /// Readings since they were last taken, the oldest first.
     pub fn readings(&self) -> impl Iterator<Item = &Reading> {
         self.readings.iter()
     }
@@ -200,7 +228,7 @@ impl Gauge {
     }
 }
 
-/// The instrument of a kind.
+/// Creates the instrument of a kind.
 fn probe(kind: &GaugeKind, scene: &Scene) -> Box<dyn Probe> {
     let h = scene.support_radius();
     let around = |at: Vec3, radius: Option<f32>, side: Option<Vec3>| point::Around {
@@ -271,8 +299,7 @@ fn probe(kind: &GaugeKind, scene: &Scene) -> Box<dyn Probe> {
     }
 }
 
-/// The last step whose readings stay, whatever becomes of the next: where steps may be taken back it is the last but
-/// one.
+/// The last step whose readings are final: the last but one if steps may be rolled back.
 pub fn settled_step(world: &World) -> u64 {
     let step = world.get_resource::<Clock>().map_or(0, |clock| clock.step);
     let may_go_back = world.contains_resource::<AdaptiveTimeStep>();
@@ -306,7 +333,7 @@ pub(crate) fn install(world: &mut World, scene: &Scene) {
     }
 }
 
-/// Reads the gauges that are due (phase `Observe`, if the step was good).
+/// Reads the gauges that are due (phase `Observe`, if the step succeeded).
 pub(crate) fn read_gauges(mut gauges: ResMut<Gauges>, state: State, mut rows: Local<Vec<u32>>) {
     let moment = Moment::new(&state);
     for gauge in &mut gauges.0 {
@@ -314,14 +341,14 @@ pub(crate) fn read_gauges(mut gauges: ResMut<Gauges>, state: State, mut rows: Lo
     }
 }
 
-/// Forgets what was read of steps that were taken back (phase `Observe`, where steps may be).
+/// Removes the readings of steps that were rolled back (phase `Observe`, if steps may be).
 pub(crate) fn go_back(
     mut gauges: ResMut<Gauges>,
     energy: Option<ResMut<EnergyAccount>>,
     adaptive: Res<AdaptiveTimeStep>,
     clock: Res<Clock>,
 ) {
-    // The step that went wrong was never read, the one before it was.
+    // The step that failed was never read; the one before it was.
     let good = |taken: &TakenBack| taken.steps > 1;
     if !adaptive.taken_back.as_ref().is_some_and(good) {
         return;

@@ -1,4 +1,4 @@
-//! Height and front: how far the largest connected part of the fluid reaches.
+//! Height and front: the extent of the largest connected part of the fluid.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -18,7 +18,7 @@ impl Probe for Height {
         let up = (-material.gravity).try_normalize().unwrap_or(Vec3::Y);
         let (mut low, mut high) = moment.extent();
         let reach = moment.reach(self.radius);
-        // A column that stands along an axis has a box of its own.
+        // A column along a coordinate axis has a tight box.
         let aside = |axis: &usize| up[*axis] == 0.0;
         if (0..3).filter(aside).count() == 2 {
             for axis in (0..3).filter(aside) {
@@ -44,7 +44,7 @@ impl Probe for Height {
     }
 }
 
-/// Furthest point along a direction.
+/// The farthest point along a direction.
 pub(super) struct Front {
     pub(super) from: Vec3,
     /// Unit vector.
@@ -71,8 +71,8 @@ impl Probe for Front {
     }
 }
 
-/// The last of the largest part of a sorted list, of the first if there are several: parts are what lies more than
-/// `gap` apart.
+/// The end of the largest part of a sorted list, of the first one if several are equal. Parts are separated by more
+/// than `gap`.
 fn end_of_largest_part(sorted: &[f32], gap: f32) -> Option<f32> {
     let parts = sorted.chunk_by(|a, b| b - a <= gap);
     let larger = |a: &'_ [f32], b: &'_ [f32]| b.len() > a.len();

@@ -12,13 +12,13 @@ use super::{
 };
 use crate::state::CHUNK;
 
-/// What a kind of gauge does.
+/// Interface of the kinds of gauges.
 pub(super) trait Probe: Send + Sync {
-    /// Appends a figure for each of its quantities; none where there is no fluid to measure. `rows` is room to work in.
+    /// Appends a figure for each of its quantities, `None` if there is no fluid to measure. `rows` is scratch memory.
     fn read(&self, moment: &Moment, rows: &mut Vec<u32>, values: &mut Vec<Option<f64>>);
 }
 
-/// The state after a step, and what several gauges want to know of it.
+/// The state after a step, and quantities that several gauges share.
 pub(super) struct Moment<'a, 'w> {
     pub(super) state: &'a State<'w>,
     extent: OnceLock<(Vec3, Vec3)>,
@@ -42,7 +42,7 @@ impl<'a, 'w> Moment<'a, 'w> {
         }
     }
 
-    /// Places at the end of the step, without the sentinel.
+    /// Positions at the end of the step, without the sentinel.
     pub(super) fn places(&self) -> &[Vec4] {
         &self.state.places.0[..self.state.places_len()]
     }
@@ -57,7 +57,7 @@ impl<'a, 'w> Moment<'a, 'w> {
         }
     }
 
-    /// Half of the box around a ball or disc.
+    /// Half extent of the box around a ball or disc.
     pub(super) fn reach(&self, radius: f32) -> Vec3 {
         self.crowd().reach(radius)
     }
@@ -79,7 +79,7 @@ impl<'a, 'w> Moment<'a, 'w> {
         *self.extent.get_or_init(of)
     }
 
-    /// What walls do to the fluid.
+    /// Forces of the walls on the fluid.
     pub(super) fn reactions(&self) -> &Reactions {
         self.reactions.get_or_init(|| Reactions::new(self.state))
     }

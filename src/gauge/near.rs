@@ -1,4 +1,4 @@
-//! Who is in a box: the rows of an index whose points lie there.
+//! Rows of the points in a box, found through an index.
 
 use glam::{IVec3, Vec3, Vec4};
 
@@ -11,15 +11,15 @@ use crate::{
 #[derive(Clone, Copy)]
 pub(super) struct Near<'a> {
     pub(super) index: &'a dyn SpatialIndex,
-    /// By row, as the index was given them.
+    /// Points by row, as they were indexed.
     pub(super) points: &'a [Vec4],
 }
 
-/// Particles that are asked: where they are, and where their index has them.
+/// Particles with their current positions and those of their index.
 #[derive(Clone, Copy)]
 pub(super) struct Crowd<'a> {
     pub(super) near: Near<'a>,
-    /// Places now, by row.
+    /// Current positions by row.
     pub(super) places: &'a [Vec4],
     pub(super) dimension: Dimension,
     /// Distance of the particles at rest \[m].
@@ -27,7 +27,7 @@ pub(super) struct Crowd<'a> {
 }
 
 impl Crowd<'_> {
-    /// Half of the box around a ball or disc.
+    /// Half extent of the box around a ball or disc.
     pub(super) fn reach(&self, radius: f32) -> Vec3 {
         match self.dimension {
             Dimension::Two => Vec3::new(radius, radius, 0.0),
@@ -36,9 +36,9 @@ impl Crowd<'_> {
     }
 }
 
-/// Blocks of cells that are asked for at most, for each point: a box with more of them is compared with every point.
+/// Largest number of blocks of cells per query and point: a larger box is compared with every point.
 const BLOCKS_A_POINT: f64 = 0.02;
-/// As many are asked for whatever the number of points.
+/// Largest number of blocks whatever the number of points.
 const FEW_BLOCKS: f64 = 64.0;
 /// Coordinates of cells below which no offset overflows.
 const LARGEST: i32 = i32::MAX / 4;
@@ -62,11 +62,11 @@ impl Near<'_> {
             rows.extend(entries.rows(run).iter().filter(|&&row| is_inside(row)));
         }
         rows.sort_unstable();
-        // A structure may give more than the cells that it was asked for.
+        // A structure may return more than the requested cells.
         rows.dedup();
     }
 
-    /// Cells whose neighbourhoods cover the box, side by side; none if every point may as well be looked at.
+    /// Cells whose neighbourhoods cover the box, side by side; `None` if testing every point is as fast.
     fn blocks(&self, low: Vec3, high: Vec3) -> Option<impl Iterator<Item = IVec3> + use<>> {
         let grid = self.index.grid();
         let reach = grid.reach;
@@ -84,7 +84,7 @@ impl Near<'_> {
         if count > FEW_BLOCKS.max(BLOCKS_A_POINT * self.points.len() as f64) {
             return None;
         }
-        // Along an axis where one block does, it is centred: no layer of cells is asked for in vain.
+        // Along an axis where one block suffices it is centred, so that no layer of cells is requested unnecessarily.
         let start = first + reach.min((last - first).max(IVec3::ZERO));
         Some((0..counts.z).flat_map(move |z| {
             (0..counts.y)
@@ -136,7 +136,7 @@ mod tests {
                     index: &*index,
                     points: &points,
                 };
-                // From less than a cell to more than everything.
+                // From less than a cell to more than the whole domain.
                 for reach in [0.01, 0.1, 0.2, 0.3, 0.7, 1.5, 9.0, 1e12] {
                     let center = Vec3::new(
                         number(-2.5, 2.5),

@@ -1,8 +1,8 @@
 //! Pressure and velocity at a point: means over the particles around it, weighted by a cubic spline.
 //!
 //! `f(x) = Σ_j f_j W(x − x_j) / Σ_j W(x − x_j)` (Shepard 1968): exact for a constant field wherever there is a
-//! particle, beside surfaces and walls too. Within the fluid it is of second order in the radius; beside a wall, where
-//! all particles are on one side, of first: a linear pressure is that about 0.4 radii before the face.
+//! particle, also beside surfaces and walls. Inside the fluid it is of second order in the radius. Beside a wall, where
+//! all particles are on one side, it is of first order: a linear pressure is that about 0.4 radii in front of the face.
 
 use glam::{DVec3, Vec3};
 
@@ -16,12 +16,12 @@ use crate::kernel::Kernel;
 #[derive(Clone, Copy)]
 pub(super) struct Around {
     pub(super) at: Vec3,
-    /// Unit vector to the side that counts; all sides do if absent.
+    /// Unit vector to the side that counts; both sides if absent.
     pub(super) side: Option<Vec3>,
     pub(super) kernel: Kernel,
 }
 
-/// How far behind the face of a wall particles count, in spacings: fluid gets a quarter behind it.
+/// Distance behind the face of a wall up to which particles count \[spacings]: fluid may be a quarter behind it.
 const BEHIND: f32 = 0.5;
 
 impl Around {
@@ -29,12 +29,12 @@ impl Around {
         let pressures = &moment.state.pressures.0;
         let value = |row: usize| DVec3::splat(pressures[row].into());
         let (speak, mean) = self.mean(moment.crowd(), rows, value);
-        // A wall that is dry feels no pressure; within the fluid there is no fluid to ask.
+        // A dry wall has no pressure; inside the fluid there is no value without fluid.
         let dry = self.side.map(|_| 0.0);
         values.extend([mean.map(|mean| mean.x).or(dry), Some(speak.into())]);
     }
 
-    /// How many particles speak, and the mean of what they say.
+    /// Number of particles that contribute, and the mean of their values.
     pub(super) fn mean(
         &self,
         crowd: Crowd,

@@ -1,15 +1,15 @@
-//! What walls do to each particle in a step.
+//! Effects of walls on each particle in a step.
 
 use glam::Vec3;
 
 use super::state::State;
 use crate::{boundary::sums::Walls, pressure::force::PressureForce};
 
-/// What walls do to each row in the step.
+/// Effects of walls on each row in the step.
 pub(super) struct Reactions {
     /// Pressure term of all solves, `p/ρ²`.
     pub(super) terms: Vec<f32>,
-    /// Acceleration along the wall that was made up \[m/s²].
+    /// Acceleration along the wall that completes the fluid's own force \[m/s²].
     pub(super) added: Vec<Vec3>,
     /// Rows that contact changed.
     pub(super) touched: Vec<u32>,
@@ -20,7 +20,7 @@ impl Reactions {
         let rows = state.places_len();
         let positions = &state.pairs.positions().0;
         let terms: Vec<f32> = if state.equation.is_some() {
-            // What pressure acts with there is not what it is told as.
+            // The pressure that acts in the step differs from the pressure that is reported.
             positions[..rows].iter().map(|x| x.w).collect()
         } else {
             let pressures = state.pressures.0.iter().zip(&state.densities.0);

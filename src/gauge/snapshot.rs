@@ -1,7 +1,8 @@
 //! What a host asks of the fluid between steps: who is near a point, and pressure, density and velocity there.
 //!
 //! A snapshot reads the tables, so it holds what the host spawned, moved or removed since the last step, and is right
-//! before the first step and after one that failed. It costs about as much as the index of a step: ask it for many points.
+//! before the first step and after one that failed. It costs about as much as the index of a step: ask it for many
+//! points.
 
 use bevy_ecs::prelude::*;
 use bytemuck::TransparentWrapper;
@@ -20,7 +21,7 @@ use crate::{
     },
 };
 
-/// The fluid as the tables hold it.
+/// The fluid as stored in the tables.
 pub struct Snapshot {
     entities: Vec<Entity>,
     places: Vec<Vec4>,
@@ -32,17 +33,17 @@ pub struct Snapshot {
     execution: Execution,
 }
 
-/// Why the fluid cannot be asked.
+/// Why the fluid cannot be queried.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SnapshotError {
-    /// The world holds no scene.
+    /// The world has no scene.
     #[error("no scene is installed in this world; call `install` first")]
     NotInstalled,
     /// The particles cannot be indexed.
     #[error(transparent)]
     Index(#[from] DomainTooLarge),
-    /// What is asked of has no place.
+    /// The queried entity has no position.
     #[error("{entity} has no finite `Position`, so nothing is near it")]
     NoPlace {
         /// The entity.
@@ -50,13 +51,13 @@ pub enum SnapshotError {
     },
 }
 
-/// A point, or the place of an entity.
+/// A point, or the position of an entity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Target {
     /// A point \[m].
     Point(Vec3),
-    /// An entity with a [`Position`], of the fluid or not. It is no neighbour of its own.
+    /// An entity with a [`Position`], of the fluid or not. It is not its own neighbour.
     Entity(Entity),
 }
 
@@ -78,7 +79,7 @@ impl From<Entity> for Target {
 pub struct Neighbour {
     /// The particle.
     pub particle: Entity,
-    /// How far it is \[m], less than h.
+    /// Its distance \[m], less than h.
     pub distance: f32,
 }
 
@@ -86,13 +87,13 @@ pub struct Neighbour {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Interpolated<T> {
-    /// The mean over the particles around, weighted by the kernel (Shepard 1968); none where there is no fluid.
+    /// The mean over the surrounding particles, weighted by the kernel (Shepard 1968); `None` without fluid.
     pub value: Option<T>,
-    /// How many particles speak.
+    /// Number of particles that contribute.
     pub neighbours: u32,
 }
 
-/// A component that can be asked for at any point: [`Pressure`], [`Density`], [`Velocity`].
+/// A component that can be interpolated: [`Pressure`], [`Density`], [`Velocity`].
 pub trait Field: private::Column {}
 
 mod private {
@@ -145,7 +146,7 @@ impl Snapshot {
         let (Some(material), Some(execution)) = (material, execution) else {
             return Err(SnapshotError::NotInstalled);
         };
-        // Cells of the kernel's support, by a structure that takes fluid however far it has flown.
+        // Cells as large as the kernel's support, in a structure that covers fluid however far it has flown.
         let h = material.kernel.support_radius;
         let index = index::build(&Scene {
             dimension: material.dimension,
@@ -177,7 +178,7 @@ impl Snapshot {
             &'static Density,
             &'static Pressure,
         );
-        // None as long as the world knows of no such component.
+        // `None` if the world does not know any such component.
         let Some(mut fluid) = world.try_query_filtered::<Columns, With<Fluid>>() else {
             return;
         };
@@ -224,13 +225,13 @@ impl Snapshot {
         });
         let mut neighbours: Vec<Neighbour> =
             neighbours.filter(|found| found.distance < h).collect();
-        // Stable: particles at the same distance stay in the order of their rows.
+        // A stable sort: particles at the same distance stay in the order of their rows.
         neighbours.sort_by(|a, b| a.distance.total_cmp(&b.distance));
         neighbours
     }
 
-    /// A quantity at points \[m], each a mean over the particles nearer than h: exact for a constant field; beside walls
-    /// and surfaces, where all particles are on one side, of first order in h.
+    /// A quantity at points \[m], each a mean over the particles nearer than h: exact for a constant field; beside
+    /// walls and surfaces, where all particles are on one side, of first order in h.
     pub fn interpolate<F: Field>(&self, points: &[Vec3]) -> Vec<Interpolated<F>> {
         let mut found: Vec<(u32, Option<DVec3>)> = vec![(0, None); points.len()];
         self.execution.for_each_chunk(&mut found, |first, found| {

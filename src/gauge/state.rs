@@ -4,7 +4,7 @@ use bevy_ecs::{prelude::*, system::SystemParam};
 
 use super::{account::EnergyAccount, free::FreeVelocities};
 use crate::{
-    boundary::{friction::WallFriction, moving::MovingWalls, owners::Owners, sums::WallSums},
+    boundary::{friction::WallFriction, moving::MovingWalls, owners::Owners, sums::BoundarySums},
     index::{BoundarySamples, FluidIndex},
     integrate::Motion,
     pairs::Pairs,
@@ -28,7 +28,7 @@ pub(crate) struct State<'w> {
     pub(super) execution: Res<'w, Execution>,
     pub(super) samples: Option<Res<'w, BoundarySamples>>,
     pub(super) owners: Option<Res<'w, Owners>>,
-    pub(super) walls: Option<Res<'w, WallSums>>,
+    pub(super) walls: Option<Res<'w, BoundarySums>>,
     pub(super) moving: Option<Res<'w, MovingWalls>>,
     pub(super) friction: Option<Res<'w, WallFriction>>,
     pub(super) equation: Option<Res<'w, EquationOfState>>,

@@ -19,8 +19,7 @@ impl Timing {
         Self { rate, next: 1.0 }
     }
 
-    /// Whether the step that ended is one of those after which the gauge is read. Several multiples within one step
-    /// make one reading.
+    /// Whether the gauge is read after the step that ended. Several multiples within one step give one reading.
     pub(super) fn is_due(&mut self, clock: &Clock) -> bool {
         match self.rate {
             Rate::Steps(count) => clock.step.is_multiple_of(count.max(1).into()),
@@ -37,7 +36,7 @@ impl Timing {
     }
 }
 
-/// The number that a scene writes: 0.1 in single precision is 0.1, and not the 0.100000001 that it stands for.
+/// The decimal number of the scene file: 0.1 in single precision becomes 0.1 and not 0.100000001.
 pub(super) fn decimal(number: f32) -> f64 {
     number.to_string().parse().unwrap_or(number.into())
 }
@@ -45,9 +44,10 @@ pub(super) fn decimal(number: f32) -> f64 {
 /// Means over the steps between two readings.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 struct Interval {
-    /// Where it begins \[s].
+    /// Start of the interval \[s].
     begin: f64,
-    /// Of each quantity, the sum of its figures times the lengths of their steps, and of these.
+    /// For each quantity, the sum of its figures weighted with the lengths of their steps, and the sum of these
+    /// lengths.
     sums: Vec<(f64, f64)>,
 }
 
@@ -59,7 +59,7 @@ pub(super) struct Window {
 }
 
 impl Window {
-    /// Adds what was measured after a step that is `dt` long \[s].
+    /// Adds the figures after a step of length `dt` \[s].
     pub(super) fn add(&mut self, values: &[Option<f64>], dt: f64) {
         self.present.sums.resize(values.len(), (0.0, 0.0));
         for ((sum, weight), value) in self.present.sums.iter_mut().zip(values) {

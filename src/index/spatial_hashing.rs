@@ -109,8 +109,8 @@ impl SpatialHashing {
 
 impl SpatialIndex for SpatialHashing {
     fn update(&mut self, points: &[Vec4], execution: &Execution) -> Result<(), DomainTooLarge> {
-        // Who shares a hash cell, and so the order of neighbours, follows from the points alone: not from how many there
-        // were before.
+        // Who shares a hash cell, and so the order of neighbours, follows from the points alone: not from how many
+        // there were before.
         self.hash = CellHash::for_points(points.len(), self.cells_per_point);
         let grid = &self.grid;
         execution.install(|| {

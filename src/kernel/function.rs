@@ -32,8 +32,8 @@ impl KernelFunction {
         }
     }
 
-    /// Factor of the derivative by q that [`Kernel::slope`](super::Kernel::slope) leaves out \[-].
-    pub(super) fn slope_factor(self) -> f32 {
+    /// Factor of the derivative by q that [`Kernel::grad_factor`](super::Kernel::grad_factor) leaves out \[-].
+    pub(super) fn gradient_scale(self) -> f32 {
         match self {
             Self::CubicSpline => 6.0,
             Self::WendlandC2 => 20.0,

@@ -1,22 +1,22 @@
 //! The kernel at eight distances at a time.
 //!
-//! Which function it is is asked once for eight pairs, around their arithmetic and not within it: the answer is the
-//! same throughout a run.
+//! The function is selected once per eight pairs, outside their arithmetic. The branch is predicted, because the
+//! selection is the same throughout a run.
 
 use super::{Kernel, TINY};
 use crate::{scene::KernelFunction, simd::Simd};
 
-/// r for both functions, so that a pass which wants both takes one root.
+/// r, shared by both functions, so that a pass which needs both computes one root.
 #[inline(always)]
 fn radius<S: Simd>(simd: S, distance_squared: S::F) -> S::F {
-    // In this order what is not a number stays so, and is zero in the shape.
+    // With the arguments in this order NaN is kept, and becomes zero in W.
     simd.sqrt(simd.max(simd.splat(TINY), distance_squared))
 }
 
 impl Kernel {
     /// `W/σ` at eight squared distances \[m²].
     #[inline(always)]
-    pub fn shape<S: Simd>(&self, simd: S, distance_squared: S::F) -> S::F {
+    pub fn w<S: Simd>(&self, simd: S, distance_squared: S::F) -> S::F {
         let r = radius(simd, distance_squared);
         match self.function {
             KernelFunction::CubicSpline => {
@@ -49,10 +49,10 @@ impl Kernel {
         }
     }
 
-    /// What [`slope_factor`](Self::slope_factor) times the distance vector makes the gradient of \[m⁻¹], at eight
-    /// squared distances \[m²]: `(b² − a²)/r` for the cubic spline.
+    /// The gradient factor f \[m⁻¹] at eight squared distances \[m²], with ∇W = f x_ij times
+    /// [`gradient_scale`](Self::gradient_scale): `(b² − a²)/r` for the cubic spline.
     #[inline(always)]
-    pub fn slope<S: Simd>(&self, simd: S, distance_squared: S::F) -> S::F {
+    pub fn grad_factor<S: Simd>(&self, simd: S, distance_squared: S::F) -> S::F {
         let r = radius(simd, distance_squared);
         match self.function {
             KernelFunction::CubicSpline => {

@@ -18,11 +18,11 @@ pub struct Kernel {
     /// Support radius h \[m]: the kernel is zero from here on.
     pub support_radius: f32,
     inverse_radius: f32,
-    /// `σ` \[m⁻³; m⁻² in 2-D]: [`shape`](Self::shape) times this is W.
+    /// `σ` \[m⁻³; m⁻² in 2-D]: [`w`](Self::w) times this is W.
     pub normalisation: f32,
-    /// [`slope`](Self::slope) times this \[m⁻⁴; m⁻³ in 2-D] and the distance vector is ∇W: `6 σ/h` for the cubic
-    /// spline.
-    pub slope_factor: f32,
+    /// Scale of the gradient \[m⁻⁴; m⁻³ in 2-D]: ∇W is this times [`grad_factor`](Self::grad_factor) times the distance
+    /// vector; `6 σ/h` for the cubic spline.
+    pub gradient_scale: f32,
 }
 
 /// Squares of distances are not taken below this \[m²]: two particles in one place have no direction.
@@ -37,7 +37,7 @@ impl Kernel {
             support_radius: h,
             inverse_radius: 1.0 / h,
             normalisation,
-            slope_factor: function.slope_factor() * normalisation / h,
+            gradient_scale: function.gradient_scale() * normalisation / h,
         }
     }
 
@@ -66,7 +66,7 @@ impl Kernel {
         x * match self.function {
             KernelFunction::CubicSpline => {
                 let (a, b) = ((1.0 - q).max(0.0), (1.0 - 2.0 * q).max(0.0));
-                self.slope_factor * (b - a) * (b + a) / r
+                self.gradient_scale * (b - a) * (b + a) / r
             }
             function => {
                 let derivative = function.derivatives(f64::from(q))[1] as f32;

@@ -152,8 +152,8 @@ impl Vectorised for Lanes {
         let table = self.1.map(|r| glam::Vec4::new(r * r, 0.0, 0.0, 0.0));
         let [r, ..] = simd.gather(&table, simd.rows(&[0, 1, 2, 3, 4, 5, 6, 7]));
         (
-            simd.sum(self.0.shape(simd, r)),
-            simd.sum(self.0.slope(simd, r)),
+            simd.sum(self.0.w(simd, r)),
+            simd.sum(self.0.grad_factor(simd, r)),
         )
     }
 }
@@ -176,7 +176,7 @@ fn lanes_agree_with_the_scalar_kernel() {
             assert!(slope.is_finite(), "{function:?} {set:?}");
             let (_, rest) = set.dispatch(Lanes(kernel, [1e9, 0.01, 0.1, 0.2, 0.25, 0.3, 0.5, 1e9]));
             assert!(
-                (rest * kernel.slope_factor / slopes - 1.0).abs() < 1e-4,
+                (rest * kernel.gradient_scale / slopes - 1.0).abs() < 1e-4,
                 "{function:?} {set:?}"
             );
             // Absent neighbours, however far away, add nothing.
@@ -191,11 +191,11 @@ fn lanes_agree_with_the_scalar_kernel() {
                 let (value, gradient) = (kernel.value(r), slope_of(r));
                 let [value_error, slope_error] = [
                     shape - value / kernel.normalisation,
-                    (slope - gradient / kernel.slope_factor) * kernel.support_radius,
+                    (slope - gradient / kernel.gradient_scale) * kernel.support_radius,
                 ];
                 // Of the slope at the origin, where it is steepest.
                 let steepest = function.derivatives(0.0)[2] as f32 * kernel.normalisation
-                    / (kernel.slope_factor * kernel.support_radius);
+                    / (kernel.gradient_scale * kernel.support_radius);
                 assert!(
                     value_error.abs() < 2e-6 && (slope_error / steepest).abs() < 1e-5,
                     "{function:?} {set:?} at {r}: {value_error}, {slope_error}"

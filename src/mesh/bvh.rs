@@ -1,4 +1,4 @@
-//! A tree of boxes over triangles.
+//! A bounding volume hierarchy (tree of boxes) over triangles.
 
 use glam::DVec3;
 
@@ -25,7 +25,8 @@ pub(super) struct Bvh {
 }
 
 impl Bvh {
-    /// A tree over at least one triangle: halved at the middle one along the longest axis of their centres.
+    /// A tree over at least one triangle. Each node is split at the median triangle along the longest axis of the
+    /// centres.
     pub(super) fn new(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Self {
         let boxes: Vec<(DVec3, DVec3)> = triangles
             .iter()
@@ -77,7 +78,8 @@ impl Bvh {
         (self.nodes[0].min, self.nodes[0].max)
     }
 
-    /// The triangle nearest to a point, and where on it; of those alone that `closest` answers for.
+    /// The triangle nearest to a point, and the nearest point on it. `closest` may exclude a triangle by returning
+    /// `None`.
     pub(super) fn nearest(
         &self,
         point: DVec3,
@@ -126,7 +128,7 @@ impl Bvh {
         }
     }
 
-    /// Calls `visit` with every triangle whose leaf a ray passes up to `end` [lengths of `direction`].
+    /// Calls `visit` with every triangle whose leaf a ray crosses up to depth `end` [lengths of `direction`].
     pub(super) fn visit(
         &self,
         origin: DVec3,
@@ -146,7 +148,7 @@ impl Bvh {
                         .iter()
                         .for_each(|&triangle| visit(triangle));
                 } else {
-                    // Halving at the middle makes the tree as deep as the logarithm of its triangles.
+                    // Splitting at the median makes the depth of the tree the logarithm of the number of triangles.
                     waiting[count] = here.second;
                     count += 1;
                     node += 1;

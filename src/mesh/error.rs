@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-/// Why a mesh cannot be a boundary. The message names the file and what would be right.
+/// Why a mesh cannot be a boundary. The message names the file and the remedy.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum MeshError {
@@ -11,15 +11,15 @@ pub enum MeshError {
     Unreadable {
         /// The file.
         file: PathBuf,
-        /// What the operating system says.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// The file's text or bytes are no mesh, or not one that bounds a solid.
+    /// The content of the file is not a mesh, or its surface does not bound a solid.
     #[error("the mesh {}: {message}", .file.display())]
     Unusable {
         /// The file.
         file: PathBuf,
-        /// What is wrong and what would be right.
+        /// What is wrong, and the remedy.
         message: String,
     },
 }

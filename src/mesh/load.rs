@@ -1,4 +1,4 @@
-//! From a file to a mesh in the scene: read, placed, welded, turned.
+//! Loads a mesh into the scene: reads the file, places the mesh, welds vertices, orients faces.
 
 use std::path::Path;
 
@@ -15,12 +15,12 @@ use super::{
 };
 use crate::scene::{MeshBoundary, MeshSide};
 
-/// Vertices on borders that are so near become one; surfaces that are so near touch \[spacings].
+/// Vertices on borders closer than this are merged; surfaces closer than this touch \[spacings].
 pub(crate) const TOLERANCE: f64 = 0.01;
 
 impl Mesh {
-    /// Reads and places a mesh, for particles at a spacing \[m]: seams of up to 1/100 of it are closed. Fails if the
-    /// file is no mesh or its surface does not say where the solid is.
+    /// Reads and places a mesh for particles at a spacing \[m]. Seams of up to 1/100 of the spacing are closed. Fails
+    /// if the file is not a mesh or if its surface does not define where the solid is.
     pub fn load(boundary: &MeshBoundary, spacing: f32) -> Result<Self, MeshError> {
         let file = Path::new(&boundary.file);
         let refuse = |message: String| MeshError::Unusable {
@@ -50,7 +50,7 @@ impl Mesh {
             (b - a).cross(c - a).normalize_or_zero()
         });
         let normals: Vec<DVec3> = normals.collect();
-        // Slivers count for what is connected to what, but have no surface to speak of.
+        // Slivers count for connectivity, but their area is practically zero.
         let topology = Topology::new(&soup, &normals);
         let kept: Vec<usize> = (0..normals.len())
             .filter(|&triangle| normals[triangle] != DVec3::ZERO)
@@ -76,7 +76,7 @@ impl Mesh {
     }
 }
 
-/// Scaled, then turned about x, y and z in this order, then moved.
+/// Linear map and translation: scale first, then rotate about x, y and z in this order, then translate.
 fn placement(boundary: &MeshBoundary) -> (DMat3, DVec3) {
     let turn = boundary.rotation * (std::f64::consts::PI / 180.0);
     let turn = DQuat::from_euler(EulerRot::ZYX, turn.z, turn.y, turn.x);

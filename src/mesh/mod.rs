@@ -1,11 +1,11 @@
-//! Triangle meshes: read from a file, placed in the scene, asked for distances and for what a ray meets.
+//! Triangle meshes: read from a file, placed in the scene, queried for distances and ray intersections.
 //!
-//! Whether a point is in the solid is the sign of its offset from the nearest point of the surface along the
-//! angle-weighted pseudonormal there (Bærentzen & Aanæs 2005), which is right for every closed mesh and, unlike
-//! counting crossings of a ray, local: it serves open meshes, too.
+//! Whether a point is in the solid is decided by the sign of its offset from the nearest point of the surface, along
+//! the angle-weighted pseudonormal there (Bærentzen & Aanæs 2005). This is correct for every closed mesh. Unlike
+//! counting the intersections of a ray it is local, so it serves open meshes, too.
 //!
-//! Option 2 was the geometry library parry, which has all of this; it would add some thirty crates to the library of an
-//! embedder.
+//! Option 2 was the geometry library parry, which offers all of this; it would add about thirty crates to the
+//! dependencies of a host.
 
 mod bvh;
 mod error;

@@ -1,7 +1,7 @@
 //! Wavefront OBJ: vertices and faces, in double precision; all objects of a file as one surface.
 //!
-//! Option 2 was the crate `tobj`, which knows neither lines that `\` continues nor `#` after numbers, cuts every face
-//! as a fan and does not say in which line an error is. What a boundary needs of the format is two of its statements.
+//! Option 2 was the crate `tobj`. It handles neither lines continued by `\` nor `#` after numbers, cuts every face as a
+//! fan and does not report the line of an error. A boundary needs only two statements of the format.
 
 use glam::DVec3;
 
@@ -11,16 +11,16 @@ use super::{
     text::{lines, point, text_of},
 };
 
-/// Statements of surfaces that are no polygons, or of other files: a file without them would be another surface.
+/// Statements for curved surfaces and for other files: without them the surface would be a different one.
 const NOT_READ: [&str; 9] = [
     "surf", "curv", "curv2", "bzp", "bsp", "cdp", "cdc", "call", "csh",
 ];
 
-/// All faces of a file. Fails with the line where a face cannot be.
+/// All faces of a file. Fails with the line of an invalid face.
 pub(super) fn read(bytes: &[u8]) -> Result<Soup, String> {
     let text = text_of(bytes);
     let mut soup = Soup::default();
-    // Faces may name vertices that follow, so they are cut when all are known.
+    // Faces may refer to vertices that follow, so they are triangulated after all lines are read.
     let mut corners: Vec<u32> = Vec::new();
     let mut faces: Vec<(usize, usize)> = Vec::new();
     for (number, line) in statements(&text) {
@@ -50,16 +50,16 @@ pub(super) fn read(bytes: &[u8]) -> Result<Soup, String> {
             }
             Some(word) if NOT_READ.contains(&word) => {
                 return Err(format!(
-                    "line {number}: `{word}` is not read, polygons alone are; export the surface as polygons"
+                    "line {number}: `{word}` is not supported, only polygons are; export the surface as polygons"
                 ));
             }
             Some(word) if word.starts_with(|c: char| c.is_ascii_digit() || c == '-') => {
                 return Err(format!(
-                    "line {number} starts with `{word}`, which belongs to no statement; a line that goes on ends in \
+                    "line {number} starts with `{word}`, which is not a statement; a continued line must end in \
                      `\\`"
                 ));
             }
-            // Texture, normals, groups, materials, points and lines.
+            // Texture coordinates, normals, groups, materials, points and lines.
             Some(_) => {}
         }
     }
@@ -95,15 +95,15 @@ pub(super) fn read(bytes: &[u8]) -> Result<Soup, String> {
     Ok(soup)
 }
 
-/// Statements of a file without their comments, with the numbers of their first lines: a line that ends in `\` goes on
-/// in the next.
+/// Statements of a file without their comments, with the numbers of their first lines. A line that ends in `\`
+/// continues on the next.
 fn statements(text: &str) -> impl Iterator<Item = (usize, String)> {
     let mut lines = lines(text);
     std::iter::from_fn(move || {
         let (number, mut line) = lines.next()?;
         let mut statement = String::new();
         loop {
-            // A comment cannot be continued: what ends in `\` by chance would take a line of the surface with it.
+            // A comment cannot be continued: a `\` that happens to end it would hide the next line of the surface.
             let comment = line.find('#');
             let part = line[..comment.unwrap_or(line.len())].trim_end();
             let Some(part) = part.strip_suffix('\\').filter(|_| comment.is_none()) else {
@@ -120,8 +120,8 @@ fn statements(text: &str) -> impl Iterator<Item = (usize, String)> {
     })
 }
 
-/// The row of a vertex from a word such as `7`, `7/1/3` or `-2//1`, of which only the first number counts. Negative
-/// numbers count back from the last of `known` vertices.
+/// The row of a vertex from a word such as `7`, `7/1/3` or `-2//1`; only its first number counts. Negative numbers
+/// count back from the last of the `known` vertices read so far.
 fn row(word: &str, known: usize) -> Option<u32> {
     let number: i64 = word.split('/').next()?.parse().ok()?;
     let row = if number < 0 {
@@ -129,6 +129,6 @@ fn row(word: &str, known: usize) -> Option<u32> {
     } else {
         number - 1
     };
-    // A row that cannot be is found out where all vertices are known.
+    // An invalid row is reported once all vertices are known.
     Some(u32::try_from(row).unwrap_or(u32::MAX))
 }

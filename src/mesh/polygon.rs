@@ -1,8 +1,9 @@
-//! Polygons into triangles.
+//! Triangulates polygons.
 //!
-//! A polygon that its first corner sees all of is cut as a fan. Others are triangulated by `spade` (constrained
-//! Delaunay) in the coordinate plane that they face most. Ear clipping (`earcutr`) was the other option: it drops
-//! corners in the middle of a straight side, and the next face, which has them, would then not be joined to this one.
+//! If all corners are visible from the first, the polygon is cut as a fan. Others are triangulated by `spade`
+//! (constrained Delaunay) in the coordinate plane that is closest to theirs. Ear clipping (`earcutr`) was the other
+//! option. It drops corners on straight sides; a neighbouring face that has such a corner would then not be connected
+//! to this one.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -11,11 +12,11 @@ use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 
 type Cdt = ConstrainedDelaunayTriangulation<Point2<f64>>;
 
-/// Triangles of a polygon of three or more corners, as rows of them, wound as it is; all corners are used. Fails if the
-/// polygon crosses itself: then it has no inside.
+/// Triangles of a polygon with three or more corners, as indices into them, with its winding; all corners are used.
+/// Fails if the polygon crosses itself, because then it has no inside.
 pub(super) fn triangulate(corners: &[DVec3]) -> Result<Vec<[usize; 3]>, String> {
     let fan = || (1..corners.len() - 1).map(|k| [0, k, k + 1]).collect();
-    // What is not finite is refused with the vertex; there is no shape to ask for.
+    // Coordinates that are not finite are refused later, with the vertex.
     if corners.len() == 3 || !corners.iter().all(|corner| corner.is_finite()) {
         return Ok(fan());
     }
@@ -33,7 +34,7 @@ pub(super) fn triangulate(corners: &[DVec3]) -> Result<Vec<[usize; 3]>, String> 
 /// The corners in the plane of two coordinates, counter-clockwise, from the first on.
 fn flattened(corners: &[DVec3]) -> Vec<DVec2> {
     let first = corners[0];
-    // Twice the vector of the area (Newell).
+    // The area vector times two (Newell).
     let turns = corners[1..]
         .windows(2)
         .map(|pair| (pair[0] - first).cross(pair[1] - first));
@@ -50,7 +51,7 @@ fn flattened(corners: &[DVec3]) -> Vec<DVec2> {
         .collect()
 }
 
-/// Whether lines from the first corner meet the others in turn, within half a turn.
+/// Whether the directions from the first corner to the others turn monotonically, by less than half a turn.
 fn is_seen_from_the_first(outline: &[DVec2]) -> bool {
     let first = outline[1];
     outline[1..]
@@ -58,7 +59,7 @@ fn is_seen_from_the_first(outline: &[DVec2]) -> bool {
         .all(|pair| pair[0].perp_dot(pair[1]) > 0.0 && first.perp_dot(pair[1]) > 0.0)
 }
 
-/// Without area, as the faces of a collapsed solid are: any triangles do.
+/// Whether the corners enclose no area, as in the faces of a collapsed solid: any triangulation will do.
 fn is_straight(corners: &[DVec3]) -> bool {
     let arms = || corners[1..].iter().map(|&corner| corner - corners[0]);
     let longest = arms().max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()));
@@ -66,16 +67,16 @@ fn is_straight(corners: &[DVec3]) -> bool {
     arms().all(|arm| arm.cross(longest).length() <= 1e-14 * longest.length_squared())
 }
 
-/// Fails with the corner from which a side cannot be.
+/// Constrained Delaunay triangulation. Fails with the first corner of an invalid side.
 fn constrained(outline: &[DVec2]) -> Result<Vec<[usize; 3]>, usize> {
     let size = outline
         .iter()
         .fold(0.0_f64, |size, point| size.max(point.abs().max_element()));
     let mut cdt = Cdt::new();
-    // The first corner in each place, and the place of each corner.
+    // For each distinct place, its first corner; for each corner, its place.
     let (mut first, mut places) = (Vec::new(), Vec::new());
     for (row, point) in outline.iter().enumerate() {
-        // Numbers below 1e-40 are refused by the crate.
+        // The crate refuses magnitudes below 1e-40.
         let [x, y] = (*point / size)
             .to_array()
             .map(|x| if x.abs() < 1e-30 { 0.0 } else { x });
@@ -85,7 +86,8 @@ fn constrained(outline: &[DVec2]) -> Result<Vec<[usize; 3]>, usize> {
         }
         places.push(place);
     }
-    // How often the outline passes from one place to another, less the other way: a cut to a hole is passed both ways.
+    // Net number of times that the outline runs from one place to another: a cut to a hole is passed in both
+    // directions.
     let mut passes: BTreeMap<(usize, usize), i32> = BTreeMap::new();
     for row in 0..places.len() {
         let (from, to) = (places[row], places[(row + 1) % places.len()]);
@@ -96,7 +98,7 @@ fn constrained(outline: &[DVec2]) -> Result<Vec<[usize; 3]>, usize> {
             return Err(row);
         }
         cdt.add_constraint(from, to);
-        // Otherwise it passes through another corner.
+        // If the constraint does not exist, the side passes through another corner.
         if !cdt.exists_constraint(from, to) {
             return Err(row);
         }
@@ -104,14 +106,14 @@ fn constrained(outline: &[DVec2]) -> Result<Vec<[usize; 3]>, usize> {
         *passes.entry((to.index(), from.index())).or_default() -= 1;
     }
     let triangles = within(&cdt, &passes, &first)?;
-    // A bow whose halves are equal has no area, and no plane that it faces.
+    // A bow tie with equal halves has no area, and no plane of its own.
     if triangles.is_empty() {
         return Err(0);
     }
     Ok(triangles)
 }
 
-/// The triangles around which the outline goes once. Fails with a corner where it goes otherwise.
+/// The triangles with winding number 1. Fails with a corner where the outline winds differently.
 fn within(
     cdt: &Cdt,
     passes: &BTreeMap<(usize, usize), i32>,
@@ -123,7 +125,7 @@ fn within(
     let mut open: VecDeque<_> = cdt.convex_hull().map(|edge| (edge, 0)).collect();
     let mut triangles = Vec::new();
     while let Some((edge, beyond)) = open.pop_front() {
-        // Each edge has a side that is known and one that may not be; the inner face is to the left.
+        // One face of each edge is already classified, the other may not be; the inner face is on the left.
         let edge = if edge.face() == outer {
             edge.rev()
         } else {
@@ -165,8 +167,8 @@ mod tests {
         })
     }
 
-    /// A comb, a star and an L whose sides have more corners, turned every way and started at every corner: triangles
-    /// cover them once, all corners are used, and every side belongs to one triangle.
+    /// A comb, a star and an L with extra corners on their sides, in every orientation and from every first corner: the
+    /// triangles cover them exactly once, all corners are used, and every side belongs to one triangle.
     #[test]
     fn concave_polygons_are_covered_once_with_all_their_corners() {
         let comb = [

@@ -1,4 +1,4 @@
-//! Files into triangles: by their names' ends, [`obj`] or [`stl`].
+//! Reads triangles from a file; the suffix of its name selects [`obj`] or [`stl`].
 
 use std::fs;
 use std::path::Path;
@@ -6,7 +6,7 @@ use std::path::Path;
 use super::{error::MeshError, obj, soup::Soup, stl};
 use crate::input::read_bytes;
 
-/// Larger files hold more triangles than are read \[bytes].
+/// Larger files hold more triangles than are supported \[bytes].
 const MAX_BYTES: u64 = 2_000_000_000;
 
 pub(super) fn read(file: &Path) -> Result<Soup, MeshError> {
@@ -20,7 +20,7 @@ pub(super) fn read(file: &Path) -> Result<Soup, MeshError> {
         Some("stl") => stl::read,
         _ => {
             return Err(refuse(
-                "its name ends neither in .obj nor in .stl, which are the formats that can be read"
+                "its name ends neither in .obj nor in .stl, the formats that can be read"
                     .to_owned(),
             ));
         }

@@ -1,9 +1,9 @@
-//! Whether a closed surface says everywhere which side is solid.
+//! Checks that a closed surface defines everywhere which side is solid.
 //!
-//! Each shell, a part that hangs together, must bound a solid, or a cavity in one: on one side of every shell the
-//! surface winds once around a point, on the other not at all. Shells side by side may be wound either way, which is
-//! made the same here. Shells that cross, lie in one place, or lie in another that is wound the same way are refused:
-//! what such a file means, a union or a cavity, only its author knows.
+//! Each shell (connected part) must bound a solid, or a cavity in one: the winding number is ±1 on one side of every
+//! shell and 0 on the other. Separate shells may have either orientation, which is made uniform here. Shells that
+//! cross, coincide, or lie inside another of the same orientation are refused: such a file may mean a union or a
+//! cavity, and only its author knows.
 
 use std::collections::BTreeMap;
 
@@ -17,15 +17,15 @@ use super::{
     weld::cancel,
 };
 
-/// What a ray is shot along: no surface that was built on purpose has an edge in one of these.
+/// Directions of rays: it is unlikely that an edge of a constructed surface has one of them.
 const DIRECTIONS: [DVec3; 3] = [
     DVec3::new(0.577_215, 0.694_147, 0.431_662),
     DVec3::new(-0.302_03, 0.618_034, -0.726_249),
     DVec3::new(0.915_966, -0.265_802, -0.300_512),
 ];
 
-/// Turns the shells so that normals point out of the solid, or into it (`inwards`). Fails where that is not clear.
-/// Surfaces nearer than the tolerance \[m] touch.
+/// Orients the shells so that normals point out of the solid, or into it (`inwards`). Fails if the solid is ambiguous.
+/// Surfaces closer than the tolerance \[m] touch.
 pub(super) fn orient(soup: &mut Soup, inwards: bool, tolerance: f64) -> Result<(), String> {
     cancel(&mut soup.triangles);
     if soup.triangles.is_empty() {
@@ -48,7 +48,7 @@ pub(super) fn orient(soup: &mut Soup, inwards: bool, tolerance: f64) -> Result<(
         .collect();
     let mut turn = vec![false; count];
     for shell in 0..count {
-        // Shells in each other must be wound in turns; the outermost says which way is out.
+        // Nested shells must alternate in orientation; the outermost defines the outside.
         let (outermost, winding) = shells.around(soup, &bvh, shell, tolerance)?;
         turn[shell] = turned[outermost.unwrap_or(shell)];
         let sign = if turn[shell] { -1 } else { 1 };
@@ -74,12 +74,12 @@ fn place(at: DVec3) -> String {
     format!("({:.4}, {:.4}, {:.4}) m", at.x, at.y, at.z)
 }
 
-/// A place where an edge passes through a triangle by more than the tolerance, if there is one.
+/// A point where an edge passes through a triangle by more than the tolerance, if there is one.
 fn crossing(soup: &Soup, bvh: &Bvh, tolerance: f64) -> Option<DVec3> {
     let corner = |row: u32| soup.vertices[row as usize];
     for &corners in &soup.triangles {
         for (a, b) in sides(corners) {
-            // Each edge once: a closed surface passes it both ways.
+            // Each edge once: in a closed surface it occurs in both directions.
             if a > b {
                 continue;
             }
@@ -106,24 +106,24 @@ fn crossing(soup: &Soup, bvh: &Bvh, tolerance: f64) -> Option<DVec3> {
     None
 }
 
-/// Which triangle belongs to which shell, and which a shell has.
+/// Assigns triangles to shells, and lists the triangles of each shell.
 struct Shells {
     shell_of: Vec<usize>,
     rows: Vec<Vec<usize>>,
 }
 
-/// A shell around a point.
+/// A shell that encloses a point.
 #[derive(Debug, Clone, Copy)]
 struct Around {
     shell: usize,
-    /// How often it winds around it.
+    /// Its winding number.
     winding: i32,
-    /// How far on it is left \[lengths of the direction].
+    /// Depth at which the ray leaves it \[lengths of the direction].
     depth: f64,
 }
 
 impl Shells {
-    /// Triangles hang together over edges that have two of them; over all edges if shells would be open otherwise.
+    /// Triangles are connected over edges that have exactly two of them; if shells would then be open, over all edges.
     fn of(soup: &Soup) -> Self {
         let mut around: BTreeMap<(u32, u32), Vec<(usize, bool)>> = BTreeMap::new();
         for (index, &corners) in soup.triangles.iter().enumerate() {
@@ -139,7 +139,7 @@ impl Shells {
                     root[a.max(b)] = a.min(b);
                 }
             }
-            // A root is the first triangle of its shell.
+            // The first triangle of a shell is its root.
             let (mut shell_of, mut rows): (Vec<usize>, Vec<Vec<usize>>) = Default::default();
             for index in 0..root.len() {
                 let first = find(&mut root, index);
@@ -191,7 +191,7 @@ impl Shells {
         (a + b + c) / 3.0
     }
 
-    /// The outermost of the other shells that lie around one, if any does, and how often they wind around it in all.
+    /// The outermost of the other shells that enclose this one, if any does, and the sum of their winding numbers.
     fn around(
         &self,
         soup: &Soup,
@@ -202,7 +202,7 @@ impl Shells {
         if self.rows.len() == 1 {
             return Ok((None, 0));
         }
-        // A place of this shell that is on no other.
+        // A point of this shell that lies on no other shell.
         let is_free = |middle: &DVec3| {
             let nearest = bvh.nearest(*middle, |other| {
                 (self.shell_of[other] != shell)
@@ -225,14 +225,14 @@ impl Shells {
                 .map(|around| (around.shell, around.winding))
                 .eq(b.iter().map(|around| (around.shell, around.winding)))
         };
-        // Two rays of three agree unless two meet edges.
+        // Two of three rays agree, unless two of them meet edges.
         let shells = if !same(&a, &b) && same(&b, &c) { b } else { a };
         let outermost = shells.iter().max_by(|a, b| a.depth.total_cmp(&b.depth));
         let winding = shells.iter().map(|around| around.winding).sum();
         Ok((outermost.map(|around| around.shell), winding))
     }
 
-    /// The other shells around a point, as a ray from it passes them.
+    /// The other shells that enclose a point, found from the intersections of a ray from it.
     fn passed(
         &self,
         soup: &Soup,

@@ -1,8 +1,8 @@
-//! What a file gives before it is a surface.
+//! The raw triangles of a file, before they are connected to a surface.
 
 use glam::DVec3;
 
-/// Triangles of no file.
+/// Triangles without connectivity.
 #[derive(Debug, Default)]
 pub(super) struct Soup {
     pub(super) vertices: Vec<DVec3>,

@@ -1,7 +1,7 @@
-//! STL, text and binary; all solids of a file as one surface.
+//! STL, ASCII and binary; all solids of a file as one surface.
 //!
-//! Normals are not used: many programs write zeros or NaN. Option 2 was the crate `stl_io`, which ends at the first
-//! `endsolid`, refuses a solid without a name, and reads texts in single precision.
+//! Normals are ignored: many programs write zeros or NaN. Option 2 was the crate `stl_io`, which stops at the first
+//! `endsolid`, refuses a solid without a name, and reads ASCII files in single precision.
 
 use std::iter::Peekable;
 use std::str::SplitWhitespace;
@@ -13,13 +13,14 @@ use super::{
     text::{lines, point, text_of},
 };
 
-/// Header and count of a binary file, and a triangle in it \[bytes].
+/// Size of a binary file's header and count, and of one of its triangles \[bytes].
 const HEADER: usize = 84;
 const TRIANGLE: usize = 50;
 
 /// All triangles of a file.
 pub(super) fn read(bytes: &[u8]) -> Result<Soup, String> {
-    // Some programs start binary files with `solid`, too; no text has the length that its bytes 80 to 83 ask for.
+    // Some programs start binary files with `solid`, too. The length of the file decides: it must match the count in
+    // bytes 80 to 83.
     let count = bytes.get(80..HEADER).map_or(0, |count| {
         u32::from_le_bytes([count[0], count[1], count[2], count[3]]) as usize
     });
@@ -53,7 +54,7 @@ fn is_padding(rest: &[u8]) -> bool {
         .all(|byte| matches!(byte, 0 | b' ' | b'\r' | b'\n'))
 }
 
-/// Triangles of 50 bytes: normal, three corners in single precision, a word of no meaning.
+/// Triangles of 50 bytes: normal, three corners in single precision, an unused word.
 fn binary(bytes: &[u8]) -> Soup {
     let mut soup = Soup::default();
     for triangle in bytes.as_chunks::<TRIANGLE>().0 {
@@ -71,11 +72,12 @@ fn binary(bytes: &[u8]) -> Soup {
     soup
 }
 
-/// `solid` \[name] facets `endsolid` \[name], any number of them. A facet is `facet normal x y z outer loop`, three
-/// times `vertex x y z`, `endloop endfacet`; lines may break anywhere but in names, which end with theirs.
+/// Any number of `solid` \[name] facets `endsolid` \[name]. A facet is `facet normal x y z outer loop`, three times
+/// `vertex x y z`, `endloop endfacet`. Lines may break anywhere except within names, which end at the end of their
+/// line.
 fn text(text: &str) -> Result<Soup, String> {
     let mut soup = Soup::default();
-    // Corners of the facet that is open, if one is; line of the solid that is open.
+    // Corners of the current facet; first line of the current solid.
     let mut facet: Option<Vec<DVec3>> = None;
     let mut solid: Option<usize> = None;
     for (number, line) in lines(text) {
@@ -96,7 +98,7 @@ fn text(text: &str) -> Result<Soup, String> {
                         .next_if(|word| word.eq_ignore_ascii_case("normal"))
                         .is_some()
                     {
-                        // Three numbers, or what a program wrote in the place of them.
+                        // Three numbers of the normal, or whatever a program wrote in their place.
                         for _ in 0..3 {
                             words.next_if(|word| !word.eq_ignore_ascii_case("outer"));
                         }
@@ -140,7 +142,7 @@ fn text(text: &str) -> Result<Soup, String> {
     }
 }
 
-/// A name goes to the end of its line; in a file that is written in one line, to the next statement.
+/// A name extends to the end of its line; in a file of a single line, to the next statement.
 fn skip_name(words: &mut Peekable<SplitWhitespace>) {
     let ahead: Vec<&str> = words.clone().collect();
     let is = |word: &str, one: &str| word.eq_ignore_ascii_case(one);

@@ -1,4 +1,4 @@
-//! A mesh in the scene: asked for distances and for what a ray meets.
+//! A mesh in the scene, queried for distances and ray intersections.
 
 use glam::DVec3;
 
@@ -14,7 +14,7 @@ use crate::scene::MeshSide;
 pub struct Mesh {
     /// Corners \[m].
     pub(crate) vertices: Vec<DVec3>,
-    /// Rows of `vertices`, counter-clockwise seen from the fluid. None is without area.
+    /// Rows of `vertices`, counter-clockwise seen from the fluid. Every triangle has an area.
     pub(crate) triangles: Vec<[u32; 3]>,
     /// Unit normals of the triangles.
     pub(crate) normals: Vec<DVec3>,
@@ -24,16 +24,16 @@ pub struct Mesh {
     pub(super) bvh: Bvh,
 }
 
-/// The point of a mesh nearest to another.
+/// The point of a mesh that is nearest to a given point.
 #[derive(Debug, Clone, Copy)]
 pub struct Nearest {
-    /// Where \[m].
+    /// Its position \[m].
     pub at: DVec3,
-    /// On which triangle.
+    /// The triangle that it lies on.
     pub triangle: usize,
     /// Distance \[m]; negative on the side that normals point away from.
     pub distance: f64,
-    /// Whether it is on the border of an open mesh.
+    /// Whether it lies on the border of an open mesh.
     pub on_border: bool,
 }
 
@@ -66,7 +66,7 @@ impl Mesh {
     pub fn nearest(&self, point: DVec3) -> Nearest {
         let closest = |triangle| triangle::closest(self.corners(triangle), point);
         let nearest = self.bvh.nearest(point, |triangle| Some(closest(triangle)));
-        // There is a triangle, and points are finite; NaN would find none.
+        // A mesh has at least one triangle, and points are finite. Only NaN finds none.
         let (triangle, closest) = nearest.unwrap_or_else(|| (0, closest(0)));
         let (normal, on_border) = match closest.feature {
             Feature::Face => (self.normals[triangle], false),
@@ -96,7 +96,7 @@ impl Mesh {
         }
     }
 
-    /// Depths at which a ray meets the surface [lengths of `direction`], from the nearest on, and on which triangle.
+    /// Depths at which a ray meets the surface [lengths of `direction`], each with its triangle, sorted by depth.
     pub fn hits(&self, origin: DVec3, direction: DVec3, hits: &mut Vec<(f64, usize)>) {
         hits.clear();
         self.bvh
@@ -114,7 +114,7 @@ impl Mesh {
         for (corners, sides) in self.triangles.iter().zip(&self.topology.edges) {
             for (k, edge) in sides.iter().enumerate() {
                 let ends = [corners[k], corners[(k + 1) % 3]];
-                // Each edge once, from the triangle that goes along it upwards.
+                // Each edge once, from the triangle that has its vertices in ascending order.
                 if edge.is_border || (edge.is_sharp && ends[0] < ends[1]) {
                     edges.push(FeatureEdge {
                         ends,
@@ -128,13 +128,13 @@ impl Mesh {
     }
 }
 
-/// An edge that samples lie along.
+/// An edge along which samples are placed.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct FeatureEdge {
     /// Rows of the vertices.
     pub(crate) ends: [u32; 2],
     /// Unit mean of the normals of the triangles that meet here.
     pub(crate) normal: DVec3,
-    /// How much farther along the normal than along theirs a place is that is behind all as far.
+    /// Ratio of the offset along `normal` to the offset from every adjacent face.
     pub(crate) mitre: f64,
 }

@@ -1,9 +1,9 @@
-//! What the formats of text share: bytes to text, lines, coordinates.
+//! Shared by the text formats: decoding, lines, coordinates.
 
 use glam::DVec3;
 
-/// The bytes of a file as text: UTF-8, or UTF-16 if a byte order mark says so. What is no text becomes �, which both
-/// formats may have in comments and names alone.
+/// Decodes the bytes of a file: UTF-8, or UTF-16 if a byte order mark says so. Invalid bytes become �, which both
+/// formats accept only in comments and names.
 pub(super) fn text_of(bytes: &[u8]) -> String {
     let wide = |bytes: &[u8], unit: fn([u8; 2]) -> u16| {
         let units: Vec<u16> = (bytes.as_chunks::<2>().0.iter().copied())
@@ -19,7 +19,7 @@ pub(super) fn text_of(bytes: &[u8]) -> String {
     }
 }
 
-/// Lines of a text with their numbers from 1, whichever of `\n`, `\r\n` and `\r` ends them.
+/// Lines of a text with their numbers from 1. A line may end with `\n`, `\r\n` or `\r`.
 pub(super) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
     let mut rest = Some(text);
     std::iter::from_fn(move || {
@@ -40,7 +40,7 @@ pub(super) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
     .map(|(index, line)| (index + 1, line))
 }
 
-/// Three coordinates from the first of a line's words; what follows is left.
+/// Three coordinates from the first three words of a line; further words are ignored.
 pub(super) fn point<'a>(mut words: impl Iterator<Item = &'a str>) -> Option<DVec3> {
     let mut coordinate = || words.next()?.parse::<f64>().ok();
     Some(DVec3::new(coordinate()?, coordinate()?, coordinate()?))

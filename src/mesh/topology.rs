@@ -1,4 +1,4 @@
-//! What is connected to what: whether a mesh is closed, and the pseudonormals of its edges and vertices.
+//! Connectivity of a mesh: whether it is closed, and the pseudonormals of its edges and vertices.
 
 use std::collections::BTreeMap;
 
@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::soup::Soup;
 
-/// Neighbouring faces whose normals differ by more are a sharp edge: cosine of 30°.
+/// An edge is sharp if the normals of its faces differ by more than 30°: its cosine.
 const SHARP: f64 = 0.866;
 
 /// One side of a triangle.
@@ -14,7 +14,7 @@ const SHARP: f64 = 0.866;
 pub(super) struct Edge {
     /// Unit mean of the normals of the triangles that meet here.
     pub(super) normal: DVec3,
-    /// How much farther along the normal than along those of the triangles a place is that is behind both as far.
+    /// Ratio of the offset along `normal` to the offset from both adjacent faces.
     pub(super) mitre: f64,
     pub(super) is_border: bool,
     pub(super) is_sharp: bool,
@@ -22,15 +22,15 @@ pub(super) struct Edge {
 
 #[derive(Debug, PartialEq)]
 pub(super) struct Topology {
-    /// Of every triangle, from each corner to the next.
+    /// Edges of every triangle, each from a corner to the next.
     pub(super) edges: Vec<[Edge; 3]>,
-    /// Unit pseudonormals: means of the triangles' normals, weighted by their angles.
+    /// Unit pseudonormals: means of the triangles' normals, weighted by the angles at the vertex.
     pub(super) vertex_normals: Vec<DVec3>,
     /// Whether a vertex is on a border.
     pub(super) on_border: Vec<bool>,
 }
 
-/// An edge whatever its direction: the smaller vertex first.
+/// Key of an edge regardless of its direction: the smaller vertex first.
 pub(super) fn key(a: u32, b: u32) -> (u32, u32) {
     (a.min(b), a.max(b))
 }
@@ -40,7 +40,7 @@ pub(super) fn sides(corners: [u32; 3]) -> [(u32, u32); 3] {
     [(a, b), (b, c), (c, a)]
 }
 
-/// Edges that bound one triangle alone.
+/// Edges of exactly one triangle.
 pub(super) fn borders(soup: &Soup) -> impl Iterator<Item = (u32, u32)> {
     let mut counts: BTreeMap<(u32, u32), u32> = BTreeMap::new();
     for &corners in &soup.triangles {
@@ -52,10 +52,10 @@ pub(super) fn borders(soup: &Soup) -> impl Iterator<Item = (u32, u32)> {
     alone.map(|(edge, _)| edge)
 }
 
-/// Why the surface is not that of a solid, if it is not: it must be passed along every edge as often one way as the
-/// other.
+/// The reason why the surface does not bound a solid, if it does not: every edge must occur equally often in both
+/// directions.
 pub(super) fn fault(soup: &Soup, tolerance: f64) -> Option<String> {
-    // Triangles that pass an edge upwards, downwards.
+    // Number of triangles that have an edge in ascending and in descending order of its vertices.
     let mut passes: BTreeMap<(u32, u32), (u32, u32)> = BTreeMap::new();
     for &corners in &soup.triangles {
         for (a, b) in sides(corners) {
@@ -70,7 +70,7 @@ pub(super) fn fault(soup: &Soup, tolerance: f64) -> Option<String> {
     let place = format!("({:.4}, {:.4}, {:.4}) m", place.x, place.y, place.z);
     Some(match up + down {
         1 => format!(
-            "the surface is not closed: {count} of its edges bound one triangle alone, the first at {place}, and \
+            "the surface is not closed: {count} of its edges belong to one triangle only, the first at {place}, and \
              vertices up to {tolerance:.1e} m (1/100 spacing) apart have been merged; close it (merge vertices by a \
              larger distance, fill holes), or write `side: Front` for a surface that is solid behind its triangles, \
              `side: Both` for a thin sheet"
@@ -136,7 +136,7 @@ impl Topology {
         }
     }
 
-    /// Of some of the triangles alone.
+    /// The same for a subset of the triangles.
     pub(super) fn of(mut self, triangles: &[usize]) -> Self {
         self.edges = triangles
             .iter()

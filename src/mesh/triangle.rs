@@ -1,8 +1,8 @@
-//! One triangle: the point of it that is nearest to another, and where a ray meets it.
+//! One triangle: its point nearest to a given point, and its intersection with a ray.
 
 use glam::DVec3;
 
-/// Which part of a triangle.
+/// A feature of a triangle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Feature {
     Face,
@@ -11,14 +11,14 @@ pub(super) enum Feature {
     Vertex(usize),
 }
 
-/// A point of a triangle.
+/// The nearest point of a triangle.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Closest {
     pub(super) at: DVec3,
     pub(super) feature: Feature,
 }
 
-/// The point of a triangle nearest to `point`: its Voronoi regions one after the other (Ericson 2005, 5.1.5).
+/// The point of a triangle nearest to `point`, by its Voronoi regions (Ericson 2005, 5.1.5).
 pub(super) fn closest([a, b, c]: [DVec3; 3], point: DVec3) -> Closest {
     let vertex = |k: usize| Closest {
         at: [a, b, c][k],

@@ -1,8 +1,8 @@
-//! Vertices in one place become one.
+//! Merges coincident vertices.
 //!
-//! First those with the same coordinates: STL repeats them a triangle. Then, along what is left of borders, those
-//! nearer than a tolerance: many programs write the corners of one seam with different last digits. Only borders are
-//! searched, so the sides of a closed plate stay two, however thin it is.
+//! First, vertices with identical coordinates are merged: STL repeats them for every triangle. Then border vertices
+//! closer than a tolerance are merged, because many programs write the corners of a seam with different last digits.
+//! Only borders are searched, so that the two sides of a closed plate stay separate, however thin it is.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -10,11 +10,10 @@ use glam::{DVec3, I64Vec3};
 
 use super::{soup::Soup, topology::borders};
 
-/// More triangles are a mesh made for looking at.
+/// Meshes with more triangles are made for rendering.
 const MAX_TRIANGLES: usize = 5_000_000;
 
-/// Welds a mesh; triangles that collapse or are there already, and vertices that no triangle has, go. `tolerance` is in
-/// metres.
+/// Welds a mesh. Collapsed and duplicate triangles, and unused vertices, are removed. `tolerance` is in metres.
 pub(super) fn weld(soup: Soup, tolerance: f64) -> Result<Soup, String> {
     let count = soup.triangles.len();
     if count == 0 {
@@ -51,7 +50,7 @@ fn same_places(soup: Soup) -> Result<Soup, String> {
                     "the vertex {vertex} is not finite; coordinates must be numbers"
                 ));
             }
-            // Adding 0 makes one zero of two.
+            // Adding 0 turns −0 into +0.
             let key = (vertex + 0.0).to_array().map(f64::to_bits);
             let next = welded.vertices.len() as u32;
             *row = *known.entry(key).or_insert(next);
@@ -64,7 +63,7 @@ fn same_places(soup: Soup) -> Result<Soup, String> {
     Ok(welded)
 }
 
-/// Vertices on borders take the place of the first one within the tolerance.
+/// Replaces border vertices by the first one within the tolerance.
 fn close_seams(mut soup: Soup, tolerance: f64) -> Soup {
     let mut on_border: Vec<u32> = borders(&soup).flat_map(|(a, b)| [a, b]).collect();
     on_border.sort_unstable();
@@ -102,13 +101,13 @@ fn close_seams(mut soup: Soup, tolerance: f64) -> Soup {
     soup
 }
 
-/// Takes out triangles that lie back to back, as the wall does that two solids share.
+/// Removes pairs of triangles back to back, such as the wall that two solids share.
 pub(super) fn cancel(triangles: &mut Vec<[u32; 3]>) {
     let known: HashSet<[u32; 3]> = triangles.iter().copied().map(from_the_least).collect();
     triangles.retain(|&[a, b, c]| !known.contains(&from_the_least([a, c, b])));
 }
 
-/// The same triangle, wound the same way, from its least corner on.
+/// The same triangle with the same winding, its smallest index first.
 fn from_the_least([a, b, c]: [u32; 3]) -> [u32; 3] {
     if a < b && a < c {
         [a, b, c]

@@ -1,4 +1,4 @@
-//! Files that are there whole or not at all.
+//! Files that are written completely or not at all.
 
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
@@ -7,10 +7,9 @@ use std::path::{Path, PathBuf};
 use super::OutputError;
 
 /// Writes to `NAME.partial` beside `path` and renames it to `path` once complete.
-///
-/// The data is not forced to the disk: that survives a kill of the process, which is common, and not a power
-/// failure, which would cost a disk flush for every frame. The temporary name is fixed, so the next run cleans
-/// up after a killed one by overwriting.
+/// The data are not forced to the disk. They survive a kill of the process, which is common, but not a power failure;
+/// that would cost a disk flush per frame. The temporary name is fixed, so the next run overwrites what a killed one
+/// left.
 pub fn write_atomically(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<File>) -> std::io::Result<()>,
@@ -24,13 +23,13 @@ pub fn write_atomically(
         })
         .and_then(|()| fs::rename(&partial, path));
     result.map_err(|source| {
-        // The first error is the one to report; a leftover that cannot be removed does no harm.
+        // The first error is reported. A temporary file that cannot be removed does no harm.
         let _ = fs::remove_file(&partial);
         OutputError::io(path, source)
     })
 }
 
-/// As [`write_atomically`], and on the disk when it returns: it survives a power failure, too.
+/// As [`write_atomically`], but the file is on the disk on return: it also survives a power failure.
 pub fn write_durably(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
     let partial = partial_name(path);
     let write = || {
@@ -46,7 +45,7 @@ pub fn write_durably(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
     })
 }
 
-/// Forces a new name in a folder to the disk, where folders can be opened.
+/// Forces a new name in a folder to the disk, on systems where folders can be opened.
 fn sync_folder_of(path: &Path) -> std::io::Result<()> {
     if cfg!(not(unix)) {
         return Ok(());

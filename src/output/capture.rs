@@ -1,4 +1,4 @@
-//! The state of a world as a frame.
+//! Copies the state of a world into a frame.
 
 use bevy_ecs::prelude::*;
 

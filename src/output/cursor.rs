@@ -1,8 +1,8 @@
-//! Reading what may be damaged: every access checked, errors as sentences.
+//! Reads files that may be damaged: every access is checked, errors are sentences.
 
 /// The text up to and including `end`, and the bytes behind it.
 pub(super) fn split_header<'a>(bytes: &'a [u8], end: &str) -> Result<(&'a str, &'a [u8]), String> {
-    // A header of ours has about 2 KB; the bound keeps a wrong file from being searched whole.
+    // Our headers have about 2 KB; the bound avoids searching the whole of a wrong file.
     let searched = &bytes[..bytes.len().min(1 << 16)];
     let at = searched
         .windows(end.len())
@@ -13,7 +13,7 @@ pub(super) fn split_header<'a>(bytes: &'a [u8], end: &str) -> Result<(&'a str, &
     Ok((header, rest))
 }
 
-/// `count × size` bytes from `start`, if there are so many.
+/// `count × size` bytes from `start`, if the file has them.
 pub(super) fn block(
     bytes: &[u8],
     start: usize,

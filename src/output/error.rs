@@ -1,4 +1,4 @@
-//! How writing and reading files fails.
+//! Errors of writing and reading files.
 
 use std::path::{Path, PathBuf};
 
@@ -6,15 +6,15 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum OutputError {
-    /// The system refused.
+    /// The operating system reported an error.
     #[error("{path}: {source}", path = .path.display())]
     Io {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// The file is not what its name says, or was damaged.
+    /// The file does not have the format of its name, or is damaged.
     #[error("{path}: {reason}", path = .path.display())]
     Malformed {
         /// The file.
@@ -33,9 +33,9 @@ pub enum OutputError {
     UnequalColumns {
         /// Name of the column.
         field: &'static str,
-        /// Its rows.
+        /// Number of its rows.
         found: usize,
-        /// Rows of the positions.
+        /// Number of rows of the positions.
         expected: usize,
     },
     /// More particles than the format can number.

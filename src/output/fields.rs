@@ -1,4 +1,4 @@
-//! The fields of a frame, declared once: writers, readers and the documentation of the files go by this table.
+//! The fields of a frame, declared once: this table drives writers, readers and the documentation of the files.
 
 use glam::Vec3;
 
@@ -10,7 +10,7 @@ pub struct Field {
     pub name: &'static str,
     /// SI unit; "-" if it has none.
     pub unit: &'static str,
-    /// What it is.
+    /// Description.
     pub sentence: &'static str,
     /// Names of its components in the PLY file, one for a scalar.
     pub ply: &'static [&'static str],
@@ -18,12 +18,12 @@ pub struct Field {
     pub(super) column_mut: fn(&mut Frame) -> ColumnMut<'_>,
 }
 
-/// Everything a frame file holds, in the order of the PLY properties. The first field is the position.
+/// All fields of a frame file, in the order of the PLY properties. The first is the position.
 pub const FIELDS: [Field; 5] = [
     Field {
         name: "position",
         unit: "m",
-        sentence: "where the particle is; the points of the VTK file",
+        sentence: "position of the particle; the points of the VTK file",
         ply: &["x", "y", "z"],
         column: |frame| Column::Vectors(&frame.positions),
         column_mut: |frame| ColumnMut::Vectors(&mut frame.positions),
@@ -55,7 +55,7 @@ pub const FIELDS: [Field; 5] = [
     Field {
         name: "id",
         unit: "-",
-        sentence: "lasting number of the particle: the same in every frame, whatever its row, and never another \
+        sentence: "permanent number of the particle: the same in every frame, whatever its row, and never another \
          particle's",
         ply: &["id"],
         column: |frame| Column::Numbers(&frame.ids),
@@ -63,7 +63,7 @@ pub const FIELDS: [Field; 5] = [
     },
 ];
 
-/// A column of a frame by its type.
+/// A column of a frame, with its type.
 pub(super) enum Column<'a> {
     Vectors(&'a [Vec3]),
     Scalars(&'a [f32]),
@@ -117,7 +117,7 @@ impl Column<'_> {
 }
 
 impl ColumnMut<'_> {
-    /// Appends one row from its little endian bytes, four a component.
+    /// Appends one row from its little endian bytes, four per component.
     pub(super) fn push(&mut self, bytes: &[u8]) {
         let word = |component: usize| {
             let mut word = [0; 4];
@@ -156,7 +156,7 @@ impl Field {
     }
 }
 
-/// The number of particles of a frame whose columns are all of that length.
+/// Number of particles of a frame; fails if its columns differ in length.
 pub(super) fn rows(frame: &Frame) -> Result<usize, OutputError> {
     let expected = frame.positions.len();
     for field in &FIELDS {
@@ -169,7 +169,7 @@ pub(super) fn rows(frame: &Frame) -> Result<usize, OutputError> {
             });
         }
     }
-    // Both formats' readers commonly count in signed 32-bit numbers.
+    // Readers of both formats commonly count in signed 32-bit integers.
     if i32::try_from(expected).is_err() {
         return Err(OutputError::TooManyParticles {
             particles: expected,

@@ -2,16 +2,16 @@
 
 use glam::Vec3;
 
-/// The state of all fluid particles at one time: what frames and pictures are made from.
+/// The state of all fluid particles at one time: the source of frame files and pictures.
 ///
-/// The columns have one row a particle; [`FIELDS`](super::FIELDS) describes them.
+/// The columns have one row per particle; [`FIELDS`](super::FIELDS) describes them.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Frame {
     /// Number of the step, 0 before the first.
     pub step: u64,
     /// Simulated time \[s].
     pub time: f64,
-    /// A particle's lasting number: see [`ParticleId`](crate::state::particle::ParticleId).
+    /// Permanent numbers of the particles: see [`ParticleId`](crate::state::particle::ParticleId).
     pub ids: Vec<u32>,
     /// \[m]
     pub positions: Vec<Vec3>,
@@ -34,7 +34,7 @@ impl Frame {
         self.positions.is_empty()
     }
 
-    /// Largest speed \[m/s]; 0 without particles. Speeds that are not numbers are left out.
+    /// Largest speed \[m/s]; 0 without particles. NaN is ignored.
     pub fn max_speed(&self) -> f32 {
         let squared = self.velocities.iter().map(|v| v.length_squared());
         squared.fold(0.0, f32::max).sqrt()

@@ -1,4 +1,4 @@
-//! A frame to a file and back, by its format.
+//! Writes frames to files and reads them, by format.
 
 use std::path::Path;
 
@@ -12,7 +12,8 @@ impl Frame {
     /// Writes the frame in a format; `path` should end in that format's [`extension`](FrameFormat::extension).
     ///
     /// # Errors
-    /// When the columns differ in length, there are more than 2³¹ − 1 particles, or the system refuses.
+    /// If the columns differ in length, there are more than 2³¹ − 1 particles, or the operating system reports an
+    /// error.
     pub fn write(&self, path: &Path, format: FrameFormat) -> Result<(), OutputError> {
         match format {
             FrameFormat::Vtu => self.write_vtu(path),
@@ -20,8 +21,8 @@ impl Frame {
         }
     }
 
-    /// Writes a VTK XML unstructured grid with a vertex a particle, raw appended data, little endian.
-    /// Time \[s] and step are the field data `TimeValue` and `step`.
+    /// Writes a VTK XML unstructured grid with one vertex per particle and raw appended data, little endian. Time \[s]
+    /// and step are the field data `TimeValue` and `step`.
     ///
     /// # Errors
     /// As [`write`](Self::write).
@@ -29,7 +30,7 @@ impl Frame {
         vtu::write(self, path)
     }
 
-    /// Writes a binary little endian PLY file with an element `vertex` a particle: x, y, z \[m], vx, vy, vz \[m/s],
+    /// Writes a binary little endian PLY file with one element `vertex` per particle: x, y, z \[m], vx, vy, vz \[m/s],
     /// density \[kg/m³], pressure \[Pa], id. Time \[s] and step are in comments of the header.
     ///
     /// # Errors
@@ -38,11 +39,11 @@ impl Frame {
         ply::write(self, path)
     }
 
-    /// Reads a frame that [`write`](Self::write) wrote, by the ending of its name. Files of other programs are not
-    /// understood in general: this reads what we write.
+    /// Reads a frame that [`write`](Self::write) wrote; the suffix of its name selects the format. Files of other
+    /// programs are not supported in general.
     ///
     /// # Errors
-    /// When the system refuses, the ending is unknown, or the file is not a complete frame.
+    /// If the operating system reports an error, the suffix is unknown, or the file is not a complete frame.
     pub fn read(path: &Path) -> Result<Self, OutputError> {
         let parse = match path.extension().and_then(|e| e.to_str()) {
             Some("vtu") => vtu::parse,
@@ -59,7 +60,7 @@ impl Frame {
 }
 
 impl FrameFormat {
-    /// How the names of its files end, without the dot.
+    /// Suffix of its files, without the dot.
     pub fn extension(self) -> &'static str {
         match self {
             Self::Vtu => "vtu",

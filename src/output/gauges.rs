@@ -1,4 +1,4 @@
-//! The file of a gauge: a row a reading.
+//! The file of a gauge: one row per reading.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -7,27 +7,26 @@ use super::OutputError;
 use super::rows::RowFile;
 use crate::gauge::Reading;
 
-/// Writes a gauge's readings as CSV: `step`, `t_s`, and a column for each of its figures, empty where there was no
-/// fluid to measure. Only whole rows ever go to the file; rows that wait are written by [`flush`](Self::flush) or when
-/// it is dropped.
+/// Writes the readings of a gauge as CSV: `step`, `t_s`, and a column for each of its figures, which is empty if there
+/// was no fluid to measure. Only complete rows are written to the file; buffered rows are written by
+/// [`flush`](Self::flush) and on drop.
 #[derive(Debug)]
 pub struct GaugeFile(RowFile);
 
 impl GaugeFile {
-    /// Starts the file of a gauge with these [`columns`](crate::gauge::Gauge::columns), over an older one if there is
-    /// one.
+    /// Creates the file of a gauge with these [`columns`](crate::gauge::Gauge::columns); an existing file is replaced.
     ///
     /// # Errors
-    /// When the system refuses.
+    /// If the operating system reports an error.
     pub fn create(path: &Path, columns: &[String]) -> Result<Self, OutputError> {
         Ok(Self(RowFile::start(path, &header(columns))?))
     }
 
-    /// Goes on with a gauge's file after its first `rows` rows, and gives those. A missing file, or one with other
-    /// columns, is started afresh.
+    /// Continues the file of a gauge after its first `rows` rows, which are returned. If the file is missing or has
+    /// other columns, a new one is created.
     ///
     /// # Errors
-    /// When the system refuses.
+    /// If the operating system reports an error.
     pub fn resume(
         path: &Path,
         columns: &[String],
@@ -37,7 +36,7 @@ impl GaugeFile {
         Ok((Self(file), kept))
     }
 
-    /// Rows so far, those included that wait.
+    /// Number of rows so far, buffered ones included.
     pub fn rows(&self) -> u64 {
         self.0.rows()
     }
@@ -45,7 +44,7 @@ impl GaugeFile {
     /// Adds a reading.
     ///
     /// # Errors
-    /// When the system refuses to take the rows that wait.
+    /// If buffered rows cannot be written.
     pub fn push(&mut self, reading: &Reading) -> Result<(), OutputError> {
         self.0.push(|text| {
             // Writing to a String cannot fail.
@@ -60,10 +59,11 @@ impl GaugeFile {
         })
     }
 
-    /// Writes the rows that wait.
+    /// Writes the buffered rows.
     ///
     /// # Errors
-    /// When the system refuses, or the file was removed meanwhile. Whole rows stay, and those that wait are lost.
+    /// If the operating system reports an error, or the file was removed meanwhile. Complete rows stay; buffered ones
+    /// are lost.
     pub fn flush(&mut self) -> Result<(), OutputError> {
         self.0.flush()
     }

@@ -1,4 +1,4 @@
-//! `history.csv`: one row a step.
+//! `history.csv`: one row per step.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -9,7 +9,7 @@ use super::OutputError;
 use super::rows::RowFile;
 use crate::{state::Phase, step::StepReport};
 
-/// Columns before the phases; their names end in their SI unit where they have one.
+/// Columns before those of the phases; a name ends with its SI unit if it has one.
 const COLUMNS: [&str; 13] = [
     "step",
     "t_s",
@@ -26,31 +26,31 @@ const COLUMNS: [&str; 13] = [
     "steps_taken_back",
 ];
 
-/// Writes `history.csv`: a row a step, wall time of the phases in milliseconds (`rebuild_index_ms`, …).
+/// Writes `history.csv`: one row per step, with the wall time of the phases in milliseconds (`rebuild_index_ms`, …).
 ///
-/// `steps_taken_back` is 0 in the row of a step. Where the run went back (`time_step: Adaptive`) it is not, and the row
-/// is of no step: `step` and `t_s` are those where the run stands again, the rest is of the step that went wrong. The
-/// rows above it with a later `step` are of steps that were taken back; they stay, the rows below take their place.
+/// `steps_taken_back` is 0 in the row of a normal step. Otherwise the run was rolled back (`time_step: Adaptive`):
+/// `step` and `t_s` are those of the restored state, the other columns are those of the failed attempt. Earlier rows
+/// with a larger `step` belong to steps that were rolled back; they stay, and later rows replace them.
 ///
-/// Only whole rows ever go to the file: what an interruption leaves is valid. Rows that wait are written by
-/// [`flush`](Self::flush) or when the history is dropped.
+/// Only complete rows are written to the file, so that an interruption leaves a valid file. Buffered rows are written
+/// by [`flush`](Self::flush) and on drop.
 #[derive(Debug)]
 pub struct History(RowFile);
 
 impl History {
-    /// Starts a history, over an older one if there is one.
+    /// Creates a history; an existing file is replaced.
     ///
     /// # Errors
-    /// When the system refuses.
+    /// If the operating system reports an error.
     pub fn create(path: &Path) -> Result<Self, OutputError> {
         Ok(Self(RowFile::start(path, &header())?))
     }
 
-    /// Goes on with the history of a run that resumes after a step: the rows up to the last of that step stay. A
-    /// missing file, or one with other columns, is started afresh.
+    /// Continues the history of a run that resumes after a step: the rows up to the last one of that step stay. If the
+    /// file is missing or has other columns, a new one is created.
     ///
     /// # Errors
-    /// When the system refuses.
+    /// If the operating system reports an error.
     pub fn resume(path: &Path, after_step: u64) -> Result<Self, OutputError> {
         let old = match fs::read_to_string(path) {
             Ok(old) => old,
@@ -68,15 +68,16 @@ impl History {
         Ok(Self(RowFile::start(path, &kept)?))
     }
 
-    /// Goes on with a history after its first `rows` rows. A missing file, or one with other columns, is started afresh.
+    /// Continues a history after its first `rows` rows. If the file is missing or has other columns, a new one is
+    /// created.
     ///
     /// # Errors
-    /// When the system refuses.
+    /// If the operating system reports an error.
     pub fn resume_after_rows(path: &Path, rows: u64) -> Result<Self, OutputError> {
         Ok(Self(RowFile::resume(path, &header(), rows)?.0))
     }
 
-    /// Rows so far, those included that wait.
+    /// Number of rows so far, buffered ones included.
     pub fn rows(&self) -> u64 {
         self.0.rows()
     }
@@ -84,15 +85,16 @@ impl History {
     /// Adds the row of a step.
     ///
     /// # Errors
-    /// When the system refuses to take the rows that wait.
+    /// If buffered rows cannot be written.
     pub fn push(&mut self, report: &StepReport) -> Result<(), OutputError> {
         self.0.push(|text| push_row(text, report))
     }
 
-    /// Writes the rows that wait.
+    /// Writes the buffered rows.
     ///
     /// # Errors
-    /// When the system refuses, or the file was removed meanwhile. Whole rows stay, and those that wait are lost.
+    /// If the operating system reports an error, or the file was removed meanwhile. Complete rows stay; buffered ones
+    /// are lost.
     pub fn flush(&mut self) -> Result<(), OutputError> {
         self.0.flush()
     }

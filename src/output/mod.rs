@@ -1,17 +1,13 @@
-//! What a run writes: frames, series, history, summary, pictures.
+//! Output of a run: frames, series, history, gauges, summary, pictures.
 //!
-//! | file | written by | when |
-//! | --- | --- | --- |
-//! | `frame_000042.vtu`, `.ply` | [`Frame::write_vtu`], [`Frame::write_ply`] | a frame |
-//! | `frames.pvd` | [`Series`] | a frame |
-//! | `history.csv` | [`History`] | a step |
-//! | `gauges/*.csv` | [`GaugeFile`] | a reading |
-//! | `gauges/*.svg` | [`draw_beside_known`](crate::study::chart::draw_beside_known) | the end (feature `cli`) |
-//! | `summary.json` | `Summary` | the end, however it comes (feature `cli`) |
-//! | `*.png` | [`picture::draw`] | a frame (feature `cli`) |
+//! Per frame: `frame_000042.vtu` or `.ply` ([`Frame`]), its entry in `frames.pvd` ([`Series`]), a `.png` (`picture`).
+//! Per step: a row of `history.csv` ([`History`]). Per reading: a row of `gauges/*.csv` ([`GaugeFile`]). At the end,
+//! also of an interrupted run: `summary.json` (`Summary`) and the charts of gauges. Summary, pictures and charts need
+//! feature `cli`.
 //!
-//! Whatever is written whole is written to a temporary file first and renamed, so a run that is killed leaves
-//! complete files only. [`FIELDS`] declares once what a frame holds; both formats, both ways, go by it.
+//! A file that is written as a whole is written under a temporary name first and then renamed, so a run that is killed
+//! leaves only complete files. [`FIELDS`] declares once what a frame holds; both formats use it, for writing and
+//! reading.
 
 mod atomic;
 mod capture;

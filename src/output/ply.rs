@@ -1,4 +1,4 @@
-//! Stanford PLY, binary little endian: one element `vertex` a particle, its properties as in [`FIELDS`].
+//! Stanford PLY, binary little endian: one element `vertex` per particle, with the properties in [`FIELDS`].
 
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -69,7 +69,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Frame, String> {
     };
     let rows: usize = number(value("element vertex ")?, "element vertex")?;
 
-    // The layout is ours or none: comparing the lines is the whole check.
+    // Only our own layout is supported, so comparing the lines is a complete check.
     let properties = header.lines().filter(|line| line.starts_with("property "));
     let expected = FIELDS.iter().flat_map(|field| {
         let kind = (field.column)(&frame).ply_type();

@@ -1,4 +1,4 @@
-//! A table that grows while a run goes on: whole rows in a text file.
+//! A table that grows during a run: a text file of complete rows.
 
 use std::fs::{self, File};
 use std::io::{ErrorKind, Write as _};
@@ -8,25 +8,25 @@ use std::time::{Duration, Instant};
 use super::OutputError;
 use super::atomic::write_atomically;
 
-/// Rows go to the file when so many bytes wait …
+/// Buffered rows are written to the file when they have this many bytes …
 const BUFFER_BYTES: usize = 1 << 16;
-/// … or so long after the last time, so that who watches the file sees a slow run go on.
+/// … or after this time, so that the file also shows the progress of a slow run.
 const BUFFER_TIME: Duration = Duration::from_secs(1);
 
-/// A file that rows are appended to. Only whole rows ever go to it: what an interruption leaves is valid. Rows that
-/// wait are written by [`flush`](Self::flush) or when it is dropped.
+/// A file that rows are appended to. Only complete rows are written to it, so that an interruption leaves a valid file.
+/// Buffered rows are written by [`flush`](Self::flush) and on drop.
 #[derive(Debug)]
 pub(super) struct RowFile {
     path: PathBuf,
     file: File,
     waiting: String,
-    /// Rows in the file and waiting.
+    /// Rows in the file and in the buffer.
     rows: u64,
     written_at: Instant,
 }
 
 impl RowFile {
-    /// Starts a file that holds `text`, over an older one if there is one.
+    /// Creates a file that contains `text`; an existing file is replaced.
     pub(super) fn start(path: &Path, text: &str) -> Result<Self, OutputError> {
         write_atomically(path, |out| out.write_all(text.as_bytes()))?;
         let file = File::options()
@@ -42,8 +42,8 @@ impl RowFile {
         })
     }
 
-    /// Goes on with a file after its first `rows` rows, and gives those. Of one with another header, or none, nothing is
-    /// kept.
+    /// Continues a file after its first `rows` rows, which are returned. If the file is missing or has another header,
+    /// nothing is kept.
     pub(super) fn resume(
         path: &Path,
         header: &str,
@@ -64,12 +64,12 @@ impl RowFile {
         Ok((file, kept))
     }
 
-    /// Rows so far.
+    /// Number of rows so far.
     pub(super) fn rows(&self) -> u64 {
         self.rows
     }
 
-    /// Adds a row by what appends it, line break included.
+    /// Adds a row. `append` appends it to the buffer, line break included.
     pub(super) fn push(&mut self, append: impl FnOnce(&mut String)) -> Result<(), OutputError> {
         append(&mut self.waiting);
         self.rows += 1;
@@ -79,8 +79,8 @@ impl RowFile {
         Ok(())
     }
 
-    /// Writes the rows that wait. Fails when the system refuses, or the file was removed meanwhile: whole rows stay,
-    /// and those that wait are lost.
+    /// Writes the buffered rows. Fails if the operating system reports an error or the file was removed meanwhile:
+    /// complete rows stay, buffered ones are lost.
     pub(super) fn flush(&mut self) -> Result<(), OutputError> {
         let result = self.append();
         self.waiting.clear();
@@ -89,21 +89,22 @@ impl RowFile {
     }
 
     fn append(&mut self) -> std::io::Result<()> {
-        // A file that was removed takes rows without an end, and nobody would ever see them.
+        // Writing to a removed file succeeds, but the rows would be lost.
         if !self.is_there()? {
-            let reason = "it was removed, or its folder was";
+            let reason = "the file or its folder was removed";
             return Err(std::io::Error::new(ErrorKind::NotFound, reason));
         }
         let before = self.file.metadata()?.len();
         self.file
             .write_all(self.waiting.as_bytes())
             .inspect_err(|_| {
-                // A full disk takes a part: of that, whole rows stay. If this fails, too, there is nothing left to do.
+                // A full disk accepts a part of the data: keep its complete rows. If that fails too, nothing more can
+                // be done.
                 let _ = self.drop_half_a_row(before);
             })
     }
 
-    /// Whether the file's name still leads to this file.
+    /// Whether the path still refers to this file.
     fn is_there(&self) -> std::io::Result<bool> {
         let found = match fs::metadata(&self.path) {
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(false),
@@ -130,7 +131,7 @@ impl RowFile {
 
 impl Drop for RowFile {
     fn drop(&mut self) {
-        // There is no one to tell; who wants to know calls `flush`.
+        // An error cannot be reported here; callers that need it call `flush`.
         let _ = self.flush();
     }
 }

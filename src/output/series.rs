@@ -1,4 +1,4 @@
-//! The series of a run's frames: which file shows which time. ParaView opens it as one animation.
+//! The series of a run's frames: the file of each time. ParaView opens it as one animation.
 
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -18,8 +18,8 @@ pub struct SeriesEntry {
     pub file: String,
 }
 
-/// A `.pvd` file. It is written anew with every frame, atomically, so it is valid at any time; at 60 bytes a
-/// frame that costs less than the frame itself up to tens of thousands of frames.
+/// A `.pvd` file. It is rewritten atomically with every frame, so it is valid at any time. At 60 bytes per frame that
+/// costs less than the frame itself up to tens of thousands of frames.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
     path: PathBuf,
@@ -27,7 +27,7 @@ pub struct Series {
 }
 
 impl Series {
-    /// A series without frames; the file appears with the first.
+    /// A series without frames; the file is created with the first.
     pub fn new(path: impl Into<PathBuf>) -> Self {
         Self {
             path: path.into(),
@@ -38,7 +38,7 @@ impl Series {
     /// Reads a series that an earlier run wrote.
     ///
     /// # Errors
-    /// When the file cannot be read or is not a series of ours.
+    /// If the file cannot be read or is not a series of ours.
     pub fn read(path: impl Into<PathBuf>) -> Result<Self, OutputError> {
         let path = path.into();
         let text = read_text(&path).map_err(|source| OutputError::io(&path, source))?;
@@ -46,11 +46,11 @@ impl Series {
         Ok(Self { path, entries })
     }
 
-    /// Adds a frame at a time \[s] and writes the file. Frames of that time or later are dropped first: a run that
-    /// resumes from a checkpoint draws them again.
+    /// Adds a frame at a time \[s] and writes the file. Frames at that time or later are removed first: a run that
+    /// resumes from a checkpoint writes them again.
     ///
     /// # Errors
-    /// When the system refuses; the series on disk is then still the one before.
+    /// If the operating system reports an error; the previous series then stays on disk.
     pub fn push(&mut self, time: f64, file: &str) -> Result<(), OutputError> {
         self.entries.retain(|entry| entry.time < time);
         self.entries.push(SeriesEntry {
@@ -65,7 +65,7 @@ impl Series {
         write_atomically(&self.path, |out| out.write_all(text.as_bytes()))
     }
 
-    /// Takes back the frames after a time \[s] and writes the file, if there are some.
+    /// Removes the frames after a time \[s]; writes the file if there were any.
     ///
     /// # Errors
     /// As [`push`](Self::push).
@@ -78,12 +78,12 @@ impl Series {
         self.write()
     }
 
-    /// The frames, in the order of their times.
+    /// The frames, sorted by time.
     pub fn entries(&self) -> &[SeriesEntry] {
         &self.entries
     }
 
-    /// The file of the series.
+    /// The path of the series.
     pub fn path(&self) -> &Path {
         &self.path
     }

@@ -1,4 +1,4 @@
-//! `summary.json`: what a run was and how it went.
+//! `summary.json`: a run and its results.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -12,7 +12,7 @@ use super::atomic::write_atomically;
 use crate::input::read_bytes;
 use crate::{state::Phase, step::StepReport};
 
-/// Number of the layout of `summary.json`, raised when a field changes its meaning or leaves.
+/// Version of the layout of `summary.json`, increased when a field changes its meaning or is removed.
 pub const OUTPUT_VERSION: u32 = 1;
 
 /// How a run ended.
@@ -22,13 +22,13 @@ pub enum Status {
     /// It reached its end.
     #[default]
     Done,
-    /// It was told to stop.
+    /// It was interrupted.
     Interrupted,
     /// A step failed.
     Failed,
 }
 
-/// What `summary.json` holds.
+/// Content of `summary.json`.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
     /// [`OUTPUT_VERSION`] of the writer.
@@ -45,14 +45,14 @@ pub struct Summary {
     pub boundary_particles: usize,
     /// Threads of the data-parallel loops.
     pub threads: usize,
-    /// Which SIMD path ran.
+    /// The SIMD path that was used.
     pub instruction_set: String,
-    /// Steps of this run, without those that were taken back.
+    /// Steps of this run, without those that were rolled back.
     pub steps: u64,
-    /// Times that the run went back (`time_step: Adaptive`).
+    /// Number of roll-backs (`time_step: Adaptive`).
     #[serde(default)]
     pub roll_backs: u64,
-    /// Steps taken back by that, those that went wrong included. Their cost is part of the means.
+    /// Steps that were rolled back, failed attempts included. Their cost is part of the means.
     #[serde(default)]
     pub steps_taken_back: u64,
     /// Frames written.
@@ -61,17 +61,17 @@ pub struct Summary {
     pub simulated_s: f64,
     /// Wall time of the run, output included \[s].
     pub wall_s: f64,
-    /// Wall time of a step, mean over the steps \[ms]; that of all its phases, unless the caller measured around them.
+    /// Mean wall time per step \[ms]: of all its phases, unless the caller measured around them.
     pub ms_per_step: f64,
-    /// Wall time of each phase, mean over the steps \[ms].
+    /// Mean wall time of each phase per step \[ms].
     pub ms_per_phase: BTreeMap<String, f64>,
-    /// Pressure iterations, mean over the steps \[-].
+    /// Mean number of pressure iterations per step \[-].
     pub mean_iterations: f64,
-    /// Largest density error of all steps \[-].
+    /// Largest density error in all steps \[-].
     pub max_density_error: f32,
-    /// Mean density error, mean over the steps \[-].
+    /// Mean density error, averaged over the steps \[-].
     pub mean_density_error: f64,
-    /// Most memory the process held at any time \[bytes]; none where the system does not tell.
+    /// Peak memory of the process \[bytes]; `None` if the system does not report it.
     pub peak_rss_bytes: Option<u64>,
 }
 
@@ -79,7 +79,7 @@ impl Summary {
     /// Writes the summary, atomically.
     ///
     /// # Errors
-    /// When the system refuses.
+    /// If the operating system reports an error.
     pub fn write(&self, path: &Path) -> Result<(), OutputError> {
         write_atomically(path, |out| {
             serde_json::to_writer_pretty(&mut *out, self)?;
@@ -90,7 +90,7 @@ impl Summary {
     /// Reads a summary.
     ///
     /// # Errors
-    /// When the file cannot be read or is no summary of this version.
+    /// If the file cannot be read or is not a summary of this version.
     pub fn read(path: &Path) -> Result<Self, OutputError> {
         let bytes = read_bytes(path).map_err(|source| OutputError::io(path, source))?;
         let summary: Self = serde_json::from_slice(&bytes)
@@ -108,7 +108,7 @@ impl Summary {
     }
 }
 
-/// Sums over the steps of a run, from which its summary takes the means.
+/// Sums over the steps of a run, for the means in its summary.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct RunTotals {
     steps: u64,
@@ -118,12 +118,12 @@ pub struct RunTotals {
     roll_backs: u64,
     steps_taken_back: u64,
     errors: Errors,
-    /// Of all steps but the last, which may be taken back.
+    /// Of all steps except the last, which may be rolled back.
     errors_before: Errors,
     phase_seconds: [f64; Phase::ALL.len()],
 }
 
-/// Density errors of all steps.
+/// Density errors of the steps.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 struct Errors {
     largest: f32,
@@ -131,7 +131,7 @@ struct Errors {
 }
 
 impl RunTotals {
-    /// Adds a step, or takes some back.
+    /// Adds a step, or removes steps that were rolled back.
     pub fn add(&mut self, report: &StepReport) {
         self.iterations += u64::from(report.iterations);
         self.time = report.time;
@@ -139,7 +139,7 @@ impl RunTotals {
         if let Some(taken_back) = &report.taken_back {
             self.roll_backs += 1;
             self.steps_taken_back += u64::from(taken_back.steps);
-            // The step that went wrong was never added.
+            // The step that failed was never added.
             if taken_back.steps > 1 {
                 self.steps -= u64::from(taken_back.steps - 1).min(self.steps);
                 self.errors = self.errors_before;
@@ -155,13 +155,13 @@ impl RunTotals {
         }
     }
 
-    /// Steps added and not taken back.
+    /// Steps that were added and not rolled back.
     pub fn steps(&self) -> u64 {
         self.steps
     }
 
-    /// A summary with what follows from the steps filled in, and [`peak_rss_bytes`]. The caller fills in the
-    /// rest: `Summary { scene, threads, …, ..totals.summary() }`.
+    /// A summary with all values that follow from the steps, and [`peak_rss_bytes`]. The caller adds the rest: `Summary
+    /// { scene, threads, …, ..totals.summary() }`.
     pub fn summary(&self) -> Summary {
         let mean = |sum: f64| sum / self.steps.max(1) as f64;
         let phases = Phase::ALL.iter().zip(self.phase_seconds);
@@ -185,7 +185,7 @@ impl RunTotals {
     }
 }
 
-/// Most memory this process held at any time \[bytes], where the system tells (Linux).
+/// Peak memory of this process \[bytes], if the system reports it (Linux).
 pub fn peak_rss_bytes() -> Option<u64> {
     let status = fs::read_to_string("/proc/self/status").ok()?;
     let line = status

@@ -1,9 +1,9 @@
 //! VTK XML unstructured grid, version 1.0.
 //!
-//! Option 1: base64 inline, valid XML. Option 2: raw appended data, which a strict XML parser refuses. We use 2,
-//! because the files are a quarter smaller, and ParaView, the vtk library and meshio all read it.
+//! Option 1: base64 inline, which is valid XML. Option 2: raw appended data, which a strict XML parser refuses. We use
+//! 2, because the files are a quarter smaller, and ParaView, the vtk library and meshio all read it.
 //!
-//! A vertex cell a particle: ParaView shows points without cells only after a filter.
+//! One vertex cell per particle: ParaView shows points without cells only after a filter.
 
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -32,7 +32,7 @@ pub(super) fn write(frame: &Frame, path: &Path) -> Result<(), OutputError> {
             (0..rows).for_each(|row| column.push_row(row, &mut bytes));
             write_block(out, &bytes)?;
         }
-        // Connectivity and offsets: vertex cell i is made of point i and ends before i + 1.
+        // Connectivity and offsets: vertex cell i consists of point i and ends before i + 1.
         for first in [0, 1] {
             bytes.clear();
             let numbers = first..first + rows as i32;
@@ -52,7 +52,7 @@ fn write_block(out: &mut impl std::io::Write, bytes: &[u8]) -> std::io::Result<(
 fn header(frame: &Frame, rows: usize) -> String {
     let mut offset = 0;
     let mut array = |name: &str, kind: &str, components: usize, row_bytes: usize| {
-        // meshio takes a scalar that says it has one component for a matrix of one column.
+        // meshio reads a scalar with an explicit component count of 1 as a matrix of one column.
         let components = match components {
             1 => String::new(),
             more => format!(" NumberOfComponents=\"{more}\""),
@@ -160,14 +160,14 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Frame, String> {
     Ok(frame)
 }
 
-/// What stands between `<` and `>`.
+/// The text between each `<` and `>`.
 fn tags(header: &str) -> impl Iterator<Item = &str> {
     header
         .split('<')
         .filter_map(|part| part.split_once('>').map(|(tag, _)| tag))
 }
 
-/// Tag and text of the array of a name.
+/// Tag and text of the array with a name.
 fn array<'a>(header: &'a str, name: &str) -> Result<(&'a str, &'a str), String> {
     header
         .split('<')

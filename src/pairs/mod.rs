@@ -1,15 +1,15 @@
-//! Sums over neighbours: the shape that every loop of the paper's Algorithms 1 and 2 has.
+//! Sums over neighbours: the form of every loop of the paper's Algorithms 1 and 2.
 //!
-//! A pass says what one particle adds up over its fluid and its boundary neighbours, eight at a time ([`PairSum`]);
-//! [`PairsWithSlopes::sum`] runs it over all rows in parallel, with stored lists or with neighbours found on the spot.
-//! The loop fetches the neighbours' positions, a third of its time, and hands a [`Pair`] to the pass: several sums in
-//! one pass fetch them once. What comes out goes to takers, one a chunk of rows ([`putting`], [`adding`], [`both`]).
-//! After the density pass the kernel's slopes are known, too (see [`PairSlopes`]).
+//! A pass ([`PairSum`]) defines what a particle sums over its fluid and boundary neighbours, eight at a time.
+//! [`PairsWithGradients::sum`] runs it over all rows in parallel, with stored lists or with recomputed neighbours. The
+//! loop loads the neighbours' positions, which takes a third of its time, and passes a [`Pair`] to the pass; several
+//! sums in one pass load them once. Sums go to sinks, one per chunk of rows ([`store`], [`add`], [`zip`]). After the
+//! density pass the gradient factors of the kernel are stored, too (see [`KernelGradients`]).
 
+mod gradients;
 mod pass;
 mod rows;
-mod slopes;
-mod takers;
+mod sinks;
 
 use std::ops::AddAssign;
 
@@ -17,12 +17,12 @@ use bevy_ecs::{prelude::*, system::SystemParam};
 use glam::Vec4;
 use rayon::prelude::*;
 
-use self::slopes::Generations;
+use self::gradients::Generations;
 pub use self::{
+    gradients::KernelGradients,
     pass::{Pair, PairSum, accumulate, broadcast, difference, dot},
-    rows::{Places, Source, sum},
-    slopes::PairSlopes,
-    takers::{adding, both, putting},
+    rows::{Points, Source, sum},
+    sinks::{add, store, zip},
 };
 use crate::{
     index::{BoundarySamples, FluidIndex},
@@ -31,7 +31,7 @@ use crate::{
     state::{CHUNK, Execution, Material, Positions, Rows, SENTINEL},
 };
 
-/// Neighbours of the fluid particles, stored or not, and where loops over them run.
+/// Neighbours of the fluid particles, stored or not, and the threads for loops over them.
 #[derive(SystemParam)]
 pub struct Pairs<'w> {
     fluid: Option<Res<'w, FluidNeighbours>>,
@@ -41,18 +41,18 @@ pub struct Pairs<'w> {
     rows: Res<'w, Rows>,
     positions: Res<'w, Positions>,
     material: Res<'w, Material>,
-    /// Where loops run.
+    /// Threads of the loops.
     pub execution: Res<'w, Execution>,
 }
 
-/// The same after the density pass, which left the slopes of all pairs.
+/// As [`Pairs`], after the density pass, which stored the gradient factors of all pairs.
 #[derive(SystemParam)]
-pub struct PairsWithSlopes<'w> {
+pub struct PairsWithGradients<'w> {
     pairs: Pairs<'w>,
-    slopes: Option<Res<'w, PairSlopes>>,
+    grad_factors: Option<Res<'w, KernelGradients>>,
 }
 
-impl<'w> std::ops::Deref for PairsWithSlopes<'w> {
+impl<'w> std::ops::Deref for PairsWithGradients<'w> {
     type Target = Pairs<'w>;
 
     fn deref(&self) -> &Pairs<'w> {
@@ -60,30 +60,30 @@ impl<'w> std::ops::Deref for PairsWithSlopes<'w> {
     }
 }
 
-impl PairsWithSlopes<'_> {
-    /// Runs `pass` over all rows into `out`, which has one entry a row.
+impl PairsWithGradients<'_> {
+    /// Runs `pass` over all rows and stores the results in `out`, which has one entry per row.
     pub fn sum<P: PairSum>(&self, pass: &P, out: &mut [P::Output]) {
-        self.sum_into(pass, putting(out));
+        self.sum_into(pass, store(out));
     }
 
-    /// Runs `pass` over all rows and adds what it gives to `out`, which has one entry a row.
+    /// Runs `pass` over all rows and adds the results to `out`, which has one entry per row.
     pub fn add<P: PairSum<Output: AddAssign>>(&self, pass: &P, out: &mut [P::Output]) {
-        self.sum_into(pass, adding(out));
+        self.sum_into(pass, add(out));
     }
 
-    /// Runs `pass` over all rows. What it gives goes to `takers`, one a chunk of rows, with its place in the chunk.
+    /// Runs `pass` over all rows and passes the results to `sinks`, one per chunk, each with its index in the chunk.
     pub fn sum_into<P: PairSum, T: FnMut(usize, P::Output)>(
         &self,
         pass: &P,
-        takers: impl IndexedParallelIterator<Item = T>,
+        sinks: impl IndexedParallelIterator<Item = T>,
     ) {
-        let (source, places) = (self.source(), self.places(&self.positions.0));
+        let (source, points) = (self.source(), self.points(&self.positions.0));
         let generations = self.generations();
-        let slopes = self
-            .slopes
+        let grad_factors = self
+            .grad_factors
             .as_deref()
-            .and_then(|slopes| slopes.at(generations));
-        rows::over_rows(pass, source, places, slopes, takers, &self.execution);
+            .and_then(|grad_factors| grad_factors.at(generations));
+        rows::over_rows(pass, source, points, grad_factors, sinks, &self.execution);
     }
 }
 
@@ -93,41 +93,41 @@ impl Pairs<'_> {
         &self.positions
     }
 
-    /// Runs `pass` over all rows, at the positions of the step, and keeps the slopes of the pairs, unless the scene has
-    /// no place for them.
+    /// Runs `pass` over all rows at the positions of the step, and stores the gradient factors of the pairs if the
+    /// scene keeps them.
     pub fn sum_and_keep<P: PairSum, T: FnMut(usize, P::Output)>(
         &self,
         pass: &P,
-        slopes: Option<&mut PairSlopes>,
-        takers: impl IndexedParallelIterator<Item = T>,
+        grad_factors: Option<&mut KernelGradients>,
+        sinks: impl IndexedParallelIterator<Item = T>,
     ) {
-        let (source, places) = (self.source(), self.places(&self.positions.0));
-        match (source, slopes) {
-            (Source::Stored(fluid, boundary), Some(slopes)) => {
+        let (source, points) = (self.source(), self.points(&self.positions.0));
+        match (source, grad_factors) {
+            (Source::Stored(fluid, boundary), Some(grad_factors)) => {
                 let lists = (fluid, boundary);
-                let slopes = (slopes, self.generations());
-                rows::over_rows_and_keep(pass, lists, places, slopes, takers, &self.execution);
+                let grad_factors = (grad_factors, self.generations());
+                rows::over_rows_and_keep(pass, lists, points, grad_factors, sinks, &self.execution);
             }
-            _ => rows::over_rows(pass, source, places, None, takers, &self.execution),
+            _ => rows::over_rows(pass, source, points, None, sinks, &self.execution),
         }
     }
 
-    /// Runs `pass` with the step's neighbours at any positions, which a sentinel ends, into `out`, which has one entry
-    /// a row.
+    /// Runs `pass` with the step's neighbours at other positions, which end with a sentinel, and stores the results in
+    /// `out`, which has one entry per row.
     pub fn sum_at<P: PairSum>(&self, fluid: &[Vec4], pass: &P, out: &mut [P::Output]) {
-        let places = self.places(fluid);
-        sum(pass, self.source(), places, out, &self.execution);
+        let points = self.points(fluid);
+        sum(pass, self.source(), points, out, &self.execution);
     }
 
     /// As [`sum_at`](Self::sum_at), with walls where they are at the end of the step.
     pub fn sum_ahead<P: PairSum>(&self, fluid: &[Vec4], pass: &P, out: &mut [P::Output]) {
-        let mut places = self.places(fluid);
+        let mut points = self.points(fluid);
         if let Some(samples) = &self.samples
             && !samples.ahead.is_empty()
         {
-            places.boundary = &samples.ahead;
+            points.boundary = &samples.ahead;
         }
-        sum(pass, self.source(), places, out, &self.execution);
+        sum(pass, self.source(), points, out, &self.execution);
     }
 
     fn generations(&self) -> Generations {
@@ -137,9 +137,9 @@ impl Pairs<'_> {
         }
     }
 
-    fn places<'a>(&'a self, fluid: &'a [Vec4]) -> Places<'a> {
+    fn points<'a>(&'a self, fluid: &'a [Vec4]) -> Points<'a> {
         let samples = self.samples.as_ref();
-        Places {
+        Points {
             fluid,
             boundary: samples.map_or(&[SENTINEL], |samples| &samples.packed),
             kernel: &self.material.kernel,
@@ -210,7 +210,7 @@ impl Pairs<'_> {
     }
 }
 
-/// Rows near the boundary, found on the spot.
+/// Rows near the boundary, whose neighbours are recomputed.
 struct BoundaryChunk<'a, A, B, F> {
     boundary: Search<'a>,
     first: usize,

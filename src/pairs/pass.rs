@@ -8,29 +8,29 @@ use crate::simd::Simd;
 pub trait PairSum: Copy + Sync {
     /// Values of the particle itself and its partial sums, in lanes.
     type Sums<S: Simd>;
-    /// What becomes of them.
+    /// Result for a row.
     type Output: Send;
     /// Whether it sums over fluid neighbours.
     const FLUID: bool = true;
     /// Whether it sums over boundary neighbours. At the positions of the step their sums are known
-    /// ([`WallSums`](crate::boundary::sums::WallSums)).
+    /// ([`BoundarySums`](crate::boundary::sums::BoundarySums)).
     const BOUNDARY: bool = false;
-    /// Whether it wants to know how many neighbours there are.
+    /// Whether it needs the number of neighbours.
     const COUNTS: bool = false;
-    /// Whether slopes are all it takes of a pair. Where they are known positions are not fetched then, and the rest of
-    /// the pair is zero.
-    const SLOPES_ALONE: bool = false;
+    /// Whether the pass needs only the gradient factors of a pair. If these are stored, positions are not loaded, and
+    /// the other fields of a [`Pair`] are zero.
+    const GRADIENTS_ONLY: bool = false;
 
-    /// Before the first neighbour of row `i`, which is at `own`.
+    /// Called before the first neighbour of row `i`, whose packed position is `own`.
     fn start<S: Simd>(&self, simd: S, i: usize, own: Vec4) -> Self::Sums<S>;
-    /// Eight fluid neighbours, rows `j`; lanes without one hold a row whose sentinel adds nothing.
+    /// Adds eight fluid neighbours, rows `j`. Lanes without a neighbour have the row of the sentinel, which adds
+    /// nothing.
     #[inline(always)]
     fn fluid<S: Simd>(&self, _: S, _pair: &Pair<S>, _j: S::Rows, _: &mut Self::Sums<S>) {}
-    /// Eight boundary neighbours, rows `j` of the samples, likewise; the fourth entries are their volumes
-    /// \[m³; m² in 2-D].
+    /// Adds eight boundary neighbours, rows `j` of the samples; the fourth entries are their volumes \[m³; m² in 2-D].
     #[inline(always)]
     fn boundary<S: Simd>(&self, _: S, _pair: &Pair<S>, _j: S::Rows, _: &mut Self::Sums<S>) {}
-    /// After the last of so many neighbours, fluid and boundary, if it counts them.
+    /// Called after the last neighbour. `neighbours` is their number, fluid and boundary, if the pass counts them.
     fn finish<S: Simd>(&self, simd: S, neighbours: usize, sums: Self::Sums<S>) -> Self::Output;
 }
 
@@ -41,7 +41,7 @@ impl<A: PairSum, B: PairSum> PairSum for (A, B) {
     const FLUID: bool = A::FLUID || B::FLUID;
     const BOUNDARY: bool = A::BOUNDARY || B::BOUNDARY;
     const COUNTS: bool = A::COUNTS || B::COUNTS;
-    const SLOPES_ALONE: bool = A::SLOPES_ALONE && B::SLOPES_ALONE;
+    const GRADIENTS_ONLY: bool = A::GRADIENTS_ONLY && B::GRADIENTS_ONLY;
 
     #[inline(always)]
     fn start<S: Simd>(&self, simd: S, i: usize, own: Vec4) -> Self::Sums<S> {
@@ -73,13 +73,13 @@ impl<A: PairSum, B: PairSum> PairSum for (A, B) {
 #[derive(Clone, Copy)]
 pub struct Pair<S: Simd> {
     /// `x_i − x_j` \[m].
-    pub x: [S::F; 3],
-    /// Its square \[m²].
-    pub distance: S::F,
-    /// The neighbours' fourth entries.
-    pub fourth: S::F,
-    /// The kernel's slope at the distance \[m⁻¹].
-    pub slope: S::F,
+    pub x_ij: [S::F; 3],
+    /// Square of the distance \[m²].
+    pub r2: S::F,
+    /// The neighbours' packed fourth entries.
+    pub packed_j: S::F,
+    /// Factor of `x_ij` in the kernel gradient ([`Kernel::grad_factor`](crate::kernel::Kernel::grad_factor)) \[m⁻¹].
+    pub grad_factor: S::F,
 }
 
 /// A vector in all lanes.

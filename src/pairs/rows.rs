@@ -1,4 +1,4 @@
-//! The loop over all rows in parallel, with stored lists or with neighbours found on the spot.
+//! The parallel loop over all rows, with stored lists or with recomputed neighbours.
 
 use std::{cell::RefCell, ops::Range};
 
@@ -6,8 +6,9 @@ use glam::{IVec3, Vec4};
 use rayon::prelude::*;
 
 use super::{
-    Pair, PairSlopes, PairSum, broadcast, difference, dot, putting,
-    slopes::{Computed, Generations, Kept, Known, Slopes, make_room},
+    KernelGradients, Pair, PairSum, broadcast, difference, dot,
+    gradients::{Computed, Generations, GradFactors, Kept, Known, make_room},
+    store,
 };
 use crate::{
     kernel::Kernel,
@@ -16,25 +17,24 @@ use crate::{
     state::{CHUNK, Execution},
 };
 
-/// Where the particles of a pass are: fluid and boundary, each with a fourth entry and ended by a sentinel; and how far
-/// they reach.
+/// Positions of a pass: fluid and boundary, each with a fourth entry and ended by a sentinel; and the kernel.
 #[derive(Clone, Copy)]
-pub struct Places<'a> {
+pub struct Points<'a> {
     /// Positions of the fluid particles \[m].
     pub fluid: &'a [Vec4],
     /// Positions \[m] and volumes \[m³; m² in 2-D] of the boundary particles.
     pub boundary: &'a [Vec4],
-    /// The kernel whose slopes the pairs have.
+    /// The kernel of the pairs.
     pub kernel: &'a Kernel,
 }
 
-impl Places<'_> {
-    /// How many rows of the fluid there are.
+impl Points<'_> {
+    /// Number of rows of the fluid.
     fn rows(&self) -> usize {
         self.fluid.len() - 1
     }
 
-    /// How many chunks they make.
+    /// Number of chunks.
     fn chunks(&self) -> usize {
         self.rows().div_ceil(CHUNK)
     }
@@ -46,7 +46,7 @@ impl Places<'_> {
     }
 }
 
-/// Where a loop takes neighbours from: the fluid's, and the boundary's if there is one.
+/// Source of the neighbours of a loop: in the fluid, and in the boundary if there is one.
 #[derive(Clone, Copy)]
 pub enum Source<'a> {
     /// Lists.
@@ -59,46 +59,48 @@ pub enum Source<'a> {
 pub fn sum<P: PairSum>(
     pass: &P,
     source: Source,
-    places: Places,
+    points: Points,
     out: &mut [P::Output],
     execution: &Execution,
 ) {
-    over_rows(pass, source, places, None, putting(out), execution);
+    over_rows(pass, source, points, None, store(out), execution);
 }
 
-/// Runs `pass` over all rows; what it gives goes to `takers`.
+/// Runs `pass` over all rows and passes its results to `sinks`.
 pub(super) fn over_rows<P: PairSum, T: FnMut(usize, P::Output)>(
     pass: &P,
     source: Source,
-    places: Places,
-    slopes: Option<&PairSlopes>,
-    takers: impl IndexedParallelIterator<Item = T>,
+    points: Points,
+    grad_factors: Option<&KernelGradients>,
+    sinks: impl IndexedParallelIterator<Item = T>,
     execution: &Execution,
 ) {
-    debug_assert_eq!(takers.len(), places.chunks(), "a taker a chunk");
+    debug_assert_eq!(sinks.len(), points.chunks(), "one sink per chunk");
     let set = execution.instruction_set;
     let work = |(chunk, take)| {
-        let rows = places.chunk(chunk);
+        let rows = points.chunk(chunk);
         match source {
             Source::Stored(fluid, boundary) => {
                 let chunk = StoredChunk {
                     pass,
-                    places,
+                    points,
                     fluid,
                     boundary,
-                    slopes: Computed,
+                    grad_factors: Computed,
                     rows,
                     take,
                 };
-                match slopes.and_then(|slopes| slopes.chunk(chunk.rows.start)) {
-                    Some(slopes) => set.arithmetic().dispatch(chunk.with(Known(slopes.iter()))),
+                match grad_factors.and_then(|grad_factors| grad_factors.chunk(chunk.rows.start)) {
+                    Some(grad_factors) => set
+                        .arithmetic()
+                        .dispatch(chunk.with(Known(grad_factors.iter()))),
                     None => set.arithmetic().dispatch(chunk),
                 }
             }
             Source::Recomputed(fluid, boundary) => {
-                set.dispatch(SpotChunk {
+                set.dispatch(RecomputedChunk {
                     pass,
-                    places,
+                    points,
                     fluid,
                     boundary,
                     rows,
@@ -107,32 +109,32 @@ pub(super) fn over_rows<P: PairSum, T: FnMut(usize, P::Output)>(
             }
         }
     };
-    execution.install(|| takers.enumerate().for_each(work));
+    execution.install(|| sinks.enumerate().for_each(work));
 }
 
-/// The same with lists, at positions whose slopes are kept.
+/// As [`over_rows`] with lists; also stores the gradient factors of the pairs.
 pub(super) fn over_rows_and_keep<P: PairSum, T: FnMut(usize, P::Output)>(
     pass: &P,
     (fluid, boundary): (&NeighbourLists, Option<&NeighbourLists>),
-    places: Places,
-    (slopes, generations): (&mut PairSlopes, Generations),
-    takers: impl IndexedParallelIterator<Item = T>,
+    points: Points,
+    (grad_factors, generations): (&mut KernelGradients, Generations),
+    sinks: impl IndexedParallelIterator<Item = T>,
     execution: &Execution,
 ) {
-    debug_assert_eq!(takers.len(), places.chunks(), "a taker a chunk");
+    debug_assert_eq!(sinks.len(), points.chunks(), "one sink per chunk");
     let set = execution.instruction_set.arithmetic();
-    let slopes = slopes.chunks_to_fill(places.rows(), generations);
+    let grad_factors = grad_factors.chunks_to_fill(points.rows(), generations);
     execution.install(|| {
-        let chunks = takers.zip(slopes).enumerate();
-        chunks.for_each(|(chunk, (take, slopes))| {
-            let rows = places.chunk(chunk);
-            make_room(slopes, fluid, rows.clone());
+        let chunks = sinks.zip(grad_factors).enumerate();
+        chunks.for_each(|(chunk, (take, grad_factors))| {
+            let rows = points.chunk(chunk);
+            make_room(grad_factors, fluid, rows.clone());
             set.dispatch(StoredChunk {
                 pass,
-                places,
+                points,
                 fluid,
                 boundary,
-                slopes: Kept(slopes.iter_mut()),
+                grad_factors: Kept(grad_factors.iter_mut()),
                 rows,
                 take,
             });
@@ -140,7 +142,7 @@ pub(super) fn over_rows_and_keep<P: PairSum, T: FnMut(usize, P::Output)>(
     });
 }
 
-/// How many rows before its turn a list is asked for; 8 and 32 do as well.
+/// Rows by which the prefetch of lists is ahead of the loop; 8 and 32 are as good.
 const AHEAD: usize = 16;
 
 #[inline(always)]
@@ -149,51 +151,51 @@ fn pair<S: Simd>(
     own: [S::F; 3],
     points: &[Vec4],
     rows: S::Rows,
-    (kernel, slopes): (&Kernel, &mut impl Slopes),
+    (kernel, grad_factors): (&Kernel, &mut impl GradFactors),
 ) -> Pair<S> {
-    let (x, fourth) = difference(simd, own, points, rows);
-    let distance = dot(simd, x, x);
+    let (x_ij, packed_j) = difference(simd, own, points, rows);
+    let r2 = dot(simd, x_ij, x_ij);
     Pair {
-        x,
-        distance,
-        fourth,
-        slope: slopes.next(simd, kernel, distance),
+        x_ij,
+        r2,
+        packed_j,
+        grad_factor: grad_factors.next(simd, kernel, r2),
     }
 }
 
-/// One row of a pass: one loop over whole vectors, the last filled up with absent rows, and no case for a rest.
+/// One row of a pass: a loop over whole vectors, the last one padded with absent rows.
 #[inline(always)]
-fn row<P: PairSum, S: Simd, L: Slopes>(
+fn row<P: PairSum, S: Simd, L: GradFactors>(
     pass: &P,
     simd: S,
-    places: Places,
+    points: Points,
     i: usize,
     (mut fluid, mut boundary): (&[u32], &[u32]),
-    slopes: &mut L,
+    grad_factors: &mut L,
 ) -> P::Output {
     let neighbours = fluid.len() + boundary.len();
-    let mut sums = pass.start(simd, i, places.fluid[i]);
-    let own = broadcast(simd, places.fluid[i]);
+    let mut sums = pass.start(simd, i, points.fluid[i]);
+    let own = broadcast(simd, points.fluid[i]);
     while P::FLUID && !fluid.is_empty() {
         let rows = simd.rows(fluid);
-        let pair = if P::SLOPES_ALONE && L::KNOWN {
+        let pair = if P::GRADIENTS_ONLY && L::KNOWN {
             let zero = simd.splat(0.0);
             Pair {
-                x: [zero; 3],
-                distance: zero,
-                fourth: zero,
-                slope: slopes.next(simd, places.kernel, zero),
+                x_ij: [zero; 3],
+                r2: zero,
+                packed_j: zero,
+                grad_factor: grad_factors.next(simd, points.kernel, zero),
             }
         } else {
-            pair(simd, own, places.fluid, rows, (places.kernel, slopes))
+            pair(simd, own, points.fluid, rows, (points.kernel, grad_factors))
         };
         pass.fluid(simd, &pair, rows, &mut sums);
         fluid = fluid.get(LANES..).unwrap_or_default();
     }
     while P::BOUNDARY && !boundary.is_empty() {
         let rows = simd.rows(boundary);
-        let slopes = (places.kernel, &mut Computed);
-        let pair = pair(simd, own, places.boundary, rows, slopes);
+        let grad_factors = (points.kernel, &mut Computed);
+        let pair = pair(simd, own, points.boundary, rows, grad_factors);
         pass.boundary(simd, &pair, rows, &mut sums);
         boundary = boundary.get(LANES..).unwrap_or_default();
     }
@@ -202,41 +204,43 @@ fn row<P: PairSum, S: Simd, L: Slopes>(
 
 struct StoredChunk<'a, P, L, T> {
     pass: &'a P,
-    places: Places<'a>,
+    points: Points<'a>,
     fluid: &'a NeighbourLists,
     boundary: Option<&'a NeighbourLists>,
-    slopes: L,
+    grad_factors: L,
     rows: Range<usize>,
     take: T,
 }
 
 impl<'a, P, L, T> StoredChunk<'a, P, L, T> {
-    fn with<M>(self, slopes: M) -> StoredChunk<'a, P, M, T> {
+    fn with<M>(self, grad_factors: M) -> StoredChunk<'a, P, M, T> {
         StoredChunk {
             pass: self.pass,
-            places: self.places,
+            points: self.points,
             fluid: self.fluid,
             boundary: self.boundary,
-            slopes,
+            grad_factors,
             rows: self.rows,
             take: self.take,
         }
     }
 }
 
-impl<P: PairSum, L: Slopes, T: FnMut(usize, P::Output)> Vectorised for StoredChunk<'_, P, L, T> {
+impl<P: PairSum, L: GradFactors, T: FnMut(usize, P::Output)> Vectorised
+    for StoredChunk<'_, P, L, T>
+{
     type Output = ();
 
     #[inline(always)]
     fn run<S: Simd>(mut self, simd: S) {
         // Copies of its own, so that their fields stay in registers.
         let pass = *self.pass;
-        let kernel = *self.places.kernel;
-        let places = Places {
+        let kernel = *self.points.kernel;
+        let points = Points {
             kernel: &kernel,
-            ..self.places
+            ..self.points
         };
-        let mut slopes = self.slopes;
+        let mut grad_factors = self.grad_factors;
         for (k, i) in self.rows.enumerate() {
             let boundary = match self.boundary {
                 Some(lists) if P::BOUNDARY || P::COUNTS => lists.of(i),
@@ -246,21 +250,21 @@ impl<P: PairSum, L: Slopes, T: FnMut(usize, P::Output)> Vectorised for StoredChu
                 self.fluid.prefetch(i + AHEAD);
             }
             let lists = (self.fluid.of(i), boundary);
-            (self.take)(k, row(&pass, simd, places, i, lists, &mut slopes));
+            (self.take)(k, row(&pass, simd, points, i, lists, &mut grad_factors));
         }
     }
 }
 
-struct SpotChunk<'a, P, T> {
+struct RecomputedChunk<'a, P, T> {
     pass: &'a P,
-    places: Places<'a>,
+    points: Points<'a>,
     fluid: Search<'a>,
     boundary: Option<Search<'a>>,
     rows: Range<usize>,
     take: T,
 }
 
-impl<P: PairSum, T: FnMut(usize, P::Output)> Vectorised for SpotChunk<'_, P, T> {
+impl<P: PairSum, T: FnMut(usize, P::Output)> Vectorised for RecomputedChunk<'_, P, T> {
     type Output = ();
 
     #[inline(always)]
@@ -282,7 +286,7 @@ impl<P: PairSum, T: FnMut(usize, P::Output)> Vectorised for SpotChunk<'_, P, T> 
                 _ => &[],
             };
             let near = (fluid.of(simd, i), near_boundary);
-            (self.take)(k, row(self.pass, simd, self.places, i, near, &mut Computed));
+            (self.take)(k, row(self.pass, simd, self.points, i, near, &mut Computed));
         }
         ORDER.set(order);
     }

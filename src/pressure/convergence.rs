@@ -4,7 +4,7 @@ use bevy_ecs::prelude::*;
 
 use crate::{
     scene::{Criterion, NotConverged},
-    state::PressureSolve,
+    state::SolverState,
 };
 
 /// Convergence criterion of a method.
@@ -30,7 +30,7 @@ impl Convergence {
     /// Pressures that start at zero converge from below. Pressures of the last step, or iterations with momentum, may
     /// be too high; a solver that accepts them as long as nothing is compressed adds energy (0.2 % after 0.05 s of a
     /// dam break). Therefore a particle with pressure must not be below its rest density either.
-    pub(super) fn measured_error(&self, solve: &PressureSolve) -> (f32, usize) {
+    pub(super) fn measured_error(&self, solve: &SolverState) -> (f32, usize) {
         let error = solve.residual;
         let measured = match self.criterion {
             Criterion::Largest => error.largest,

@@ -20,23 +20,22 @@ use glam::Vec4;
 
 use super::{
     convergence::Convergence,
+    density_rate::{DensityRate, DensityRates, sum_rates},
     diagonal::{DensitiesAndDiagonals, InverseDiagonals},
     force::pressure_force,
-    implicit::{
-        self, DensityRate, DensityRates, Iterate, Jacobi, PredictedVelocities, predict_rates,
-        store_pressures,
-    },
+    implicit::{self, Iterate, Jacobi, PredictedVelocities, store_pressures},
     iterate::{PressureIteration, iterate, solve_pressure},
     solver::{Iterations, PressureSolver, Requirement, iterations},
+    stabilisation::Stabilisation,
 };
 use crate::{
-    boundary::sums::{WallSums, Walls},
-    pairs::{PairSlopes, PairSum, Pairs, both, putting},
+    boundary::sums::{BoundarySums, Walls},
+    pairs::{KernelGradients, PairSum, Pairs, PairsWithGradients, store, zip},
     scene::{Dfsph, Dimension, Scene},
     simd::Simd,
     state::{
         Clock, Column, Corrected, Densities, Execution, Material, Positions, PressureAccelerations,
-        PressureSolve, Pressures, Systems, Velocities, wants_force,
+        Pressures, SolverState, Systems, Velocities, wants_force,
     },
 };
 
@@ -48,6 +47,7 @@ impl PressureSolver for Dfsph {
     fn requirements(&self) -> Vec<Requirement> {
         vec![
             Requirement::Relaxation("pressure.relaxation", self.relaxation, self.momentum),
+            Requirement::Stabilisation(self.stabilisation),
             Requirement::Error(
                 "pressure.max_divergence_error",
                 self.max_divergence_error,
@@ -81,7 +81,14 @@ impl PressureSolver for Dfsph {
     }
 
     fn install(&self, world: &mut World) {
-        implicit::install(world, self.relaxation, self.momentum, HEAD_START);
+        let stabilisation = Stabilisation(self.stabilisation);
+        implicit::install(
+            world,
+            self.relaxation,
+            self.momentum,
+            HEAD_START,
+            stabilisation,
+        );
         world.init_resource::<NeighbourCounts>();
         world.init_resource::<DivergenceTerms>();
         world.insert_resource(DivergenceConvergence(Convergence {
@@ -153,7 +160,11 @@ fn least_neighbours(dimension: Dimension) -> u32 {
 /// The systems of [`DivergenceIteration`], in their order.
 fn divergence_iteration() -> Systems {
     (
-        (pressure_force, predict_corrected_velocities, predict_rates)
+        (
+            pressure_force,
+            predict_corrected_velocities,
+            predict_corrected_rates,
+        )
             .chain()
             .run_if(wants_force),
         update_impulses,
@@ -166,26 +177,27 @@ pub fn compute_density(
     mut columns: DensitiesAndDiagonals,
     mut rates: ResMut<DensityRates>,
     mut counts: ResMut<NeighbourCounts>,
-    mut slopes: Option<ResMut<PairSlopes>>,
+    mut grad_factors: Option<ResMut<KernelGradients>>,
     velocities: Res<Velocities>,
-    walls: Option<Res<WallSums>>,
+    walls: Option<Res<BoundarySums>>,
     pairs: Pairs,
     material: Res<Material>,
+    stabilisation: Res<Stabilisation>,
 ) {
     let rows = pairs.positions().rows();
     rates.0.resize(rows, 0.0);
     counts.0.resize(rows, 0);
     let walls = Walls::of(walls.as_deref());
     let sums = (
-        DensitiesAndDiagonals::sums(&material, walls),
+        DensitiesAndDiagonals::sums(&material, walls, *stabilisation),
         (
             DensityRate::<true>::new(&material, &pairs.positions().0, &velocities.0, walls),
             NeighbourCount,
         ),
     );
-    let motion = both(putting(&mut rates.0), putting(&mut counts.0));
-    let takers = both(columns.takers(rows), motion);
-    pairs.sum_and_keep(&sums, slopes.as_deref_mut(), takers);
+    let motion = zip(store(&mut rates.0), store(&mut counts.0));
+    let sinks = zip(columns.sinks(rows), motion);
+    pairs.sum_and_keep(&sums, grad_factors.as_deref_mut(), sinks);
 }
 
 /// Makes the velocities free of compression (phase `Forces`, before the forces).
@@ -195,13 +207,11 @@ pub fn solve_divergence(world: &mut World) {
     terms.0.clear();
     terms.0.resize(rows, Iterate::default());
     let overshoots = world.resource::<Jacobi>().overshoots();
-    world
-        .resource_mut::<PressureSolve>()
-        .begin(false, overshoots);
+    world.resource_mut::<SolverState>().begin(false, overshoots);
     let convergence = world.resource::<DivergenceConvergence>().0;
     let patience = convergence.max_iterations;
     iterate(world, DivergenceIteration, &convergence, patience);
-    let mut solve = world.resource_mut::<PressureSolve>();
+    let mut solve = world.resource_mut::<SolverState>();
     solve.divergence_iterations = solve.iterations - 1;
     if solve.divergence_iterations > 0 {
         let mut velocities = mem::take(&mut world.resource_mut::<Velocities>().0);
@@ -209,6 +219,18 @@ pub fn solve_divergence(world: &mut World) {
             &mut velocities,
             &mut world.resource_mut::<PredictedVelocities>().0,
         );
+        let Stabilisation(share) = *world.resource::<Stabilisation>();
+        if share > 0.0 {
+            // Those of the sums lack this share of the change.
+            let changes = &world.resource::<PressureAccelerations>().0;
+            let rows = changes.len();
+            let execution = world.resource::<Execution>();
+            execution.for_each_chunk(&mut velocities[..rows], |first, velocities| {
+                for (v, dv) in velocities.iter_mut().zip(&changes[first..]) {
+                    *v += (share * *dv).extend(0.0);
+                }
+            });
+        }
         world.resource_mut::<Velocities>().0 = velocities;
     }
 }
@@ -217,16 +239,33 @@ fn predict_corrected_velocities(
     mut predicted: ResMut<PredictedVelocities>,
     velocities: Res<Velocities>,
     pressure_accelerations: Res<PressureAccelerations>,
+    stabilisation: Res<Stabilisation>,
     execution: Res<Execution>,
 ) {
     // The force of an impulse is a change of velocity.
-    predicted.write(&velocities, &pressure_accelerations, &execution, |_, dv| dv);
+    let share = 1.0 - stabilisation.0;
+    predicted.write(&velocities, &pressure_accelerations, &execution, |_, dv| {
+        share * dv
+    });
+}
+
+fn predict_corrected_rates(
+    rates: ResMut<DensityRates>,
+    predicted: Res<PredictedVelocities>,
+    changes: Res<PressureAccelerations>,
+    walls: Option<Res<BoundarySums>>,
+    pairs: PairsWithGradients,
+    material: Res<Material>,
+    stabilisation: Res<Stabilisation>,
+) {
+    let stabilised = stabilisation.of(&changes, 1.0);
+    sum_rates(rates, &predicted, walls, &pairs, &material, stabilised);
 }
 
 fn update_impulses(
     mut terms: ResMut<DivergenceTerms>,
     mut positions: ResMut<Positions>,
-    mut solve: ResMut<PressureSolve>,
+    mut solve: ResMut<SolverState>,
     columns: (
         Res<NeighbourCounts>,
         Res<DensityRates>,

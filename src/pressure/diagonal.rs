@@ -1,15 +1,17 @@
 //! Diagonal of the pressure system, `D_i = |Σ_j m ∇W_ij + Σ_b ρ0 V_b ∇W_ib|² + Σ_j |m ∇W_ij|²` (see
-//! [`implicit`](super::implicit)), summed together with the density. It is IISPH's a_ii up to the factor −dt²/ρ², and
+//! [`implicit`](super::implicit)), summed together with the density. With a [`Stabilisation`] κ the second sum counts
+//! 1 − κ, and `2 κ ρ0 Σ_j m |W′_ij/r|` comes to it. It is IISPH's a_ii up to the factor −dt²/ρ², and
 //! ρ/D is DFSPH's α. PCISPH uses it where it exceeds that of a full lattice.
 
 use bevy_ecs::{prelude::*, system::SystemParam};
 use glam::{Vec3, Vec4};
 use rayon::iter::IndexedParallelIterator;
 
+use super::stabilisation::Stabilisation;
 use crate::{
-    boundary::sums::{WallSums, Walls},
+    boundary::sums::{BoundarySums, Walls},
     density::DensitySum,
-    pairs::{Pair, PairSlopes, PairSum, Pairs, accumulate, both, putting},
+    pairs::{KernelGradients, Pair, PairSum, Pairs, accumulate, store, zip},
     simd::Simd,
     state::{Densities, Material},
 };
@@ -18,30 +20,39 @@ use crate::{
 #[derive(Resource, Debug, Default)]
 pub struct InverseDiagonals(pub Vec<f32>);
 
-/// `|Σ_j ∇W_ij|² + Σ_j |∇W_ij|²` of a particle in a full lattice.
-pub(super) fn lattice_diagonal(material: &Material) -> f64 {
-    let gradients = || {
-        let lattice = material
-            .kernel
-            .lattice(material.dimension, material.spacing);
-        lattice.map(|x| material.kernel.gradient(x).as_dvec3())
-    };
+/// `|Σ_j ∇W_ij|² + Σ_j |∇W_ij|²` of a particle in a full lattice, with a stabilisation κ that of its system.
+pub(super) fn lattice_diagonal(material: &Material, stabilisation: Stabilisation) -> f64 {
+    let kernel = &material.kernel;
+    let lattice = || kernel.lattice(material.dimension, material.spacing);
+    let gradients = || lattice().map(|x| kernel.gradient(x).as_dvec3());
     let sum: glam::DVec3 = gradients().sum();
     let squares: f64 = gradients().map(|gradient| gradient.length_squared()).sum();
-    sum.length_squared() + squares
+    // ∇W = x W′/r.
+    let slopes = gradients().zip(lattice()).map(|(gradient, x)| {
+        let x = x.as_dvec3();
+        match x.length_squared() {
+            0.0 => 0.0,
+            square => -gradient.dot(x) / square,
+        }
+    });
+    let kappa = f64::from(stabilisation.0);
+    let volume = f64::from(material.particle_mass / material.rest_density);
+    sum.length_squared() + (1.0 - kappa) * squares + 2.0 * kappa / volume * slopes.sum::<f64>()
 }
 
 /// Densities and inverse diagonals (phase `Density`).
 pub fn compute_density(
     mut columns: DensitiesAndDiagonals,
-    mut slopes: Option<ResMut<PairSlopes>>,
-    walls: Option<Res<WallSums>>,
+    mut grad_factors: Option<ResMut<KernelGradients>>,
+    walls: Option<Res<BoundarySums>>,
     pairs: Pairs,
     material: Res<Material>,
+    stabilisation: Res<Stabilisation>,
 ) {
-    let sums = DensitiesAndDiagonals::sums(&material, Walls::of(walls.as_deref()));
-    let takers = columns.takers(pairs.positions().rows());
-    pairs.sum_and_keep(&sums, slopes.as_deref_mut(), takers);
+    let walls = Walls::of(walls.as_deref());
+    let sums = DensitiesAndDiagonals::sums(&material, walls, *stabilisation);
+    let sinks = columns.sinks(pairs.positions().rows());
+    pairs.sum_and_keep(&sums, grad_factors.as_deref_mut(), sinks);
 }
 
 /// Densities and inverse diagonals, summed in one pass over the neighbours.
@@ -56,24 +67,22 @@ impl DensitiesAndDiagonals<'_> {
     pub(super) fn sums<'a>(
         material: &Material,
         walls: Walls<'a>,
+        stabilisation: Stabilisation,
     ) -> (DensitySum<'a, false>, DiagonalSum<'a>) {
         (
             DensitySum::new(material, walls),
-            DiagonalSum::new(material, walls),
+            DiagonalSum::new(material, walls, stabilisation),
         )
     }
 
     /// Writers of both columns, for `rows` rows.
-    pub(super) fn takers(
+    pub(super) fn sinks(
         &mut self,
         rows: usize,
     ) -> impl IndexedParallelIterator<Item = impl FnMut(usize, (f32, f32)) + Send> {
         self.densities.0.resize(rows, 0.0);
         self.diagonals.0.resize(rows, 0.0);
-        both(
-            putting(&mut self.densities.0),
-            putting(&mut self.diagonals.0),
-        )
+        zip(store(&mut self.densities.0), store(&mut self.diagonals.0))
     }
 }
 
@@ -86,6 +95,9 @@ pub struct DiagonalSum<'a> {
     factor: f32,
     /// D below which the inverse is set to 0.
     least: f32,
+    /// Factors of the sums of squares and of slopes.
+    squares: f32,
+    slopes: f32,
 }
 
 /// Fraction of a full lattice's D below which pressure has no effect on a particle. The motion that removes an error
@@ -94,13 +106,20 @@ const LEAST_DIAGONAL: f64 = 1e-3;
 
 impl<'a> DiagonalSum<'a> {
     /// The sum for this fluid.
-    pub fn new(material: &Material, walls: Walls<'a>) -> Self {
+    pub fn new(material: &Material, walls: Walls<'a>, stabilisation: Stabilisation) -> Self {
         let mass = f64::from(material.particle_mass);
+        let diagonal = lattice_diagonal(material, stabilisation);
+        let (factor, Stabilisation(kappa)) = (
+            material.particle_mass * material.kernel.gradient_scale,
+            stabilisation,
+        );
         Self {
             walls,
             rest_density: material.rest_density,
-            factor: material.particle_mass * material.kernel.slope_factor,
-            least: (LEAST_DIAGONAL * mass * mass * lattice_diagonal(material)) as f32,
+            factor,
+            least: (LEAST_DIAGONAL * mass * mass * diagonal) as f32,
+            squares: (1.0 - kappa) * factor * factor,
+            slopes: 2.0 * kappa * material.rest_density * factor,
         }
     }
 }
@@ -109,6 +128,7 @@ impl<'a> DiagonalSum<'a> {
 pub struct GradientSums<S: Simd> {
     sum: [S::F; 3],
     squares: S::F,
+    slopes: S::F,
     /// `Σ_b ρ0 V_b ∇W_ib` \[kg/m⁴].
     walls: Vec3,
 }
@@ -122,23 +142,25 @@ impl PairSum for DiagonalSum<'_> {
         GradientSums {
             sum: [simd.splat(0.0); 3],
             squares: simd.splat(0.0),
+            slopes: simd.splat(0.0),
             walls: self.rest_density * self.walls.gradient(i),
         }
     }
 
     #[inline(always)]
     fn fluid<S: Simd>(&self, simd: S, pair: &Pair<S>, _: S::Rows, sums: &mut GradientSums<S>) {
-        accumulate(simd, &mut sums.sum, pair.slope, pair.x);
-        let square = simd.mul(pair.slope, pair.slope);
-        sums.squares = simd.mul_add(square, pair.distance, sums.squares);
+        accumulate(simd, &mut sums.sum, pair.grad_factor, pair.x_ij);
+        let square = simd.mul(pair.grad_factor, pair.grad_factor);
+        sums.squares = simd.mul_add(square, pair.r2, sums.squares);
+        sums.slopes = simd.sub(sums.slopes, pair.grad_factor);
     }
 
     #[inline(always)]
     fn finish<S: Simd>(&self, simd: S, _: usize, sums: GradientSums<S>) -> f32 {
         let [x, y, z] = sums.sum;
         let sum = self.factor * Vec3::new(simd.sum(x), simd.sum(y), simd.sum(z)) + sums.walls;
-        let squares = self.factor * self.factor * simd.sum(sums.squares);
-        let diagonal = sum.length_squared() + squares;
+        let squares = self.squares * simd.sum(sums.squares);
+        let diagonal = sum.length_squared() + squares + self.slopes * simd.sum(sums.slopes);
         if diagonal > self.least {
             1.0 / diagonal
         } else {

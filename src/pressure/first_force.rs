@@ -18,12 +18,12 @@ use super::{
     warm_start::{self, WarmStart},
 };
 use crate::{
-    boundary::sums::{WallSums, Walls},
-    pairs::{PairSum, PairsWithSlopes, adding, both, putting},
+    boundary::sums::{BoundarySums, Walls},
+    pairs::{PairSum, PairsWithGradients, add, store, zip},
     scene::{Scene, Viscosity},
     state::{
-        Densities, Execution, Material, MeanPressures, Positions, PressureAccelerations,
-        PressureSolve, Pressures, Systems,
+        Densities, Execution, Material, MeanPressures, Positions, PressureAccelerations, Pressures,
+        SolverState, Systems,
     },
 };
 
@@ -58,7 +58,7 @@ pub(crate) fn start() -> Systems {
 
 fn start_solve(
     mut positions: ResMut<Positions>,
-    mut solve: ResMut<PressureSolve>,
+    mut solve: ResMut<SolverState>,
     densities: Res<Densities>,
     pressures: Res<Pressures>,
     means: Option<Res<MeanPressures>>,
@@ -90,10 +90,10 @@ pub struct WithFirstForce<'w> {
     first: Option<ResMut<'w, FirstForce>>,
     start: Option<Res<'w, WarmStart>>,
     accelerations: ResMut<'w, PressureAccelerations>,
-    walls: Option<Res<'w, WallSums>>,
+    walls: Option<Res<'w, BoundarySums>>,
     material: Res<'w, Material>,
     /// The pairs.
-    pub pairs: PairsWithSlopes<'w>,
+    pub pairs: PairsWithGradients<'w>,
 }
 
 impl WithFirstForce<'_> {
@@ -112,8 +112,8 @@ impl WithFirstForce<'_> {
         };
         self.accelerations.0.resize(out.len(), Vec3::ZERO);
         let force = PressureForce::new(&self.material, Walls::of(self.walls.as_deref()));
-        let takers = both(adding(out), putting(&mut self.accelerations.0));
-        self.pairs.sum_into(&(pass, force), takers);
+        let sinks = zip(add(out), store(&mut self.accelerations.0));
+        self.pairs.sum_into(&(pass, force), sinks);
         first.known = true;
     }
 }

@@ -10,8 +10,8 @@ use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};
 
 use crate::{
-    boundary::sums::{WallSums, Walls},
-    pairs::{Pair, PairSum, PairsWithSlopes, accumulate},
+    boundary::sums::{BoundarySums, Walls},
+    pairs::{Pair, PairSum, PairsWithGradients, accumulate},
     simd::Simd,
     state::{Material, PressureAccelerations},
 };
@@ -19,8 +19,8 @@ use crate::{
 /// Accelerations of the pressure terms beside the positions (phase `Pressure`).
 pub fn pressure_force(
     mut accelerations: ResMut<PressureAccelerations>,
-    walls: Option<Res<WallSums>>,
-    pairs: PairsWithSlopes,
+    walls: Option<Res<BoundarySums>>,
+    pairs: PairsWithGradients,
     material: Res<Material>,
 ) {
     accelerations.0.resize(pairs.positions().rows(), Vec3::ZERO);
@@ -67,14 +67,19 @@ impl PairSum for PressureForce<'_> {
 
     #[inline(always)]
     fn fluid<S: Simd>(&self, simd: S, pair: &Pair<S>, _: S::Rows, sums: &mut ForceSums<S>) {
-        let terms = simd.add(sums.term, pair.fourth);
-        accumulate(simd, &mut sums.sum, simd.mul(terms, pair.slope), pair.x);
+        let terms = simd.add(sums.term, pair.packed_j);
+        accumulate(
+            simd,
+            &mut sums.sum,
+            simd.mul(terms, pair.grad_factor),
+            pair.x_ij,
+        );
     }
 
     #[inline(always)]
     fn finish<S: Simd>(&self, simd: S, _: usize, sums: ForceSums<S>) -> Vec3 {
         let [x, y, z] = sums.sum;
-        let factor = -self.material.particle_mass * self.material.kernel.slope_factor;
+        let factor = -self.material.particle_mass * self.material.kernel.gradient_scale;
         let fluid = factor * Vec3::new(simd.sum(x), simd.sum(y), simd.sum(z));
         self.walls.made_up(sums.row, fluid) - sums.walls
     }

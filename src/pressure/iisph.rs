@@ -20,6 +20,7 @@ use super::{
     implicit::{self, store_pressures},
     iterate::{PressureIteration, solve_pressure},
     solver::{Iterations, PressureSolver, Requirement, iterations},
+    stabilisation::Stabilisation,
 };
 use crate::{
     scene::{Iisph, Scene},
@@ -35,11 +36,10 @@ impl PressureSolver for Iisph {
     }
 
     fn requirements(&self) -> Vec<Requirement> {
-        vec![Requirement::Relaxation(
-            "pressure.relaxation",
-            self.relaxation,
-            self.momentum,
-        )]
+        vec![
+            Requirement::Relaxation("pressure.relaxation", self.relaxation, self.momentum),
+            Requirement::Stabilisation(self.stabilisation),
+        ]
     }
 
     fn columns(&self) -> &'static [Column] {
@@ -47,7 +47,14 @@ impl PressureSolver for Iisph {
     }
 
     fn install(&self, world: &mut World) {
-        implicit::install(world, self.relaxation, self.momentum, HEAD_START);
+        let stabilisation = Stabilisation(self.stabilisation);
+        implicit::install(
+            world,
+            self.relaxation,
+            self.momentum,
+            HEAD_START,
+            stabilisation,
+        );
     }
 
     fn density(&self) -> Systems {

@@ -12,16 +12,17 @@
 use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};
 
-use super::{diagonal::InverseDiagonals, force::pressure_force};
+use super::{
+    density_rate::{DensityRates, predict_rates},
+    diagonal::InverseDiagonals,
+    force::pressure_force,
+    stabilisation::Stabilisation,
+};
 use crate::{
-    boundary::sums::{WallSums, Walls},
     lattice::Lattice,
-    pairs::{Pair, PairSum, PairsWithSlopes, broadcast, difference, dot},
-    simd::Simd,
     state::{
         Accelerations, Clock, Column, Corrected, Densities, Execution, Material, MeanPressures,
-        Positions, PressureAccelerations, PressureSolve, Pressures, Systems, Velocities,
-        wants_force,
+        Positions, PressureAccelerations, Pressures, SolverState, Systems, Velocities, wants_force,
     },
     time_step::RecoveryTime,
 };
@@ -162,17 +163,19 @@ impl Jacobi {
 #[derive(Resource, Debug, Default)]
 pub struct PredictedVelocities(pub Vec<Vec4>);
 
-/// Dρ/Dt of the predicted velocities \[kg/(m³ s)].
-#[derive(Resource, Debug, Default)]
-pub struct DensityRates(pub Vec<f32>);
-
 /// Inserts the resources of the iteration. A negative head start delays the momentum.
-pub fn install(world: &mut World, relaxation: f32, momentum: bool, head_start: i32) {
+pub fn install(
+    world: &mut World,
+    relaxation: f32,
+    momentum: bool,
+    head_start: i32,
+    stabilisation: Stabilisation,
+) {
     let material = world.resource::<Material>();
     let kernel = &material.kernel;
     let support = kernel.support_radius / material.spacing;
     let lattice = Lattice::new(kernel.function, material.dimension, support);
-    let eigenvalue = lattice.largest_eigenvalue() as f32;
+    let eigenvalue = lattice.largest_eigenvalue(stabilisation.0.into()) as f32;
     let stable = if momentum {
         WITH_MOMENTUM
     } else {
@@ -186,28 +189,30 @@ pub fn install(world: &mut World, relaxation: f32, momentum: bool, head_start: i
         since: 0,
         carried: 0.0,
     });
+    world.insert_resource(stabilisation);
     world.init_resource::<Iterates>();
     world.init_resource::<InverseDiagonals>();
     world.init_resource::<PredictedVelocities>();
     world.init_resource::<DensityRates>();
 }
 
-/// `v + dt a` with all accelerations.
+/// `v + dt a` with all accelerations; of those of pressure, the share that stabilisation leaves.
 pub fn predict_velocities(
     mut predicted: ResMut<PredictedVelocities>,
     velocities: Res<Velocities>,
     accelerations: Res<Accelerations>,
     pressure_accelerations: Res<PressureAccelerations>,
+    stabilisation: Res<Stabilisation>,
     clock: Res<Clock>,
     execution: Res<Execution>,
 ) {
-    let dt = clock.dt;
+    let (dt, share) = (clock.dt, 1.0 - stabilisation.0);
     let accelerations = &accelerations.0;
     predicted.write(
         &velocities,
         &pressure_accelerations,
         &execution,
-        |row, a_p| dt * (accelerations[row] + a_p),
+        |row, a_p| dt * (accelerations[row] + share * a_p),
     );
 }
 
@@ -234,25 +239,11 @@ impl PredictedVelocities {
     }
 }
 
-/// Dρ/Dt of the predicted velocities.
-pub fn predict_rates(
-    mut rates: ResMut<DensityRates>,
-    predicted: Res<PredictedVelocities>,
-    walls: Option<Res<WallSums>>,
-    pairs: PairsWithSlopes,
-    material: Res<Material>,
-) {
-    rates.0.resize(pairs.positions().rows(), 0.0);
-    let walls = Walls::of(walls.as_deref());
-    let pass = DensityRate::<false>::new(&material, &pairs.positions().0, &predicted.0, walls);
-    pairs.sum(&pass, &mut rates.0);
-}
-
 /// Corrects the pressure terms by the predicted densities.
 pub fn update_pressure(
     mut iterates: ResMut<Iterates>,
     mut positions: ResMut<Positions>,
-    mut solve: ResMut<PressureSolve>,
+    mut solve: ResMut<SolverState>,
     mut jacobi: ResMut<Jacobi>,
     recovery: Option<Res<RecoveryTime>>,
     means: Option<Res<MeanPressures>>,
@@ -304,88 +295,4 @@ pub fn store_pressures(
             *pressure = rho * rho * iterate.acted;
         }
     });
-}
-
-/// Sums Dρ/Dt, either in a `SHARED` pass with other sums or in its own pass.
-///
-/// In its own pass it sums `(v_i − v_j)·(x_i − x_j)` by components, which avoids transposing vectors: 19.9 ns per row
-/// instead of 22.4 with two threads. In a shared pass positions are already in lanes, and loading them again costs 2.6
-/// ns.
-#[derive(Clone, Copy)]
-pub struct DensityRate<'a, const SHARED: bool> {
-    positions: &'a [Vec4],
-    velocities: &'a [Vec4],
-    walls: Walls<'a>,
-    rest_density: f32,
-    /// m and the kernel's factor.
-    factor: f32,
-}
-
-impl<'a, const SHARED: bool> DensityRate<'a, SHARED> {
-    /// The sum over `velocities` at `positions`, which both end with a sentinel.
-    pub fn new(
-        material: &Material,
-        positions: &'a [Vec4],
-        velocities: &'a [Vec4],
-        walls: Walls<'a>,
-    ) -> Self {
-        debug_assert_eq!(positions.len(), velocities.len(), "one entry a row");
-        Self {
-            positions,
-            velocities,
-            walls,
-            rest_density: material.rest_density,
-            factor: material.particle_mass * material.kernel.slope_factor,
-        }
-    }
-}
-
-/// A particle's position and velocity, and the sum.
-pub struct DensityRateSums<S: Simd> {
-    /// Its velocity for a shared pass: a neighbour in every lane.
-    velocity: [S::F; 3],
-    /// Its position and velocity for its own pass: a neighbour in each half.
-    own: [S::F; 2],
-    /// A number in every lane, or a vector in each half.
-    sum: S::F,
-    /// `Σ_b ρ0 V_b (v_i − v_b)·∇W_ib` \[kg/(m³ s)].
-    walls: f32,
-}
-
-impl<const SHARED: bool> PairSum for DensityRate<'_, SHARED> {
-    type Sums<S: Simd> = DensityRateSums<S>;
-    type Output = f32;
-    const SLOPES_ALONE: bool = !SHARED;
-
-    #[inline(always)]
-    fn start<S: Simd>(&self, simd: S, i: usize, own: Vec4) -> DensityRateSums<S> {
-        let velocity = self.velocities[i];
-        DensityRateSums {
-            velocity: broadcast(simd, velocity),
-            own: [own, velocity].map(|vector| simd.splat_vector(vector)),
-            sum: simd.splat(0.0),
-            walls: self.rest_density * self.walls.rate(i, velocity.truncate()),
-        }
-    }
-
-    #[inline(always)]
-    fn fluid<S: Simd>(&self, simd: S, pair: &Pair<S>, j: S::Rows, sums: &mut DensityRateSums<S>) {
-        sums.sum = if SHARED {
-            let (v, _) = difference(simd, sums.velocity, self.velocities, j);
-            simd.mul_add(pair.slope, dot(simd, v, pair.x), sums.sum)
-        } else {
-            let tables = [self.positions, self.velocities];
-            simd.add_products(tables, sums.own, j, pair.slope, sums.sum)
-        };
-    }
-
-    #[inline(always)]
-    fn finish<S: Simd>(&self, simd: S, _: usize, sums: DensityRateSums<S>) -> f32 {
-        let sum = if SHARED {
-            simd.sum(sums.sum)
-        } else {
-            simd.sum_vectors(sums.sum)
-        };
-        self.factor * sum + sums.walls
-    }
 }

@@ -5,7 +5,7 @@
 //! therefore starts from pressures that prevent compression, computed with the iteration of
 //! [`implicit`](super::implicit) for every method.
 
-use bevy_ecs::{prelude::*, schedule::ScheduleLabel};
+use bevy_ecs::{prelude::*, schedule::ScheduleLabel, system::RunSystemOnce};
 use glam::Vec4;
 
 use super::{
@@ -62,7 +62,7 @@ pub fn solve_initial_pressure(world: &mut World) {
     };
     iterate(world, InitialIteration, &convergence, MAX_ITERATIONS);
     // It writes one column.
-    let _ = world.run_system_cached(store_pressures);
+    let _ = world.run_system_once(store_pressures);
     match recovery {
         Some(recovery) => world.insert_resource(recovery),
         None => {

@@ -13,7 +13,7 @@ use crate::{
     scene::NotConverged,
     state::{
         Accelerations, Clock, Execution, Failure, FailureCause, Material, PressureAccelerations,
-        PressureSolve, Velocities,
+        SolverState, Velocities,
     },
     time_step::{AdaptiveTimeStep, TimeStepControl},
 };
@@ -57,7 +57,7 @@ pub fn solve_pressure(world: &mut World) {
             convergence.max_iterations
         };
         if has_force {
-            world.resource_mut::<PressureSolve>().wants_force = false;
+            world.resource_mut::<SolverState>().wants_force = false;
         } else {
             warm_start::start(world, share);
         }
@@ -73,7 +73,7 @@ pub fn solve_pressure(world: &mut World) {
             continue;
         }
         if end != End::Converged && convergence.not_converged == NotConverged::Stop {
-            let solve = world.resource::<PressureSolve>();
+            let solve = world.resource::<SolverState>();
             let (error, row) = convergence.measured_error(solve);
             let cause = FailureCause::NotConverged {
                 iterations: solve.iterations,
@@ -119,7 +119,7 @@ pub(super) fn iterate(
     let mut until_the_end = |world: &mut World, iteration: &mut Schedule| {
         loop {
             iteration.run(world);
-            let mut solve = world.resource_mut::<PressureSolve>();
+            let mut solve = world.resource_mut::<SolverState>();
             solve.iterations += 1;
             solve.wants_force = true;
             let (error, _) = convergence.measured_error(&solve);

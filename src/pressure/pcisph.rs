@@ -16,21 +16,25 @@ use bevy_ecs::{
     schedule::{InternedScheduleLabel, ScheduleLabel},
 };
 
+use glam::Vec4;
+
 use super::{
+    density_rate::{DensityRates, sum_rates},
     diagonal::{self, InverseDiagonals, lattice_diagonal},
     force::pressure_force,
-    implicit::{self, Iterates, Jacobi, store_pressures},
+    implicit::{self, Iterates, Jacobi, PredictedVelocities, store_pressures},
     iterate::{LastCorrection, PressureIteration, solve_pressure},
     solver::{Iterations, PressureSolver, Requirement, iterations},
+    stabilisation::Stabilisation,
 };
 use crate::{
     boundary::direct_forcing,
     density::DensitySum,
-    pairs::Pairs,
+    pairs::{Pairs, PairsWithGradients},
     scene::{Pcisph, Scene},
     state::{
         Accelerations, Clock, Column, Corrected, Densities, Execution, Material, Positions,
-        PredictedPositions, PressureAccelerations, PressureSolve, Systems, Velocities, wants_force,
+        PredictedPositions, PressureAccelerations, SolverState, Systems, Velocities, wants_force,
     },
     time_step::RecoveryTime,
 };
@@ -57,7 +61,7 @@ pub struct PressureCorrection {
 impl PressureCorrection {
     /// The correction for a lattice of this material.
     pub fn new(parameters: &Pcisph, material: &Material) -> Self {
-        let diagonal = lattice_diagonal(material);
+        let diagonal = lattice_diagonal(material, Stabilisation(parameters.stabilisation));
         let beta =
             2.0 * (f64::from(material.particle_mass) / f64::from(material.rest_density)).powi(2);
         Self {
@@ -88,11 +92,11 @@ impl PressureSolver for Pcisph {
     }
 
     fn requirements(&self) -> Vec<Requirement> {
-        let limit = self.mean_density_error;
-        let limit = limit.map(|limit| {
+        let limit = self.mean_density_error.map(|limit| {
             Requirement::Error("pressure.mean_density_error", limit, "mean density error")
         });
-        limit.into_iter().collect()
+        let stabilisation = Requirement::Stabilisation(self.stabilisation);
+        limit.into_iter().chain([stabilisation]).collect()
     }
 
     fn columns(&self) -> &'static [Column] {
@@ -115,7 +119,8 @@ impl PressureSolver for Pcisph {
         let material = *world.resource::<Material>();
         world.insert_resource(PressureCorrection::new(self, &material));
         world.init_resource::<PredictedDensities>();
-        implicit::install(world, RELAXATION, self.momentum, HEAD_START);
+        let stabilisation = Stabilisation(self.stabilisation);
+        implicit::install(world, RELAXATION, self.momentum, HEAD_START, stabilisation);
     }
 
     fn density(&self) -> Systems {
@@ -146,6 +151,7 @@ fn iteration(scene: &Scene) -> Systems {
         pressure_force.run_if(wants_force),
         predict,
         predict_density,
+        sum_stabilisation.run_if(is_stabilised),
         update_pressure,
     )
         .chain()
@@ -185,23 +191,56 @@ fn predict_density(
     pairs.sum_ahead(&predicted.0, &pass, &mut densities.0);
 }
 
+fn is_stabilised(stabilisation: Res<Stabilisation>) -> bool {
+    *stabilisation != Stabilisation::NONE
+}
+
+/// The part of Dρ/Dt that stabilisation alone makes: predicted densities have the rest.
+fn sum_stabilisation(
+    rates: ResMut<DensityRates>,
+    mut predicted: ResMut<PredictedVelocities>,
+    accelerations: Res<PressureAccelerations>,
+    pairs: PairsWithGradients,
+    material: Res<Material>,
+    stabilisation: Res<Stabilisation>,
+    clock: Res<Clock>,
+) {
+    let factor = -stabilisation.0 * clock.dt;
+    let rows = accelerations.0.len();
+    predicted.0.resize(rows + 1, Vec4::ZERO);
+    predicted.0[rows] = Vec4::ZERO;
+    pairs
+        .execution
+        .for_each_chunk(&mut predicted.0[..rows], |first, predicted| {
+            for (u, a_p) in predicted.iter_mut().zip(&accelerations.0[first..]) {
+                *u = (factor * *a_p).extend(0.0);
+            }
+        });
+    let stabilised = stabilisation.of(&accelerations, clock.dt);
+    sum_rates(rates, &predicted, None, &pairs, &material, stabilised);
+}
+
 fn update_pressure(
     mut iterates: ResMut<Iterates>,
     mut positions: ResMut<Positions>,
-    mut solve: ResMut<PressureSolve>,
+    mut solve: ResMut<SolverState>,
     mut jacobi: ResMut<Jacobi>,
     recovery: Option<Res<RecoveryTime>>,
     columns: (
         Res<Densities>,
         Res<PredictedDensities>,
         Res<InverseDiagonals>,
+        Res<DensityRates>,
     ),
+    stabilisation: Res<Stabilisation>,
     correction: Res<PressureCorrection>,
     material: Res<Material>,
     clock: Res<Clock>,
     execution: Res<Execution>,
 ) {
-    let (densities, predicted, diagonals) = columns;
+    let (densities, predicted, diagonals, rates) = columns;
+    // Else the rates are those of the initial solve.
+    let rates = is_stabilised(stabilisation).then_some(&rates.0);
     let rest_density = material.rest_density;
     let square = rest_density * rest_density;
     // Without the relaxation, which the iteration applies.
@@ -219,7 +258,8 @@ fn update_pressure(
     let (positions, iterates) = (&mut positions.0, &mut iterates.0);
     solve.update(positions, iterates, &execution, |row, term, iterate| {
         let found = densities.0[row] - rest_density;
-        let error = predicted.0[row] - rest_density;
+        let error =
+            predicted.0[row] - rest_density + rates.map_or(0.0, |rates| clock.dt * rates[row]);
         let excess = error - left(found);
         let inverse_diagonal = delta / correction.inverse_diagonal(&diagonals, rest_density, row);
         let (term, step) = jacobi.correct(iterate, term, (inverse_diagonal, excess), first);

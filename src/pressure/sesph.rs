@@ -15,8 +15,8 @@ use crate::{
     lattice::BesideWall,
     scene::{Scene, Sesph, StateEquation},
     state::{
-        Column, Corrected, Densities, Execution, Limit, Material, Positions, PressureSolve,
-        Pressures, Systems,
+        Column, Corrected, Densities, Execution, Limit, Material, Positions, Pressures,
+        SolverState, Systems,
     },
 };
 
@@ -122,7 +122,7 @@ impl EquationOfState {
 pub fn compute_pressure(
     mut pressures: ResMut<Pressures>,
     mut positions: ResMut<Positions>,
-    mut solve: ResMut<PressureSolve>,
+    mut solve: ResMut<SolverState>,
     densities: Res<Densities>,
     equation: Res<EquationOfState>,
     material: Res<Material>,

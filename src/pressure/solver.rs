@@ -58,6 +58,8 @@ pub(crate) enum Requirement {
     Iterations(&'static str, u32, u32),
     /// Name and value of a relaxation, and whether there is momentum.
     Relaxation(&'static str, f32, bool),
+    /// The share of a [`Stabilisation`](super::stabilisation::Stabilisation).
+    Stabilisation(f32),
 }
 
 /// A pressure method: what the stages of a step, the plan of a scene and its checks need from it.

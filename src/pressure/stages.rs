@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     boundary::sums,
-    state::{Phase, PressureSolve, Product, Stage},
+    state::{Phase, Product, SolverState, Stage},
     time_step::RecoveryTime,
 };
 
@@ -65,7 +65,7 @@ pub(crate) const PRESSURE: Stage = Stage {
     makes: &[Product::Pressure],
     limits: |scene| scene.pressure.solver().limits(scene),
     install: |world, scene| {
-        world.init_resource::<PressureSolve>();
+        world.init_resource::<SolverState>();
         scene.pressure.solver().install(world);
         if let Some(iterations) = scene.pressure.iterations() {
             world.insert_resource(iterations.convergence);

@@ -11,7 +11,7 @@
 use bevy_ecs::prelude::*;
 
 use crate::{
-    boundary::sums::{WallSums, Walls},
+    boundary::sums::{BoundarySums, Walls},
     state::{Execution, Pressures},
 };
 
@@ -27,7 +27,7 @@ fn wall_renormalisation(walls: Walls, row: usize) -> f32 {
 /// Converts the method's `ρ² t` to pressures, `p = γ ρ² t` (phase `Pressure`).
 pub fn weigh_pressures(
     mut pressures: ResMut<Pressures>,
-    walls: Option<Res<WallSums>>,
+    walls: Option<Res<BoundarySums>>,
     execution: Res<Execution>,
 ) {
     let walls = Walls::of(walls.as_deref());

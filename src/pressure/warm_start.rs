@@ -15,8 +15,8 @@ use super::implicit::Jacobi;
 use crate::{
     scene::Scene,
     state::{
-        Column, Densities, Execution, MeanPressures, Positions, PressureAccelerations,
-        PressureSolve, Pressures,
+        Column, Densities, Execution, MeanPressures, Positions, PressureAccelerations, Pressures,
+        SolverState,
         particle::{Fluid, MeanPressure},
     },
 };
@@ -104,7 +104,7 @@ pub(super) fn start(world: &mut World, share: f32) {
         .get_resource::<Jacobi>()
         .is_some_and(Jacobi::overshoots);
     world
-        .resource_mut::<PressureSolve>()
+        .resource_mut::<SolverState>()
         .begin(share > 0.0, overshoots);
 }
 

@@ -34,7 +34,7 @@ pub(super) const STAGE: Stage = Stage {
         }
     },
     bytes: |scene, _| match scene.time_step {
-        // Everything that lasts once more, with the entities.
+        // All persistent columns once more, with the entities.
         TimeStep::Adaptive(_) => vec![("state to go back to", 8.0 + 36.0)],
         _ => Vec::new(),
     },
@@ -70,7 +70,7 @@ fn systems(scene: &Scene) -> Systems {
     (moved, integrate::measure, guard, accept).chain()
 }
 
-/// What a step does that nothing is wrong with.
+/// Completion of a step that succeeded.
 fn accept(scene: &Scene) -> Systems {
     let lasting = lasting(scene);
     let mut systems: Vec<Systems> = Vec::new();

@@ -6,7 +6,7 @@ use crate::{
     state::{COLUMNS, Column, Lasting},
 };
 
-/// The columns that a scene asks for: those of the state first, then those that every step writes afresh.
+/// The columns that a scene needs: first those of the state, then those that every step recomputes.
 pub fn columns(scene: &Scene) -> impl Iterator<Item = &'static Column> + Clone {
     let all = COLUMNS
         .iter()
@@ -16,7 +16,7 @@ pub fn columns(scene: &Scene) -> impl Iterator<Item = &'static Column> + Clone {
     wanted.into_iter().chain(of_method)
 }
 
-/// What carries the state of a scene from step to step.
+/// The transport of a scene's state from step to step.
 pub(super) fn lasting(scene: &Scene) -> Vec<Lasting> {
     columns(scene).filter_map(|column| column.lasting).collect()
 }

@@ -4,7 +4,7 @@ use bevy_ecs::prelude::*;
 
 use super::columns::lasting;
 use crate::{
-    pairs::PairSlopes,
+    pairs::KernelGradients,
     scene::{Neighbours, Scene},
     state::{
         Accelerations, Densities, Phase, Positions, PredictedPositions, PressureAccelerations,
@@ -17,12 +17,12 @@ pub(super) const STAGE: Stage = Stage {
     makes: &[Product::Columns],
     install,
     bytes: |scene, neighbours| {
-        // Entities in rows and in the world, and the lasting number.
+        // Entities by row and rows by entity, and the permanent numbers.
         let mut bytes = vec![("entities and numbers", 8.0 + 24.0 + 12.0)];
         if scene.neighbours == Neighbours::Stored {
-            // Filled up to whole vectors, half of one on average.
-            let slopes = (f64::from(neighbours) + 4.0) * 4.0 * 9.0 / 8.0;
-            bytes.push(("gradients of the kernel", slopes));
+            // Lists are padded to whole vectors, by half a vector on average.
+            let gradients = (f64::from(neighbours) + 4.0) * 4.0 * 9.0 / 8.0;
+            bytes.push(("gradients of the kernel", gradients));
         }
         bytes
     },
@@ -39,7 +39,7 @@ fn install(world: &mut World, scene: &Scene) {
     world.init_resource::<Accelerations>();
     world.init_resource::<PressureAccelerations>();
     if scene.neighbours == Neighbours::Stored {
-        world.init_resource::<PairSlopes>();
+        world.init_resource::<KernelGradients>();
     }
 }
 

@@ -1,7 +1,6 @@
-//! Everything that a step can be made of, by rows: its stages and the columns of its particles.
+//! All possible parts of a step, in rows: its stages and the columns of its particles.
 //!
-//! A row is declared beside its code. To add a force, a stage or a column of the state is to write its file and to name
-//! its row here.
+//! A row is declared beside its code. To add a force, a stage or a state column, write its file and name its row here.
 
 mod advance;
 mod columns;

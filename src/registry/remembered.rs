@@ -1,19 +1,19 @@
-//! What is part of the state of a run besides the columns.
+//! State of a run besides the columns.
 
 use crate::{
     gauge::{EnergyAccount, Gauges},
     integrate::Motion,
     reorder::ReorderState,
-    state::{Clock, PressureSolve, Remembered, particle::NextParticleId},
+    state::{Clock, Remembered, SolverState, particle::NextParticleId},
     time_step::{AdaptiveTimeStep, RecoveryTime, roll_back::KeptState},
 };
 
-/// Resources that a later step reads before that step writes them.
+/// Resources that a step reads before it writes them.
 pub(crate) const REMEMBERED: &[Remembered] = &[
     Remembered::new::<Clock>("clock"),
     Remembered::new::<NextParticleId>("next particle"),
     Remembered::new::<Motion>("motion"),
-    Remembered::new::<PressureSolve>("pressure solve"),
+    Remembered::new::<SolverState>("pressure solve"),
     Remembered::new::<RecoveryTime>("recovery"),
     Remembered::new::<AdaptiveTimeStep>("adaptive time step"),
     Remembered::new::<KeptState>("state to go back to"),

@@ -1,4 +1,4 @@
-//! The stages that an order may name, and what they say of a scene together.
+//! The stages that an order may name, and their requirements for a scene.
 
 use bevy_ecs::prelude::*;
 

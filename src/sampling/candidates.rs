@@ -1,13 +1,13 @@
-//! Points on the surface of a mesh, of which its samples are chosen.
+//! Points on the surface of a mesh from which its samples are chosen.
 
 use glam::DVec3;
 
 use crate::{mesh::Mesh, scene::MeshSide};
 
-/// Candidates in a spacing.
+/// Candidates per spacing along a row.
 pub(super) const CANDIDATES: f64 = 6.0;
 
-/// Points of a triangle in rows along its longest edge, no further apart than `step`, corners included.
+/// Points of a triangle in rows along its longest edge, at most `step` apart, corners included.
 pub(super) fn for_each_point(corners: [DVec3; 3], step: f64, mut visit: impl FnMut(DVec3)) {
     let length = |k: usize| corners[k].distance_squared(corners[(k + 1) % 3]);
     let longest = (1..3).fold(0, |best, k| if length(k) > length(best) { k } else { best });
@@ -28,7 +28,7 @@ pub(super) fn for_each_point(corners: [DVec3; 3], step: f64, mut visit: impl FnM
     }
 }
 
-/// How many samples a mesh has, roughly and rather too many, and how many candidates they are chosen from.
+/// Rough upper estimates for a mesh: its samples, and the candidates from which they are chosen.
 pub(crate) fn expected(mesh: &Mesh, spacing: f32) -> (f64, f64) {
     let spacing = f64::from(spacing);
     let step = spacing / CANDIDATES;
@@ -37,7 +37,7 @@ pub(crate) fn expected(mesh: &Mesh, spacing: f32) -> (f64, f64) {
         let [a, b, c] = mesh.corners(triangle);
         let base = a.distance(b).max(b.distance(c)).max(c.distance(a));
         let height = (b - a).cross(c - a).length() / base.max(f64::MIN_POSITIVE);
-        // As `for_each_point` goes: rows whose length falls from that of the longest edge to zero.
+        // As in `for_each_point`: rows whose length decreases from that of the longest edge to zero.
         let rows = (height / step).ceil().max(1.0) + 1.0;
         candidates += rows * (0.5 * base / step + 1.5);
     }

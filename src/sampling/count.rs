@@ -1,4 +1,4 @@
-//! How many particles a wall has: told without sampling it.
+//! Number of particles of a wall, computed without sampling it.
 
 use std::f32::consts::TAU;
 
@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use crate::scene::{BoundaryShape, Dimension};
 
-/// How many particles a boundary other than a mesh has; for a box at most.
+/// Number of particles of a boundary other than a mesh; an upper bound for a box.
 pub(crate) fn count(shape: &BoundaryShape, dimension: Dimension, spacing: f32, depth: f32) -> f64 {
     let spacing = f64::from(spacing);
     let inset = Vec3::splat(depth);

@@ -1,9 +1,9 @@
-//! Points spread evenly over a set of candidates: an advancing front, which packs them nearly as a lattice.
+//! Distributes points evenly over a set of candidates: an advancing front, which packs them nearly as a lattice.
 //!
-//! From each accepted point the candidates just beyond the least distance are looked at, and the one that also lies
-//! closest to other points is taken next. On flat and curved surfaces nearest neighbours are then 0.90 to 1.16 spacings
-//! apart, 0.98 in the mean. Option 2, candidates in random order (Poisson-disk sampling), fills as completely, but has
-//! its nearest neighbours anywhere between one and two times the least distance.
+//! The front looks at candidates slightly beyond the least distance from each accepted point, and accepts the one that
+//! is also closest to other points. On flat and curved surfaces nearest neighbours are then 0.90 to 1.16 spacings
+//! apart, 0.98 on average. Option 2, candidates in random order (Poisson-disk sampling), covers as completely, but its
+//! nearest neighbours lie anywhere between one and two least distances.
 
 use std::collections::HashMap;
 
@@ -11,19 +11,19 @@ use glam::{IVec3, Vec3};
 
 use super::BoundarySample;
 
-/// Points whose normals are further apart are on two sides of a wall and do not know of each other: cosine.
+/// Samples whose normals differ more lie on two sides of a wall and ignore each other: cosine.
 const SAME_SIDE: f32 = -0.3;
-/// Points whose normals are nearer face much the same way: cosine.
+/// Samples whose normals differ less face approximately the same way: cosine.
 const FACING: f32 = 0.8;
-/// Ends of the rows along two edges whose normals are further apart lie on two sides of a rim: cosine. Those of the
-/// edges and corners of a block are 0.5 and nearer, those on both sides of a rim 0 along it and 0.33 at its corners.
+/// If their normals differ more, the ends of the rows along two edges lie on two sides of a rim: cosine. It is at least
+/// 0.5 for the edges and corners of a block; for the two sides of a rim it is 0 along the rim and 0.33 at its corners.
 const SAME_EDGE: f32 = 0.4;
-/// How far beyond the least distance a candidate is looked at, as a part of it.
+/// Largest distance of candidates that are considered \[least distances].
 const REACH: f32 = 1.35;
 
-/// Accepted samples, and the candidates that are left.
+/// Accepted samples, and the remaining candidates.
 pub(super) struct Front {
-    /// Least distance of two samples on one side \[m].
+    /// Least distance between two samples on one side \[m].
     distance: f32,
     accepted: Vec<BoundarySample>,
     cells: HashMap<IVec3, Vec<u32>>,
@@ -46,8 +46,8 @@ impl Front {
         (point / (REACH * self.distance)).floor().as_ivec3()
     }
 
-    /// Accepted samples whose normals are as near as `same`, a cosine, within `REACH` of the least distance: their
-    /// distances \[m].
+    /// Distances \[m] of the accepted samples within `REACH` least distances whose normals differ by at most `same`, a
+    /// cosine.
     fn near(&self, sample: &BoundarySample, same: f32) -> impl Iterator<Item = f32> {
         let reach = REACH * self.distance;
         around(self.cell(sample.position))
@@ -59,7 +59,7 @@ impl Front {
             .filter(move |&distance| distance < reach)
     }
 
-    /// Whether an accepted sample that faces the same way is within a distance of at most `REACH` \[m].
+    /// Whether an accepted sample that faces the same way is within `distance`, at most `REACH` \[m].
     pub(super) fn covers(&self, point: Vec3, normal: Vec3, distance: f32) -> bool {
         around(self.cell(point))
             .filter_map(|cell| self.cells.get(&cell))
@@ -78,13 +78,14 @@ impl Front {
         self.accepted.push(sample);
     }
 
-    /// Takes a sample of an edge in unless one that faces as it does is nearer than `part` of the least distance. The
-    /// two edges of a rim that is little thicker than two layers lie that near, and each has a row of its own.
+    /// Accepts a sample of an edge unless a sample that faces as it does is closer than `part` of the least distance.
+    /// The two edges of a rim little thicker than two layers are that close to each other, and each has a row of its
+    /// own.
     pub(super) fn offer_of_edge(&mut self, sample: BoundarySample, part: f32) -> bool {
         self.offer_among(sample, part, SAME_EDGE)
     }
 
-    /// Takes a sample in unless one of its side is nearer than nine tenths of the least distance.
+    /// Accepts a sample unless a sample of its side is closer than 0.9 least distances.
     pub(super) fn offer(&mut self, sample: BoundarySample) -> bool {
         self.offer_among(sample, 0.9, SAME_SIDE)
     }
@@ -97,8 +98,8 @@ impl Front {
         free
     }
 
-    /// Whether an accepted sample faces much the same way as one and lies, along its face, within a distance of at most
-    /// the least distance or a little more \[m].
+    /// Whether an accepted sample faces approximately the same way and is within `distance`, measured along its face:
+    /// at most slightly more than the least distance \[m].
     pub(super) fn speaks_for(&self, sample: &BoundarySample, distance: f32) -> bool {
         around(self.cell(sample.position))
             .filter_map(|cell| self.cells.get(&cell))
@@ -112,7 +113,7 @@ impl Front {
             })
     }
 
-    /// Fills up with candidates, starting beside what is accepted. `right` is asked before one is taken.
+    /// Fills the surface with candidates, starting beside the accepted samples. `right` must approve each of them.
     pub(super) fn advance(
         &mut self,
         candidates: &[BoundarySample],
@@ -158,7 +159,7 @@ impl Front {
                     }
                 }
             }
-            // Nothing is left beside what is there: another part of the surface.
+            // No candidate is left beside the accepted samples: continue on another part of the surface.
             while seed < candidates.len() {
                 let sample = candidates[seed];
                 if alive[seed] && right(&sample) && self.offer_among(sample, 1.0, SAME_SIDE) {
@@ -172,8 +173,8 @@ impl Front {
         }
     }
 
-    /// The candidate of a ring that lies closest to the two accepted samples nearest to it, and not too close to any;
-    /// those that do leave the ring.
+    /// The candidate of a ring that is closest to its two nearest accepted samples and not too close to any. Those that
+    /// are too close are removed from the ring.
     fn best(
         &self,
         candidates: &[BoundarySample],

@@ -1,12 +1,12 @@
-//! How deep behind a wall its layer of samples lies, and how it acts on the lattice beside it.
+//! Depth of the layer of samples behind a wall, and its effect on the lattice beside it.
 //!
-//! How deep is chosen so that fluid which fills a tank starts at rest. A sample of one layer stands for about 1.4 times
-//! the volume of a fluid particle; half a spacing behind the face, where more fluid would be, the layer would put a
-//! lattice at the wall 6 % over its rest density (12 % in an edge) and throw it off. At [`layer_depth`] it adds exactly
-//! what the missing half of the lattice would: 0.6 spacings at the default support.
+//! The depth is chosen so that fluid which fills a tank starts at rest. A sample of one layer represents about 1.4
+//! times the volume of a fluid particle. At half a spacing behind the face, where a next row of fluid would be, the
+//! layer would give a lattice at the wall 6 % more than its rest density (12 % in an edge) and push it away. At
+//! [`layer_depth`] it adds exactly what the missing half of the lattice would: 0.6 spacings at the default support.
 //!
-//! Option 2 was a layer at half a spacing with volumes scaled by 0.70 (γ of Band et al. 2018): the lattice is at rest
-//! too, but the wall's push is so much weaker that the lowest layers of still water first collapse onto it.
+//! Option 2 was a layer at half a spacing with volumes scaled by 0.70 (γ of Band et al. 2018). The lattice is at rest,
+//! too, but the wall pushes so much more weakly that the lowest layers of still water first collapse onto it.
 
 use glam::Vec3;
 
@@ -17,8 +17,8 @@ use crate::{
     state::Material,
 };
 
-/// Depth of the layer of samples behind the face of a wall \[m]: there a lattice that starts half a spacing before the
-/// face has its rest density. With direct forcing half a spacing: its frozen particles go on with the lattice.
+/// Depth of the layer of samples behind the face of a wall \[m]: a lattice that starts half a spacing in front of the
+/// face then has its rest density. With direct forcing it is half a spacing: its frozen particles continue the lattice.
 pub fn layer_depth(scene: &Scene) -> f32 {
     if let BoundaryHandling::DirectForcing(_) = scene.boundary_handling {
         return 0.5 * scene.spacing;
@@ -41,7 +41,7 @@ pub fn layer_depth(scene: &Scene) -> f32 {
             .sum()
     };
     let volume = 1.0 / sum(&sheet, 0.0);
-    // What the layer adds falls with its distance: bisection.
+    // The contribution of the layer decreases with its distance: bisection.
     let (mut near, mut far) = (0.0, kernel.support_radius);
     for _ in 0..40 {
         let middle = 0.5 * (near + far);
@@ -54,7 +54,7 @@ pub fn layer_depth(scene: &Scene) -> f32 {
     near - 0.5 * dx
 }
 
-/// What makes the layer of samples act on a lattice beside it as a lattice that goes on would.
+/// The factors with which the layer of samples acts on a lattice beside it as a continued lattice would.
 pub fn beside_wall(scene: &Scene) -> BesideWall {
     let (distance, volume) = layer_in_spacings(scene);
     Lattice::of(scene).beside_wall(distance, volume)
@@ -73,7 +73,7 @@ fn layer_in_spacings(scene: &Scene) -> (f64, f64) {
     let in_layer: f32 = layer().map(|x| kernel.value(x.length())).sum();
     let volume = match scene.boundary_handling {
         BoundaryHandling::Akinci => 1.0 / in_layer,
-        // That of a fluid particle.
+        // The volume of a fluid particle.
         BoundaryHandling::DirectForcing(_) => {
             let lattice = kernel.lattice(scene.dimension, 1.0);
             1.0 / lattice.map(|x| kernel.value(x.length())).sum::<f32>()

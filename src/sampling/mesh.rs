@@ -1,15 +1,10 @@
-//! Triangle meshes into particles: one layer at the spacing, as deep in the solid as the layers of the other shapes.
+//! Samples triangle meshes: one layer of particles at the spacing, as deep in the solid as for the other shapes.
 //!
-//! The layer is the mesh itself with its vertices moved into the solid by [`layer_depth`](super::layer_depth) from
-//! every face around them, so that it meets in edges and corners as those of a tank do. What comes out too near to
-//! another part of the surface is left out. Then samples are spread evenly over it ([`Front`]): along sharp and border
-//! edges first, then over the faces. In an acute valley the layers of its faces meet far behind its edge, where no
-//! sample is of use: there each face has its layer to itself, and the edge one of its own, which comes last.
-//!
-//! Where a solid is thinner than two layers none of this layer is left. There the samples are centres of the largest
-//! balls that fit into the solid and touch its surface (by shrinking balls: Ma, Bae & Choi 2012), for each side with
-//! its own normals. Two sides in one place share its volume, since that follows from how dense the samples are. A
-//! sheet, whose both sides are wet, is sampled in itself, every sample twice.
+//! The layer is the mesh with its vertices moved into the solid by [`layer_depth`](super::layer_depth) from every
+//! adjacent face, so that its faces meet in edges and corners as those of a tank do. Parts too close to another part of
+//! the surface are left out. Samples are spread evenly over the layer ([`Front`]), first along sharp and border edges,
+//! then over faces. Acute valleys are sampled last (`Layer::guard_valleys`), then thin parts ([`fill_thin_parts`]). A
+//! sheet, which is wet on both sides, is sampled in its own surface, every sample twice.
 
 use glam::{DMat3, DVec3};
 
@@ -24,14 +19,14 @@ use crate::{
     scene::MeshSide,
 };
 
-/// Least distance of two samples, in spacings: the mean area for each is then 1.02 spacings squared.
+/// Least distance between two samples \[spacings]: the mean area per sample is then 1.02 spacings squared.
 const DISTANCE: f32 = 0.96;
-/// A vertex is moved at most so many depths: at sharper valleys than 47° the layer would run far off.
+/// A vertex is moved by at most this many depths: in valleys sharper than 47° the layer would extend far away.
 const LONGEST_MITRE: f64 = 2.5;
-/// A sample is at least so deep behind the surface \[depths].
+/// Least depth of a sample behind the surface \[depths].
 const DEEP: f64 = 0.98;
-/// A part of a face without a sample of the face's own this near, along it, is not guarded \[spacings]: contact hears
-/// those up to 1.15.
+/// A part of a face is unguarded if no sample of the same face is this close along it \[spacings]: contact considers
+/// samples up to 1.15.
 const OWN: f32 = 1.05;
 
 /// Appends the samples of a mesh.
@@ -71,15 +66,15 @@ pub(super) fn sample_mesh(mesh: &Mesh, spacing: f32, depth: f32, out: &mut Vec<B
 struct Layer<'a> {
     mesh: &'a Mesh,
     vertices: Vec<DVec3>,
-    /// Whether a vertex is deep enough behind all faces around it, or cannot be.
+    /// Whether a vertex is deep enough behind all adjacent faces, or cannot be.
     is_mitred: Vec<bool>,
-    /// Of the layer behind the faces \[m].
+    /// Depth of the layer behind the faces \[m].
     depth: f64,
 }
 
 impl<'a> Layer<'a> {
-    /// Every vertex at `depth` behind all faces around it, as nearly as can be: the least squares of `n·x + depth`,
-    /// weighted by the faces' angles. Nearly flat corners are kept from sliding by a little of `x²`.
+    /// Moves every vertex to `depth` behind all adjacent faces, as nearly as possible: least squares of `n·x + depth`,
+    /// weighted by the angles of the faces. A small term in `x²` keeps nearly flat corners from sliding.
     fn new(mesh: &'a Mesh, depth: f64) -> Self {
         let mut sums = vec![(DMat3::ZERO, DVec3::ZERO); mesh.vertices.len()];
         for (triangle, corners) in mesh.triangles.iter().enumerate() {
@@ -98,7 +93,7 @@ impl<'a> Layer<'a> {
             .iter()
             .zip(sums)
             .map(|(&vertex, (square, sum))| {
-                // Half the trace is what a flat corner would have along its normal twice over.
+                // A flat corner would have half the trace along its normal, weighted twice.
                 let trace = square.x_axis.x + square.y_axis.y + square.z_axis.z;
                 if trace == 0.0 {
                     return vertex;
@@ -120,7 +115,7 @@ impl<'a> Layer<'a> {
                 }
             }
         }
-        // At the edge of a thin solid, which the layer cannot go into, nothing can be done.
+        // At the edge of a thin solid the layer does not fit, so its depth is accepted as it is.
         for vertex in 0..mesh.vertices.len() {
             if !layer.is_mitred[vertex] {
                 let behind = mesh.nearest(layer.behind(vertex)).distance;
@@ -130,7 +125,7 @@ impl<'a> Layer<'a> {
         layer
     }
 
-    /// A place behind a vertex by the depth of the layer.
+    /// The point behind a vertex at the depth of the layer.
     fn behind(&self, vertex: usize) -> DVec3 {
         let normal = self.mesh.vertex_normals()[vertex];
         self.mesh.vertices[vertex] - (1.0 + 1e-3) * self.depth * normal
@@ -142,7 +137,7 @@ impl<'a> Layer<'a> {
         way.dot(normal) <= -DEEP * self.depth
     }
 
-    /// Where the layer of a triangle has its corners.
+    /// Corners of a triangle in the layer.
     fn corners(&self, triangle: usize) -> [DVec3; 3] {
         let normal = self.mesh.normals[triangle];
         self.mesh.triangles[triangle].map(|corner| {
@@ -154,7 +149,7 @@ impl<'a> Layer<'a> {
         })
     }
 
-    /// Where the layer has the ends of an edge, and whether the faces there meet so bluntly that it is one layer.
+    /// Ends of an edge in the layer, and whether its faces meet at an angle blunt enough for a common layer.
     fn ends(&self, edge: &FeatureEdge) -> ([DVec3; 2], bool) {
         let is_blunt = edge.mitre <= LONGEST_MITRE;
         let mitre = if is_blunt { edge.mitre } else { 1.0 };
@@ -228,9 +223,9 @@ impl<'a> Layer<'a> {
         front.advance(&candidates, right);
     }
 
-    /// Samples where faces meet at too sharp an angle for a common layer. Those of other faces speak there for a place,
-    /// and keep nothing from this one's wall; so each face gets samples of its own, then the edges and vertices
-    /// between.
+    /// Samples where faces meet at too acute an angle for a common layer: the layers of the faces then meet far behind
+    /// the edge. There, the nearest sample belongs to another face and does not guard this one. So each face gets
+    /// samples of its own, then the edges and vertices between them.
     fn guard_valleys(
         &self,
         front: &mut Front,
@@ -280,7 +275,7 @@ impl<'a> Layer<'a> {
     }
 }
 
-/// Rows of a length at the spacing.
+/// Number of intervals in a row of a length at the spacing.
 fn rows(length: f64, spacing: f64) -> u32 {
     (length / spacing - 1e-3).ceil().max(1.0) as u32
 }

@@ -19,8 +19,8 @@ pub(crate) use surfaces::{for_each_sample, for_each_sample_of};
 /// A boundary particle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoundarySample {
-    /// Where it is \[m].
+    /// Position \[m].
     pub position: Vec3,
-    /// Unit vector from the solid into the fluid; in edges and corners the mean of the faces'.
+    /// Unit vector from the solid into the fluid; in edges and corners the mean of the adjacent faces' normals.
     pub normal: Vec3,
 }

@@ -1,4 +1,4 @@
-//! Surfaces into samples at the spacing, in one layer inside the solid.
+//! Samples surfaces at the spacing, in one layer inside the solid.
 
 use std::f32::consts::{PI, TAU};
 
@@ -10,14 +10,14 @@ use crate::{
     scene::{BoundaryShape, Dimension, Scene, shapes::wall_axes},
 };
 
-/// Boundary particles of a scene. Fails if the file of a mesh is gone or has become unusable.
+/// Boundary particles of a scene. Fails if the file of a mesh was removed or is no longer valid.
 pub fn sample(scene: &Scene) -> Result<Vec<BoundarySample>, MeshError> {
     let mut samples = Vec::new();
     for_each_sample(scene, &mut |sample| samples.push(sample))?;
     Ok(samples)
 }
 
-/// Calls `put` with what [`sample`] would hold. Shapes other than meshes need no memory for it.
+/// Calls `put` with each sample that [`sample`] would return. Only meshes need memory for it.
 pub(crate) fn for_each_sample(
     scene: &Scene,
     put: &mut dyn FnMut(BoundarySample),
@@ -25,7 +25,7 @@ pub(crate) fn for_each_sample(
     for_each_sample_of(scene, &mut |_, sample| put(sample))
 }
 
-/// As [`for_each_sample`], with the number of the boundary.
+/// As [`for_each_sample`], with the number of the sample's boundary.
 pub(crate) fn for_each_sample_of(
     scene: &Scene,
     put: &mut dyn FnMut(u32, BoundarySample),
@@ -59,7 +59,7 @@ fn sample_shape(
             put,
         ),
         BoundaryShape::Box { min, max, .. } => {
-            // A plate thinner than the spacing keeps one layer, in its middle.
+            // A plate thinner than the spacing has one layer, in its middle.
             let middle = 0.5 * (min + max);
             shell(
                 (min + inset).min(middle),
@@ -107,14 +107,14 @@ fn sample_shape(
     Ok(())
 }
 
-/// On which side of a shell the fluid is.
+/// The side of a shell on which the fluid is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Side {
     Inside { open: bool },
     Outside,
 }
 
-/// The surface of the box `min`–`max` on a lattice no coarser than the spacing; edges and corners once.
+/// The surface of the box `min`–`max` on a lattice at most as coarse as the spacing; edges and corners once.
 fn shell(
     min: Vec3,
     max: Vec3,
@@ -137,7 +137,7 @@ fn shell(
     let inwards = |k: i32, last: i32| i32::from(k == 0) - i32::from(k == last && last > 0);
     for z in 0..=last.z {
         for y in 0..=last.y {
-            // An open tank's walls end at its rim.
+            // The walls of an open tank end at its rim.
             if open_top && y == last.y && y > 0 {
                 continue;
             }
@@ -146,7 +146,7 @@ fn shell(
             } else {
                 inwards(z, last.z)
             };
-            // Of a row within the box only its ends are on the surface.
+            // In a row inside the box only the ends are on the surface.
             let is_within = depth == 0 && inwards(y, last.y) == 0;
             let stride = if is_within { last.x.max(1) } else { 1 };
             for x in (0..=last.x).step_by(stride as usize) {
@@ -162,7 +162,7 @@ fn shell(
                     });
                 };
                 face(normal);
-                // A plate of one layer has two faces in one place.
+                // A plate with one layer has both faces in one place.
                 let other = IVec3::select(last.cmpeq(IVec3::ZERO), -normal, normal);
                 if other != normal {
                     face(other);
@@ -184,7 +184,7 @@ fn circle(center: Vec3, radius: f32, spacing: f32, put: &mut dyn FnMut(BoundaryS
     });
 }
 
-/// A Fibonacci lattice with one particle for every square of the spacing.
+/// A Fibonacci lattice with one particle per square of the spacing.
 fn sphere(center: Vec3, radius: f32, spacing: f32, put: &mut dyn FnMut(BoundarySample)) {
     let count = (4.0 * PI * (radius / spacing).powi(2)).ceil().max(1.0) as u32;
     let golden_angle = PI * (3.0 - 5f32.sqrt());
@@ -211,7 +211,7 @@ fn plane(
     let (along, across) = wall_axes(normal, dimension);
     let count = (2.0 * half_size / spacing - 1e-3).ceil().max(1.0) as i32;
     let place = |k: i32| half_size * (2.0 * k as f32 / count as f32 - 1.0);
-    // In the plane a wall is a line: one row, through its centre.
+    // In 2-D a wall is a line: a single row through its centre.
     let rows = if dimension == Dimension::Two {
         0..=0
     } else {

@@ -1,4 +1,5 @@
-//! Thin parts of a mesh, which the layer of samples behind its faces does not reach.
+//! Thin parts of a mesh: where a solid is thinner than two layers, the layer of samples behind its faces does not
+//! exist.
 
 use glam::DVec3;
 
@@ -9,20 +10,22 @@ use super::{
 };
 use crate::mesh::Mesh;
 
-/// Faces whose normals are further apart than by this cosine are the two sides of a thin part.
+/// Faces are the two sides of a thin part if the cosine between their normals is below this.
 const OPPOSITE: f64 = -0.5;
-/// A part of the surface without a sample of its side this near is not guarded \[spacings]. The layers of a built-in
-/// tank and box leave 0.90 and 1.04.
+/// A part of the surface is unguarded if no sample of its side is this close \[spacings]. The layers of a built-in tank
+/// and box leave 0.90 and 1.04.
 const GUARDED: f32 = 1.15;
 
-/// Guards what the layer does not reach, each side for itself: first between two sides, then along rims, where balls
-/// are the smaller the nearer to the edge they touch, from the largest on.
+/// Samples the thin parts, each side separately. Samples are centres of the largest balls that fit into the solid and
+/// touch its surface (shrinking balls: Ma, Bae & Choi 2012), with the normal of that side. Two sides in one place share
+/// its volume, because volumes follow from the density of samples. Parts between two sides come first, then rims. At
+/// rims the balls shrink towards the edge, and the largest are taken first.
 pub(super) fn fill_thin_parts(mesh: &Mesh, spacing: f32, depth: f64, front: &mut Front) {
     let guarded = GUARDED * spacing;
     let mut balls = Vec::new();
     for triangle in 0..mesh.triangles.len() {
         let normal = mesh.normals[triangle];
-        // A little inside of the triangle, where its own normal counts.
+        // Slightly inside the triangle, where its own normal applies.
         let corners = mesh.corners(triangle);
         let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
         let corners = corners.map(|corner| corner.lerp(middle, 1e-3));
@@ -43,21 +46,21 @@ pub(super) fn fill_thin_parts(mesh: &Mesh, spacing: f32, depth: f64, front: &mut
     }
 }
 
-/// The largest ball in the solid that touches its surface at a place.
+/// The largest ball in the solid that touches its surface at a given point.
 #[derive(Debug, Clone, Copy)]
 struct Ball {
     centre: DVec3,
     radius: f64,
-    /// The place.
+    /// The point of contact.
     touches: DVec3,
-    /// Of the surface there.
+    /// Normal of the surface there.
     normal: DVec3,
-    /// Whether the surface that keeps it from being larger faces the other way.
+    /// Whether the surface that limits its radius faces the other way.
     is_between: bool,
 }
 
 impl Ball {
-    /// With a radius of `depth` at most.
+    /// The largest ball with a radius of at most `depth`.
     fn largest(mesh: &Mesh, touches: DVec3, normal: DVec3, depth: f64) -> Option<Self> {
         let mut ball = Self {
             centre: touches - depth * normal,
@@ -73,8 +76,8 @@ impl Ball {
                 return Some(ball);
             }
             ball.is_between = mesh.normals[nearest.triangle].dot(normal) < OPPOSITE;
-            // Through the place and the nearest point: that is in the ball, or the centre is past the solid's other
-            // side.
+            // The ball through the point of contact and the nearest point. The nearest point is inside the present
+            // ball, unless the centre is beyond the other side of the solid.
             let offset = touches - nearest.at;
             let along = 2.0 * normal.dot(offset);
             if along <= 0.0 {
@@ -86,8 +89,8 @@ impl Ball {
         Some(ball)
     }
 
-    /// On the edge of a thin part the layer is as deep behind the rim as behind any face, if the part is no thinner
-    /// there.
+    /// At the edge of a thin part, moves the centre as deep behind the rim as the layer is behind any face, if the part
+    /// is no thinner there.
     fn beside_rim(self, mesh: &Mesh, depth: f64) -> Self {
         let centre = self.touches - depth * self.normal;
         let is_within = mesh.nearest(centre).distance <= -0.98 * self.radius;

@@ -51,7 +51,8 @@ pub struct Scene {
     pub dimension: Dimension,
     /// Distance of the particles at rest \[m].
     pub spacing: f32,
-    /// Function of the smoothing kernel; the cubic spline if absent.
+    /// Function of the smoothing kernel. If absent the quintic spline in 2-D and the cubic in 3-D; the cubic, too, for a
+    /// `support` that is written.
     #[serde(default)]
     pub kernel: Option<KernelFunction>,
     /// Support radius of the kernel in spacings \[-]; `h = support × spacing`. If absent what is advised for the kernel
@@ -171,7 +172,10 @@ impl Scene {
 
     /// Function of the kernel, as written or as advised (`docs/decisions/kernels.md`).
     pub fn kernel(&self) -> KernelFunction {
-        self.kernel.unwrap_or(KernelFunction::CubicSpline)
+        self.kernel.unwrap_or(match (self.dimension, self.support) {
+            (Dimension::Two, None) => KernelFunction::QuinticSpline,
+            (Dimension::Two, Some(_)) | (Dimension::Three, _) => KernelFunction::CubicSpline,
+        })
     }
 
     /// Support radius in spacings \[-], as written or as advised.

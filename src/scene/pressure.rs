@@ -75,6 +75,9 @@ pub struct Pcisph {
     /// Whether pressures are corrected once more after the prediction that met η, and the step is taken with their
     /// force: the paper's Algorithm 2 to the letter. Without it the step goes to the prediction itself.
     pub last_correction: bool,
+    /// Share κ of the compact Laplacian in the system \[-], which keeps pressure from alternating between particles (see
+    /// [`stabilisation`](crate::pressure::stabilisation)); the paper's is 0.
+    pub stabilisation: f32,
 }
 
 /// Parameters of IISPH. Those that it shares with [`Pcisph`] mean the same.
@@ -103,6 +106,9 @@ pub struct Iisph {
     /// Whether corrections have momentum: fewer iterations, most of all in deep water (see
     /// [`implicit`](crate::pressure::implicit)). The paper's have none.
     pub momentum: bool,
+    /// Share κ of the compact Laplacian in the system \[-], which keeps pressure from alternating between particles (see
+    /// [`stabilisation`](crate::pressure::stabilisation)); the paper's is 0.
+    pub stabilisation: f32,
 }
 
 /// Parameters of DFSPH. Those that it shares with [`Pcisph`] and [`Iisph`] mean the same, for the solve that keeps the
@@ -121,9 +127,7 @@ pub struct Dfsph {
     pub max_iterations: u32,
     /// What happens when `max_iterations` do not reach η.
     pub not_converged: NotConverged,
-    /// Share of the pressures before that the iterations start from \[-]. Still water moves with 1 % of sqrt(g H) at
-    /// 0.9, with 0.05 % at 0.7 and below; a dam break takes 3988 iterations at 0.6 and 3673 at 0.7; at the end of the
-    /// elliptic drop its axis is 0.98 % off at ½, 0.99 at 0.6, 1.01 at 0.7.
+    /// Share of the pressures before that the iterations start from \[-].
     pub warm_start: f32,
     /// Steps whose pressures these are the mean of.
     pub warm_start_steps: u32,
@@ -140,6 +144,9 @@ pub struct Dfsph {
     pub min_divergence_iterations: u32,
     /// After so many the divergence that is left is left: the density solve has the last word.
     pub max_divergence_iterations: u32,
+    /// Share κ of the compact Laplacian in the system \[-], which keeps pressure from alternating between particles (see
+    /// [`stabilisation`](crate::pressure::stabilisation)); the paper's is 0.
+    pub stabilisation: f32,
 }
 
 /// What a limit on the density error is compared with.
@@ -170,10 +177,12 @@ impl Default for PressureMethod {
     }
 }
 
-/// Share of the last pressures that every method starts from \[-], and share of the compression found that a step
-/// removes. Measured on tanks of 10 to 240 rows and columns of 40 and 80: `docs/decisions/still_water.md`.
-const WARM_START: f32 = 0.8;
-const RECOVERY: f32 = 0.3;
+/// Of IISPH and DFSPH: share of the last pressures that a step starts from \[-], share of the compression found that a
+/// step removes, and share of the compact Laplacian. Measured on tanks of 10 to 240 rows, waves, drops and dam breaks in
+/// 2-D and 3-D: `docs/decisions/stabilisation.md`.
+const WARM_START: f32 = 0.9;
+const RECOVERY: f32 = 0.1;
+const STABILISATION: f32 = 0.1;
 
 impl Default for Pcisph {
     fn default() -> Self {
@@ -184,10 +193,12 @@ impl Default for Pcisph {
             min_iterations: 3,
             max_iterations: 1000,
             not_converged: NotConverged::Stop,
-            warm_start: WARM_START,
+            // Its deep tanks fail with more, and with stabilisation.
+            warm_start: 0.8,
             warm_start_steps: 1,
             momentum: true,
-            recovery: RECOVERY,
+            recovery: 0.3,
+            stabilisation: 0.0,
             last_correction: false,
         }
     }
@@ -206,6 +217,7 @@ impl Default for Iisph {
             relaxation: 0.4,
             momentum: true,
             recovery: RECOVERY,
+            stabilisation: STABILISATION,
         }
     }
 }
@@ -223,6 +235,7 @@ impl Default for Dfsph {
             relaxation: 0.4,
             momentum: true,
             recovery: RECOVERY,
+            stabilisation: STABILISATION,
             max_divergence_error: 1e-3,
             min_divergence_iterations: 0,
             max_divergence_iterations: 100,

@@ -1,4 +1,4 @@
-//! AVX-512 for the search; arithmetic is that of AVX2.
+//! AVX-512 for the neighbour search; arithmetic uses AVX2.
 #![allow(unsafe_code, reason = "intrinsics; every block says why it may")]
 
 use std::arch::x86_64::*;
@@ -12,7 +12,7 @@ use super::{
     x86::Avx2,
 };
 
-/// Proof that the machine has AVX2, FMA and AVX-512 F and VL: made by `detect` alone.
+/// Proof that the machine has AVX2, FMA and AVX-512 F and VL: only `detect` creates it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Avx512(Avx2);
 
@@ -35,7 +35,7 @@ impl Avx512 {
     }
 }
 
-/// Passes an operation on to AVX2.
+/// Forwards an operation to AVX2.
 macro_rules! as_avx2 {
     ($(fn $name:ident($($argument:ident: $type:ty),*) -> $output:ty;)*) => { $(
         #[inline(always)]

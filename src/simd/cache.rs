@@ -1,6 +1,6 @@
 //! Hints to the cache.
 
-/// Hints that `place` is about to be used, so that many places far from each other are fetched at a time.
+/// Hints that `place` will be used soon, so that several distant cache lines are fetched at a time.
 #[inline(always)]
 pub(crate) fn prefetch<T>(place: &T) {
     #[cfg(target_arch = "x86_64")]

@@ -1,31 +1,31 @@
-//! Who may be a neighbour: what the search over candidates reads, and what it asks of them.
+//! Candidate neighbours: the data that the search over candidates reads, and its criteria.
 
 use glam::Vec4;
 
-/// Candidates are padded to a multiple of this with points that nothing reaches.
+/// Candidates are padded to a multiple of this with points that lie in no ball.
 pub const CANDIDATE_ALIGNMENT: usize = 16;
 
-/// What candidates are tested against.
+/// The ball that candidates are tested against.
 #[derive(Debug, Clone, Copy)]
 pub struct Probe {
     /// Centre of the ball \[m].
     pub center: [f32; 3],
     /// Square of its radius \[m²]; the ball is closed.
     pub radius_squared: f32,
-    /// The row that is no neighbour of itself; `u32::MAX` if there is none.
+    /// The row that is skipped because it is the probe itself; `u32::MAX` if there is none.
     pub own_row: u32,
 }
 
-/// A stretch of entries within a block.
+/// A contiguous range of entries within a block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Run {
-    /// The place of the first one's x; y, z and the row stand a pitch further each.
+    /// Index of the first entry's x; its y, z and row follow at distances of one pitch.
     pub start: u32,
-    /// How many.
+    /// Number of entries.
     pub len: u32,
 }
 
-/// What points must be near to become candidates: a box around the centres of several probes.
+/// Filter for candidates: points near a box around the centres of several probes.
 #[derive(Debug, Clone, Copy)]
 pub struct Near {
     /// Lowest coordinates \[m].
@@ -37,7 +37,7 @@ pub struct Near {
 }
 
 impl Near {
-    /// Everything is near.
+    /// Accepts every point.
     pub const ALL: Self = Self {
         low: [f32::NEG_INFINITY; 3],
         high: [f32::INFINITY; 3],
@@ -45,8 +45,8 @@ impl Near {
     };
 }
 
-/// Candidate neighbours as a structure of arrays, padded to whole vectors. The columns only grow, so that a candidate
-/// is written once and nothing is cleared before it.
+/// Candidate neighbours as a structure of arrays, padded to whole vectors. The columns only grow, so that each
+/// candidate is written once and nothing is cleared before.
 #[derive(Debug, Default, Clone)]
 pub struct Candidates {
     x: Vec<f32>,
@@ -56,12 +56,12 @@ pub struct Candidates {
     pub(super) len: usize,
 }
 
-/// Candidates that there is room for at once: more than the cells around a point hold in most scenes, so that the
-/// buffers of a thread do not grow step by step, whenever it finds its first work.
+/// Initial capacity: more than the number of points in the cells around a point in most scenes. Otherwise the buffers
+/// of a thread would grow step by step when it first gets work.
 pub(crate) const FIRST_ROOM: usize = 1024;
 
 impl Candidates {
-    /// Forgets all candidates, keeps the memory.
+    /// Removes all candidates and keeps the memory.
     pub fn clear(&mut self) {
         self.len = 0;
     }
@@ -87,7 +87,7 @@ impl Candidates {
         self.len = end;
     }
 
-    /// Room for all entries of `runs`, and a vector, behind the candidates it has.
+    /// Space for all entries of `runs`, and one more vector, after the present candidates.
     #[inline(always)]
     pub(super) fn room(&mut self, runs: &[Run]) -> ([&mut [f32]; 3], &mut [u32]) {
         let more: usize = runs.iter().map(|run| run.len as usize).sum();
@@ -101,7 +101,7 @@ impl Candidates {
         (columns, &mut rows[place])
     }
 
-    /// Pads to whole vectors with points at infinity, which no ball reaches.
+    /// Pads to whole vectors with points at infinity, which lie in no ball.
     pub fn pad(&mut self) {
         let padded = self.padded_len();
         if self.rows.len() < padded {
@@ -114,12 +114,12 @@ impl Candidates {
         self.rows[place].fill(u32::MAX);
     }
 
-    /// Number of candidates.
+    /// Number of candidates, without padding.
     pub fn len(&self) -> usize {
         self.len
     }
 
-    /// Length with the padding.
+    /// Number of candidates, with padding.
     pub fn padded_len(&self) -> usize {
         self.len.next_multiple_of(CANDIDATE_ALIGNMENT)
     }

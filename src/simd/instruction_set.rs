@@ -1,4 +1,4 @@
-//! Which instruction set a loop runs with: asked of the machine at run time.
+//! The instruction set of a loop, chosen at run time.
 
 #[cfg(target_arch = "x86_64")]
 use super::{avx512::Avx512, x86::Avx2};
@@ -7,7 +7,7 @@ use super::{portable::Portable, vector::Vectorised};
 /// Instruction set of the neighbour loops.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum InstructionSet {
-    /// What the compiler makes of plain Rust. Fuses multiply-add only where the build target has it.
+    /// Plain Rust, vectorised by the compiler. Multiply-add is fused only if the build target has it.
     Portable,
     /// AVX2 with FMA.
     Avx2,
@@ -46,12 +46,12 @@ impl InstructionSet {
         }
     }
 
-    /// The set for arithmetic. With AVX-512 enabled the compiler takes 512-bit detours in loops of eight lanes.
+    /// The set used for arithmetic. With AVX-512 enabled the compiler uses slower 512-bit code in loops of eight lanes.
     pub fn arithmetic(self) -> Self {
         self.min(Self::Avx2)
     }
 
-    /// Runs `body` compiled for this set, or the portable one where the machine lacks it.
+    /// Runs `body` compiled for this set, or the portable version if the machine lacks it.
     #[inline]
     pub fn dispatch<V: Vectorised>(self, body: V) -> V::Output {
         #[cfg(target_arch = "x86_64")]

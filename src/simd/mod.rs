@@ -1,13 +1,13 @@
 //! Eight lanes of `f32`, chosen at run time: the only module with `unsafe`.
 //!
 //! A neighbour loop is written once, generic over [`Simd`], and [`InstructionSet::dispatch`] compiles it for every
-//! instruction set. Eight lanes in every path, IEEE division and square root, sums folded in one fixed tree: paths
-//! with fused multiply-add give the same bits. AVX-512 changes no arithmetic; it tests sixteen candidates at once
-//! and compacts the hits, which gives the same lists.
+//! instruction set. Every path has eight lanes, IEEE division and square root, and sums in one fixed tree, so paths
+//! with fused multiply-add give the same bits. AVX-512 does not change the arithmetic: it tests sixteen candidates at
+//! once and compacts the hits, which gives the same lists.
 //!
-//! Tried and dropped: sixteen lanes, one vector of AVX-512 or two of AVX2, which gives the same bits on all machines,
-//! too. With AVX-512 a density pass took 15 % less, but a step 0 to 5 %, since most passes wait for loads; and compact
-//! hashing, whose cells have eight points, compared them 1.4 times as long with AVX-512 and three times with AVX2.
+//! Tried and rejected: sixteen lanes (one AVX-512 vector or two of AVX2), with the same bits on all machines. A density
+//! pass with AVX-512 took 15 % less time, but a step only 0 to 5 %, because most passes wait for loads. Compact
+//! hashing, with eight points per cell, took 1.4 times as long to compare them with AVX-512 and 3 times with AVX2.
 
 #[cfg(target_arch = "x86_64")]
 mod avx512;

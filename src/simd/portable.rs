@@ -1,4 +1,4 @@
-//! The path that every machine has: arrays of eight, for the compiler to vectorise.
+//! The path for every machine: arrays of eight numbers, vectorised by the compiler.
 
 use std::array::from_fn;
 
@@ -15,16 +15,16 @@ pub struct Portable;
 
 type F = [f32; LANES];
 
-/// Whether the build target multiplies and adds with one rounding; a call of the library's would be far too slow.
+/// Whether the build target has fused multiply-add; a library call instead would be far too slow.
 const FUSED: bool = cfg!(any(target_feature = "fma", target_arch = "aarch64"));
 
-/// The lanes for which a condition holds, a bit each.
+/// The lanes for which a condition holds, one bit each.
 #[inline(always)]
 fn mask(holds: impl Fn(usize) -> bool) -> u32 {
     (0..LANES).map(|lane| u32::from(holds(lane)) << lane).sum()
 }
 
-/// The lanes of `mask` first and in their order.
+/// Moves the lanes of `mask` to the front, in their order.
 #[inline(always)]
 fn compress<T: Copy>(lanes: [T; LANES], mask: u32) -> [T; LANES] {
     let (mut compressed, mut count) = (lanes, 0);
@@ -166,7 +166,7 @@ impl Simd for Portable {
     ) -> F {
         let last = a.len().min(b.len()) - 1;
         for k in 0..4 {
-            // The row of a lane is one of the lower or of the upper four.
+            // Lane `l` uses row k of the lower four rows or row k of the upper four.
             let of_lane = |lane: usize| k + lane / 4 * 4;
             let entry = |table: &[Vec4]| -> F {
                 from_fn(|lane| table[(rows[of_lane(lane)] as usize).min(last)][lane % 4])
@@ -219,7 +219,7 @@ impl Simd for Portable {
                 y - probe.center[1],
                 z - probe.center[2],
             );
-            // Not fused, here and in every path: all must find the same pairs.
+            // Not fused, here and in every other path: all must find the same pairs.
             let inside = dx * dx + dy * dy + dz * dz <= probe.radius_squared;
             hits[count] = row;
             count += usize::from(inside & (row != probe.own_row));

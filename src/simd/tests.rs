@@ -2,7 +2,7 @@ use glam::Vec4;
 
 use super::*;
 
-/// A small generator: the same numbers everywhere.
+/// A small random number generator with the same numbers on every machine.
 fn numbers(seed: u64) -> impl FnMut() -> f32 {
     let mut state = seed;
     move || {
@@ -13,7 +13,7 @@ fn numbers(seed: u64) -> impl FnMut() -> f32 {
     }
 }
 
-/// So many vectors of such numbers.
+/// `count` vectors of such numbers.
 fn vectors(seed: u64, count: usize) -> Vec<Vec4> {
     let mut next = numbers(seed);
     let vector = |_| Vec4::new(next(), next(), next(), next());
@@ -107,7 +107,7 @@ impl Vectorised for Take<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> Vec<u32> {
         let mut candidates = Candidates::default();
-        // Twice: what is there stays.
+        // Called twice: existing candidates must be kept.
         simd.take_near(&mut candidates, self.0, self.1, &self.2[..1]);
         simd.take_near(&mut candidates, self.0, self.1, &self.2[1..]);
         let len = candidates.len();
@@ -250,7 +250,7 @@ fn every_instruction_set_sums_products_of_vectors() {
         &[9, 2, 77],
         &[0, 0, 0, 0, 8],
     ] {
-        // Beyond the shorter table both read where that ends.
+        // For rows beyond the shorter table both tables read its last entry.
         let rows = (0..LANES).map(|lane| list.get(lane).map_or(38, |&row| (row as usize).min(38)));
         let factors =
             (0..LANES).map(|lane| list.get(lane).map_or(39, |&row| (row as usize).min(39)));
@@ -312,7 +312,7 @@ fn every_instruction_set_masks_and_compresses_alike() {
         .map(|_| Vec4::new(next(), next(), next(), 0.0))
         .collect();
     table[3].y = f32::NAN;
-    // Not inside: the cube is open.
+    // On the face of the cube, which is open: not inside.
     table[4] = Vec4::new(0.9, 0.5, 0.5, 0.0);
     let cube = Cube {
         center: [0.5; 3],

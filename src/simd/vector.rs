@@ -1,4 +1,4 @@
-//! What a loop is written with: the operations on eight lanes.
+//! The operations on eight lanes in which a loop is written.
 
 use glam::Vec4;
 
@@ -7,7 +7,7 @@ use super::candidates::{Candidates, Near, Probe, Run};
 /// Lanes of a vector.
 pub const LANES: usize = 8;
 
-/// Eight numbers in memory, where one load takes them.
+/// Eight numbers in memory, aligned for one load.
 #[derive(Debug, Clone, Copy, Default)]
 #[repr(C, align(32))]
 pub struct Lanes(pub [f32; LANES]);
@@ -35,7 +35,7 @@ pub trait Simd: Copy {
     fn mul(self, a: Self::F, b: Self::F) -> Self::F;
     /// `a / b`
     fn div(self, a: Self::F, b: Self::F) -> Self::F;
-    /// `a b + c`, rounded once where the machine can.
+    /// `a b + c`, rounded once if the machine can.
     fn mul_add(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F;
     /// The larger of two.
     fn max(self, a: Self::F, b: Self::F) -> Self::F;
@@ -46,26 +46,26 @@ pub trait Simd: Copy {
     /// Sum of the lanes, in the order `((0+4)+(2+6)) + ((1+5)+(3+7))`.
     fn sum(self, a: Self::F) -> f32;
 
-    /// The first eight rows of a list; where it has fewer, the other lanes hold `u32::MAX`.
+    /// The first eight rows of a list; missing rows are `u32::MAX`.
     fn rows(self, list: &[u32]) -> Self::Rows;
-    /// The lanes whose row is less than `limit`, a bit each.
+    /// The lanes whose row is less than `limit`, one bit each.
     fn below(self, rows: Self::Rows, limit: u32) -> u32;
-    /// The lanes whose point is inside a cube, a bit each. Coordinates that are not a number are outside.
+    /// The lanes whose point is inside a cube, one bit each. NaN coordinates are outside.
     fn inside(self, point: [Self::F; 3], cube: Cube) -> u32;
-    /// The lanes of `mask` first and in their order; what the others hold is open.
+    /// Moves the lanes of `mask` to the front, in their order; the remaining lanes are unspecified.
     fn compress(self, a: Self::F, mask: u32) -> Self::F;
-    /// The same of rows, into memory.
+    /// As `compress`, for rows, into memory.
     fn compress_rows(self, rows: Self::Rows, mask: u32) -> [u32; LANES];
-    /// Moves the entries of a block of four columns from `place` on up by one, the last out, and puts one there. The
-    /// length of a column is a multiple of four.
+    /// Inserts `entry` at `place` into a block of four columns: entries from `place` on move up by one, the last is
+    /// dropped. The length of a column is a multiple of four.
     fn insert(self, block: &mut [u32], place: usize, entry: [u32; 4]);
-    /// Four columns at eight rows. A row beyond the table reads its last entry.
+    /// Reads four columns at eight rows. A row beyond the table reads its last entry.
     fn gather(self, table: &[Vec4], rows: Self::Rows) -> [Self::F; 4];
     /// A vector in both halves.
     fn splat_vector(self, x: Vec4) -> Self::F;
     /// `sum + Σ_k factor_k (a − a_k) (b − b_k)` with `own` a and b, over eight rows of two tables, component by
-    /// component: the first four rows in the lower half, the others in the upper. A row beyond the shorter table reads
-    /// its last row in both.
+    /// component: the first four rows in the lower half, the others in the upper half. A row beyond the shorter table
+    /// reads the entry at the shorter table's last row in both.
     fn add_products(
         self,
         tables: [&[Vec4]; 2],
@@ -76,10 +76,10 @@ pub trait Simd: Copy {
     ) -> Self::F;
     /// Sum of the first three components of both halves, `((0+4)+(1+5)) + (2+6)`.
     fn sum_vectors(self, a: Self::F) -> f32;
-    /// Appends the entries of `runs` that are near, in their order. `blocks` are words and a pitch: columns of that
-    /// many entries, x, y, z as bits and rows, block after block, and
-    /// [`CANDIDATE_ALIGNMENT`](super::CANDIDATE_ALIGNMENT) words more: whole vectors are read. A run that is not in a
-    /// block panics.
+    /// Appends the entries of `runs` that are near, in their order. `blocks` holds blocks of four columns with `pitch`
+    /// entries each (bits of x, y, z; rows), block after block, followed by
+    /// [`CANDIDATE_ALIGNMENT`](super::CANDIDATE_ALIGNMENT) more words, because whole vectors are read. A run that is
+    /// not inside a block panics.
     fn take_near(
         self,
         candidates: &mut Candidates,
@@ -87,8 +87,8 @@ pub trait Simd: Copy {
         blocks: (&[u32], usize),
         runs: &[Run],
     );
-    /// Appends the rows of `candidates` within `radius_squared` of `center`, without `own_row`, to `hits` in their
-    /// order, and says how many. `hits` must have room for `candidates.padded_len() + CANDIDATE_ALIGNMENT`.
+    /// Appends the rows of `candidates` within `radius_squared` of `center`, except `own_row`, to `hits` in their
+    /// order, and returns their number. `hits` must have room for `candidates.padded_len() + CANDIDATE_ALIGNMENT`.
     fn collect_hits(self, candidates: &Candidates, probe: Probe, hits: &mut [u32]) -> usize;
 }
 
@@ -101,9 +101,9 @@ pub struct Cube {
     pub half: f32,
 }
 
-/// A loop body that is compiled for every instruction set. Mark `run` and all it calls `#[inline(always)]`.
+/// A loop body that is compiled for every instruction set. Mark `run` and everything it calls `#[inline(always)]`.
 pub trait Vectorised {
-    /// What it gives.
+    /// Result of the body.
     type Output;
     /// The body.
     fn run<S: Simd>(self, simd: S) -> Self::Output;

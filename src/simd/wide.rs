@@ -1,26 +1,26 @@
-//! The two loops of the search over candidates, written once for vectors of eight and of sixteen lanes.
+//! The two loops of the search over candidates, written once for eight and for sixteen lanes.
 #![allow(unsafe_code, reason = "intrinsics; every block says why it may")]
 
 use std::arch::x86_64::*;
 
 use super::candidates::{Candidates, Near, Probe, Run};
 
-/// A vector of the search, which is written once for two widths. Its lanes are numbers, or rows as bits.
+/// A vector of the search, for two widths. Its lanes are numbers, or rows as bits.
 pub(super) trait Wide: Copy {
     const LANES: usize;
     /// `x` in every lane.
     unsafe fn splat(x: f32) -> Self;
-    /// [`LANES`](Self::LANES) words from here on.
+    /// [`LANES`](Self::LANES) words starting at `from`.
     unsafe fn load(from: *const u32) -> Self;
     unsafe fn add(a: Self, b: Self) -> Self;
     unsafe fn sub(a: Self, b: Self) -> Self;
     unsafe fn mul(a: Self, b: Self) -> Self;
     unsafe fn max(a: Self, b: Self) -> Self;
-    /// The lanes in which a ≤ b, a bit each.
+    /// The lanes in which a ≤ b, one bit each.
     unsafe fn at_most(a: Self, b: Self) -> u32;
-    /// The lanes that do not hold `row`, a bit each.
+    /// The lanes that do not hold `row`, one bit each.
     unsafe fn differs(a: Self, row: u32) -> u32;
-    /// Writes [`LANES`](Self::LANES) words, the lanes of `mask` first and in their order.
+    /// Writes [`LANES`](Self::LANES) words: the lanes of `mask` first, in their order.
     unsafe fn compress(a: Self, mask: u32, to: *mut u32);
 }
 
@@ -118,8 +118,8 @@ impl Wide for __m512 {
 
     #[inline(always)]
     unsafe fn compress(a: Self, mask: u32, to: *mut u32) {
-        // SAFETY: the caller has AVX-512 F and room for sixteen words. In a register first: a compressing store to
-        // memory is slow on some processors.
+        // SAFETY: the caller has AVX-512 F and room for sixteen words. Compressed in a register first: a compressing
+        // store to memory is slow on some processors.
         unsafe { _mm512_storeu_ps(to.cast(), _mm512_maskz_compress_ps(mask as u16, a)) }
     }
 }
@@ -138,17 +138,18 @@ pub(super) unsafe fn take_near<V: Wide>(
     let to = [to_x, to_y, to_z].map(|column| column.as_mut_ptr().cast::<u32>());
     let to = [to[0], to[1], to[2], to_rows.as_mut_ptr()];
     let mut count = 0;
-    // Behind the start of the last column, without a vector. Nothing is left of it where a pitch is past all words.
+    // Words after the start of the last column, less one vector: every run must end by this entry. 0 if the last column
+    // starts beyond all words.
     let last_column = pitch
         .checked_mul(3)
         .and_then(|start| words.len().checked_sub(start));
     let ends_by = last_column
         .and_then(|words| words.checked_sub(V::LANES))
         .unwrap_or(0);
-    // SAFETY: the caller has the instructions. Loads start within a run, in one of four columns, and read a vector: by
-    // the assertion in the loop there still are words a vector after the run in the last column. Stores start at
-    // `count`, which is at most the number of entries seen, and every column has room for a vector more than there are
-    // entries in all runs.
+    // SAFETY: the caller has the instructions. A load starts within a run, in one of four columns, and reads one
+    // vector: the assertion in the loop ensures that one more vector of words follows the run in the last column. A
+    // store starts at `count`, which is at most the number of entries seen, and every column has room for one vector
+    // more than the entries of all runs.
     unsafe {
         let low = near.low.map(|x| V::splat(x));
         let high = near.high.map(|x| V::splat(x));
@@ -193,8 +194,8 @@ pub(super) unsafe fn collect_hits<V: Wide>(
     assert!(x.len() == len && y.len() == len && z.len() == len);
     assert!(len.is_multiple_of(V::LANES) && hits.len() >= len + V::LANES);
     let mut count = 0;
-    // SAFETY: the caller has the instructions. Loads end at `len`, a multiple of the lanes; stores start at `count ≤
-    // len`, and `hits` has a vector more than that.
+    // SAFETY: the caller has the instructions. Loads end at `len`, a multiple of the number of lanes; stores start at
+    // `count ≤ len`, and `hits` has room for one more vector after that.
     unsafe {
         let center = probe.center.map(|x| V::splat(x));
         let limit = V::splat(probe.radius_squared);
@@ -213,17 +214,17 @@ pub(super) unsafe fn collect_hits<V: Wide>(
     count
 }
 
-/// The lanes of `mask` first and in their order. The machine must have AVX2.
+/// Moves the lanes of `mask` to the front, in their order. The machine must have AVX2.
 #[inline(always)]
 pub(super) unsafe fn compress(a: __m256, mask: u32) -> __m256 {
-    // SAFETY: the caller has AVX2; an order is eight words.
+    // SAFETY: the caller has AVX2; an entry of the table has eight words.
     unsafe {
         let order = _mm256_loadu_si256(COMPACTION[mask as usize].as_ptr().cast());
         _mm256_permutevar8x32_ps(a, order)
     }
 }
 
-/// For every mask of eight lanes: its set lanes first, in order.
+/// For every mask of eight lanes: the indices of its set lanes, in order.
 static COMPACTION: [[u32; 8]; 256] = {
     let mut table = [[0; 8]; 256];
     let mut mask = 0;

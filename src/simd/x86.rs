@@ -21,14 +21,14 @@ pub(super) fn prefetch<T>(place: &T) {
     unsafe { _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(place).cast()) }
 }
 
-/// The k-th and the fourth offset after it, read as volatile so that they come from memory (see `gather`).
+/// The k-th offset and the fourth after it. The read is volatile so that they come from memory (see `gather`).
 #[inline(always)]
 fn reload(offsets: &[u32; LANES], k: usize) -> [usize; 2] {
     // SAFETY: reads of a reference.
     [k, k + 4].map(|k| unsafe { std::ptr::read_volatile(&offsets[k]) } as usize)
 }
 
-/// Proof that the machine has AVX2 and FMA: made by `detect` alone.
+/// Proof that the machine has AVX2 and FMA: only `detect` creates it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Avx2(());
 
@@ -41,14 +41,15 @@ impl Avx2 {
         .then_some(Self(()))
     }
 
-    /// Where eight rows of a table of so many entries begin \[bytes]; of a row beyond it, where its last entry does.
+    /// Byte offsets of eight rows in a table of `entries` rows. A row beyond the table gets the offset of the last
+    /// entry.
     #[inline(always)]
     fn offsets(self, rows: __m256i, entries: usize) -> [u32; LANES] {
         assert!(entries > 0, "a table ends with a sentinel");
         let last = (entries - 1).min(MAX_ROW) as i32;
         let mut offsets = [0; LANES];
-        // SAFETY: `self` proves that the machine has AVX2; there is room for eight words. An offset of a row up to
-        // `MAX_ROW` fits one.
+        // SAFETY: `self` proves that the machine has AVX2; there is room for eight words. The offset of a row up to
+        // `MAX_ROW` fits one word.
         unsafe {
             let rows = _mm256_min_epu32(rows, _mm256_set1_epi32(last));
             _mm256_storeu_si256(offsets.as_mut_ptr().cast(), _mm256_slli_epi32::<4>(rows));
@@ -60,10 +61,10 @@ impl Avx2 {
     ///
     /// # Safety
     ///
-    /// There are sixteen bytes to read at both offsets from `base`.
+    /// Sixteen bytes must be readable at both offsets from `base`.
     #[inline(always)]
     unsafe fn two(self, base: *const u8, [low, high]: [usize; 2]) -> __m256 {
-        // SAFETY: `self` proves that the machine has AVX2; the caller answers for the offsets. Unaligned loads.
+        // SAFETY: `self` proves that the machine has AVX2; the caller guarantees the offsets. Loads are unaligned.
         unsafe {
             let low = _mm256_castps128_ps256(_mm_loadu_ps(base.add(low).cast()));
             _mm256_insertf128_ps::<1>(low, _mm_loadu_ps(base.add(high).cast()))
@@ -161,7 +162,8 @@ impl Simd for Avx2 {
 
     #[inline(always)]
     fn below(self, rows: __m256i, limit: u32) -> u32 {
-        // There is no comparison of unsigned numbers: a row below the limit is the smaller of itself and the last such.
+        // AVX2 cannot compare unsigned numbers: a row is below the limit if it equals the minimum of itself and `limit
+        // − 1`.
         let Some(last) = limit.checked_sub(1) else {
             return 0;
         };
@@ -207,8 +209,8 @@ impl Simd for Avx2 {
         let pitch = block.len() / 4;
         assert!(pitch.is_multiple_of(FOUR));
         let words: *mut __m128i = block.as_mut_ptr().cast();
-        // SAFETY: `self` proves that the machine has AVX2. Columns are whole vectors of four words; loads of the words
-        // before them begin one word earlier, but for the first of each column.
+        // SAFETY: `self` proves that the machine has AVX2. Columns consist of whole vectors of four words. A load of
+        // the preceding words begins one word earlier, except for the first vector of each column.
         unsafe {
             let place = _mm_set1_epi32(place as i32);
             for four in (0..pitch / FOUR).rev() {
@@ -232,10 +234,10 @@ impl Simd for Avx2 {
         }
     }
 
-    /// Eight loads of 16 bytes and a transposition. Option 1: four hardware gathers, 20 cycles of load port for eight
-    /// rows; option 2: this, about 10. We use 2. The offsets go through memory, eight reloads on the two load ports:
-    /// taken out of the vector they would compete with the transposition for the one shuffle port (a density pass
-    /// took 142 ns per particle so, 115 through memory).
+    /// Eight loads of 16 bytes and a transposition. Option 1 is four hardware gathers, which occupy the load ports for
+    /// 20 cycles per eight rows; option 2 is this, about 10. We use 2. The offsets are stored and reloaded through the
+    /// two load ports: extracting them from the vector would compete with the transposition for the only shuffle port
+    /// (a density pass took 142 ns per particle that way, 115 through memory).
     #[inline(always)]
     fn gather(self, table: &[Vec4], rows: __m256i) -> [__m256; 4] {
         let base = table.as_ptr().cast();

@@ -84,7 +84,7 @@ pub(crate) fn healthy(failure: Res<Failure>) -> bool {
 }
 
 /// Finds the particle of a failure while the tables still hold it.
-pub(crate) fn name_the_particle(
+pub(crate) fn locate_failure(
     mut failure: ResMut<Failure>,
     rows: Res<Rows>,
     places: Query<&Position>,

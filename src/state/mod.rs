@@ -35,7 +35,7 @@ pub use material::Material;
 pub use phase::Phase;
 pub(crate) use remembered::{Remembered, Remembers, from_bytes, to_bytes};
 pub(crate) use residual::{Corrected, wants_force};
-pub use residual::{DensityError, PressureSolve};
+pub use residual::{DensityError, SolverState};
 pub use rows::Rows;
 pub(crate) use stage::chain;
 pub use stage::{Limit, Product, Stage, Systems};

@@ -11,7 +11,7 @@ use super::{
 
 /// How well the last step's pressure solve did.
 #[derive(Resource, Debug, Default)]
-pub struct PressureSolve {
+pub struct SolverState {
     /// Iterations done; 0 for methods that do not iterate.
     pub iterations: u32,
     /// Iterations of the divergence solve; 0 for methods without one.
@@ -43,7 +43,7 @@ pub struct DensityError {
 }
 
 /// A step that fails before its pressure solve reports the solve of the step before.
-impl Remembers for PressureSolve {
+impl Remembers for SolverState {
     type State = (u32, u32, (DensityError, DensityError), (bool, bool, f64));
 
     fn state(&self, _: &[Entity]) -> Self::State {
@@ -84,7 +84,7 @@ pub(crate) struct Corrected {
     pub(crate) progress: f32,
 }
 
-impl PressureSolve {
+impl SolverState {
     /// Before the first iteration of a solve, which begins with a force if there is a pressure.
     pub(crate) fn begin(&mut self, has_pressure: bool, overshoots: bool) {
         (self.iterations, self.wants_force) = (0, has_pressure);
@@ -162,6 +162,6 @@ impl DensityError {
 }
 
 /// Whether the iteration begins with a force.
-pub(crate) fn wants_force(solve: Res<PressureSolve>) -> bool {
+pub(crate) fn wants_force(solve: Res<SolverState>) -> bool {
     solve.wants_force
 }

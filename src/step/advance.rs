@@ -1,4 +1,4 @@
-//! Whole steps for the time of a game's frame.
+//! Advancing the fluid by the duration of a host's frame, in whole steps.
 
 use bevy_ecs::prelude::*;
 
@@ -8,31 +8,31 @@ use super::{
 };
 use crate::state::{Clock, FailureCause, StepError};
 
-/// Time that the fluid is behind the host \[s]: less than a step.
+/// Simulated time by which the fluid lags behind the host \[s]: less than a step.
 #[derive(Resource, Debug, Default)]
 pub(super) struct Owed(f64);
 
-/// What [`advance`] did.
+/// Result of [`advance`].
 #[derive(Debug, Clone, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Advance {
-    /// Steps taken; 0 if the time was too short for one.
+    /// Number of steps taken; 0 if the time was too short for one.
     pub steps: u32,
-    /// Time that is kept for the next call \[s].
+    /// Time that was too short for another step and is kept for the next call \[s].
     pub rest: f64,
-    /// What the last of the steps did.
+    /// Report of the last of these steps.
     pub report: Option<StepReport>,
 }
 
-/// Part of a step that rounding of many times may lack, which does not put the step off to the next call.
+/// A step is still taken if the time left is shorter than it by this relative rounding error.
 const ROUNDING: f64 = 1e-6;
 
-/// Takes as many whole steps as fit into `seconds` and what earlier calls kept, and keeps the rest. Steps have their own
-/// length. After an error the world holds the last good state, the time that was left is forgotten, and the next call
-/// tries again.
+/// Takes as many whole steps as fit into `seconds` plus the time kept from earlier calls, and keeps the remainder. The
+/// simulation chooses the length of its steps. After an error the world holds the last good state, the kept time is
+/// dropped, and the next call tries again.
 ///
-/// A frame that took a second asks for a second of fluid, which may take longer still: a game that wants to stay in time
-/// gives no more than it can wait for, `advance(world, delta.min(0.05))`.
+/// A host that passes the duration of a slow frame asks for that much simulated time, which may take even longer to
+/// compute. A game that has to keep up limits it: `advance(world, delta.min(0.05))`.
 pub fn advance(world: &mut World, seconds: f64) -> Result<Advance, StepError> {
     if !(seconds.is_finite() && seconds >= 0.0) {
         return Err(refused(world, FailureCause::Seconds { seconds }));
@@ -45,12 +45,12 @@ pub fn advance(world: &mut World, seconds: f64) -> Result<Advance, StepError> {
     let mut done = Advance::default();
     let result = loop {
         let Some(&Clock { time, next_dt, .. }) = world.get_resource::<Clock>() else {
-            // Says what is missing.
+            // This step fails and says what is missing.
             break take_step(world).map(|_| ());
         };
         let dt = f64::from(next_dt);
         done.rest = end - time;
-        // A step that has no length fails, and says so.
+        // A clock whose next step has no length takes a step, too: it fails and reports the reason.
         if done.rest < dt * (1.0 - ROUNDING) || done.rest <= 0.0 {
             break Ok(());
         }

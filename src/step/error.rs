@@ -12,19 +12,19 @@ use crate::{
     state::DomainTooLarge,
 };
 
-/// The largest error that is let through. Lattices in corners have 0.008, with a support of four spacings 0.08, beside
-/// meshes 0.02; half a plate of 0.8 spacings has 0.15.
+/// Largest initial compression that is accepted. Lattices in corners have 0.008 (0.08 with a support of four spacings)
+/// and fluid beside meshes has 0.02. Fluid behind half a plate of 0.8 spacings has 0.15.
 pub(super) const LARGEST_ERROR: f32 = 0.1;
 
-/// How far the density of the fluid is above the rest density at the start.
+/// How far the initial density of the fluid exceeds the rest density.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct StartDensity {
     /// Largest `max(0, (ρ − ρ0)/ρ0)` \[-].
     pub max_error: f32,
-    /// The particle that has it \[m].
+    /// Position of the particle that has it \[m].
     pub place: Vec3,
-    /// Mean over all particles of the same \[-].
+    /// Mean of `max(0, (ρ − ρ0)/ρ0)` over all particles \[-].
     pub mean_error: f32,
 }
 
@@ -32,7 +32,7 @@ pub struct StartDensity {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum InstallError {
-    /// The world runs a scene already.
+    /// The world already has a scene.
     #[error("a scene is installed in this world already; a world holds one")]
     Occupied,
     /// The scene contradicts itself.
@@ -44,7 +44,7 @@ pub enum InstallError {
     /// The scene's spatial index cannot cover its walls.
     #[error("boundary: {0}")]
     Boundary(DomainTooLarge),
-    /// The fluid starts so compressed that it would explode.
+    /// The fluid is so compressed at the start that it would explode.
     #[error(
         "the fluid starts {:.1} % above its rest density at ({:.4}, {:.4}, {:.4}) m, more than {:.0} %: a wall, or \
          other fluid, is nearer there than it may be; move the fluid away from there by a part of the spacing, or let \
@@ -52,16 +52,16 @@ pub enum InstallError {
         100.0 * .0.max_error, .0.place.x, .0.place.y, .0.place.z, 100.0 * LARGEST_ERROR
     )]
     Compressed(StartDensity),
-    /// The file of a mesh is gone or has become unusable since the scene was checked.
+    /// The file of a mesh was removed or changed since the scene was checked.
     #[error(transparent)]
     Mesh(#[from] MeshError),
-    /// The file of a table is gone or has become unusable since the scene was checked.
+    /// The file of a table was removed or changed since the scene was checked.
     #[error(transparent)]
     Table(#[from] CurveError),
-    /// The system gave no threads.
+    /// The operating system refused to start threads.
     #[error("could not start threads: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),
-    /// The system gave no threads for systems that run side by side.
+    /// The operating system refused to start the threads for parallel systems.
     #[error("could not start threads for systems: {0}")]
     TaskThreads(std::io::Error),
     /// The machine has too little memory for the scene.
@@ -70,13 +70,13 @@ pub enum InstallError {
          do, or a smaller scene"
     )]
     Memory {
-        /// What it needs.
+        /// Memory that it needs.
         needed: String,
-        /// What there is.
+        /// Memory that is available.
         machine: String,
-        /// What it is needed for.
+        /// What the memory is needed for.
         parts: String,
-        /// A spacing that would do \[m].
+        /// A spacing that fits \[m].
         better: String,
     },
     /// The order file cannot be read.
@@ -84,7 +84,7 @@ pub enum InstallError {
     OrderFile {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// Error of the operating system.
         error: std::io::Error,
     },
     /// The order is refused.
@@ -92,10 +92,10 @@ pub enum InstallError {
     Order {
         /// The place in the file, unless it is the default order.
         place: Option<Place>,
-        /// Why.
+        /// Reason.
         error: OrderError,
     },
-    /// Bevy refused the schedule.
+    /// bevy refused the schedule.
     #[error("the schedule cannot be built: {0}")]
     Schedule(String),
 }

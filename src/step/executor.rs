@@ -1,4 +1,4 @@
-//! What runs the systems of a step: bevy's executors, made safe against a host's threads and panics.
+//! Runs the systems of a step with bevy's executors, protected against a host's threads and panics.
 
 use bevy_ecs::{
     error::{BevyError, ErrorContext},
@@ -10,16 +10,17 @@ use bevy_ecs::{
 
 use crate::state::Execution;
 
-/// Runs systems one after the other, or beside each other where they may.
+/// Runs the systems one at a time, or in parallel where their data allow it.
 ///
-/// A thread of the loops' pool never waits for bevy's threads: those wait for the pool, which may have no other thread.
-/// So a parallel step that a host starts within the pool runs its systems one after the other, with the same results.
+/// A thread of the loops' pool must not wait for bevy's threads, because those wait for the pool, which may have no
+/// other thread. So a parallel step that a host starts from within the pool runs its systems one at a time, with the
+/// same results.
 pub(super) struct StepExecutor {
     in_turn: SingleThreadedExecutor,
     parallel: Option<MultiThreadedExecutor>,
     applies_final_deferred: bool,
-    /// Whether the last run did not come to its end: a system panicked, and the executor still counts those as done
-    /// that ran before it.
+    /// Whether the last run was cut short: a system panicked, and the executor still counts the systems that ran before
+    /// it as done.
     unfinished: bool,
 }
 

@@ -23,16 +23,16 @@ use crate::{
     time_step,
 };
 
-/// Sets `scene` up in a world: spawns its particles, inserts what its step needs, adds the schedule `Step`.
+/// Installs `scene` in a world: spawns its particles, inserts the resources of its step, adds the schedule `Step`.
 ///
-/// The host calls [`take_step`](super::take_step), or runs the schedule itself and finds the result in [`StepOutcome`].
-/// An [`Execution`] in the world is used; otherwise one with a thread for every core is made. Between steps the host
-/// may tag, move, spawn (`(Fluid, Position(…))` is enough) and despawn fluid particles; after a change of boundary
+/// The host then calls [`take_step`](super::take_step), or runs the schedule itself and reads [`StepOutcome`]. An
+/// [`Execution`] that the world already has is used; otherwise one with a thread per core is created. Between steps the
+/// host may tag, move, spawn (`(Fluid, Position(…))` is enough) and despawn fluid particles; after it changed boundary
 /// particles it calls [`refresh_boundary`](crate::boundary::refresh_boundary).
 ///
-/// [`uninstall`](super::uninstall()) takes the scene out again.
+/// [`uninstall`](super::uninstall()) removes the scene again.
 ///
-/// After an error the world holds nothing of the scene, and another may be installed.
+/// After an error the world holds nothing of the scene, and another one may be installed.
 pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
     if world.contains_resource::<Clock>() {
         return Err(InstallError::Occupied);
@@ -45,7 +45,7 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
         Some(execution) => execution.clone(),
         None => Execution::new(0)?,
     };
-    // All that may fail comes before the first change of the world.
+    // Everything that can fail comes before the first change of the world.
     let material = Material::new(scene);
     let fluid = FluidStart::new(scene, &execution)?;
     let walls = Walls::new(scene, &execution)?;
@@ -86,16 +86,16 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
     Ok(())
 }
 
-/// The scene that a world runs.
+/// The scene that is installed in a world.
 #[derive(Resource, Debug, Clone)]
 pub(crate) struct Installed {
-    /// As it was installed.
+    /// The scene as the host passed it.
     pub(crate) scene: Scene,
-    /// The stages of a step, in their order, and the steps between two runs of each.
+    /// The stages of a step in their order, each with the number of steps between two of its runs.
     pub(crate) stages: Vec<(&'static str, u64)>,
 }
 
-/// Inserts what a step has whatever its stages are.
+/// Inserts the resources of every step, whatever its stages are.
 fn insert_resources(world: &mut World, scene: &Scene, material: &Material, stages: &Stages) {
     let dt = time_step::install(world, scene, &stages.step_limits(scene));
     world.insert_resource(Clock {

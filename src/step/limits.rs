@@ -1,4 +1,4 @@
-//! What limits a scene's time step before it has run, and what of it the scene's own time step breaks.
+//! Limits of a scene's time step that are known before it runs, and a warning if the scene exceeds them.
 
 use glam::Vec3;
 
@@ -9,10 +9,10 @@ use crate::{
     time_step::{self, adaptive},
 };
 
-/// Part of the support radius that nothing may move farther than in a step \[-].
+/// Largest distance that a particle may move in a step \[support radii].
 const FARTHEST: f32 = 0.5;
 
-/// The speed that water reaches which falls through the whole height of a box \[m/s].
+/// Speed of water that falls through the whole height of a box \[m/s].
 fn fall(scene: &Scene, low: Vec3, high: Vec3) -> f32 {
     let along = scene.gravity.normalize_or_zero();
     let height = along.abs().dot((high - low).max(Vec3::ZERO));
@@ -20,7 +20,7 @@ fn fall(scene: &Scene, low: Vec3, high: Vec3) -> f32 {
     (2.0 * scene.gravity.length() * height + start * start).sqrt()
 }
 
-/// Limits by name \[s], at the fastest that this scene's water can get by falling through its whole height.
+/// Limits by name \[s], for the largest speed of this scene: free fall through its whole height.
 pub(super) fn of(scene: &Scene, low: Vec3, high: Vec3) -> Vec<(String, f32)> {
     let gravity = scene.greatest_acceleration();
     let fall = fall(scene, low, high);
@@ -53,7 +53,7 @@ fn by_name(scene: &Scene, [speed, force]: [Limit; 2], fall: f32) -> Vec<(String,
         ),
         (format!("{} of {}", force.0, forces(scene)), force.1),
     ];
-    // Of water at rest as deep as the fluid is high: p/ρ is half the square of the fall.
+    // Pressure at the bottom of water at rest as deep as the fluid is high: p/ρ is half the square of that speed.
     let deep = scene.fluid.rest_density * 0.5 * fall * fall;
     let stages = Stages::default();
     let step = stages.step_limits(scene).pressure_step;
@@ -65,7 +65,8 @@ fn by_name(scene: &Scene, [speed, force]: [Limit; 2], fall: f32) -> Vec<(String,
     limits
 }
 
-/// A warning for a time step that is fixed, or cannot be less, above limits: each of them, and what would do.
+/// A warning if a fixed time step, or the smallest one allowed, exceeds limits. It names each of them and a time step
+/// that satisfies all.
 pub(super) fn too_long(scene: &Scene, low: Vec3, high: Vec3) -> Option<String> {
     let (what, dt) = match scene.time_step {
         TimeStep::Fixed(dt) => ("the time step", dt),
@@ -102,8 +103,8 @@ pub(super) fn too_long(scene: &Scene, low: Vec3, high: Vec3) -> Option<String> {
 mod tests {
     use super::*;
 
-    /// Every limit that is printed is warned of when it is broken, also where another is broken by more, and what the
-    /// warning says would do breaks none.
+    /// Every limit that is exceeded is named, even if another is exceeded by more. The time step that the warning
+    /// suggests satisfies all limits.
     #[test]
     fn every_limit_that_is_broken_is_named_with_what_would_do() {
         let (low, high) = (Vec3::ZERO, Vec3::new(0.4, 2.0, 0.4));
@@ -151,6 +152,6 @@ mod tests {
                 }
             }
         }
-        assert!(told > 50 && quiet > 5, "{told} are told, {quiet} not");
+        assert!(told > 50 && quiet > 5, "{told} warnings, {quiet} without");
     }
 }

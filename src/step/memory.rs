@@ -1,4 +1,4 @@
-//! What a scene needs in memory, by what holds it, and whether the machine has it.
+//! Memory that a scene needs, by purpose, compared with what the machine has.
 
 use super::error::InstallError;
 use crate::{
@@ -11,24 +11,24 @@ use crate::{
     state::Material,
 };
 
-/// A candidate for a sample of a mesh, with its place in the lists of the front \[bytes].
+/// A candidate sample of a mesh, with its entries in the lists of the advancing front \[bytes].
 const BYTES_A_CANDIDATE: f64 = 60.0;
 
-/// What a scene needs \[bytes].
+/// Memory that a scene needs \[bytes].
 pub(crate) struct Need {
     /// While it runs.
     running: f64,
-    /// While it is set up, if that is more.
+    /// At the peak: during setup, if that needs more.
     pub(crate) most: f64,
 }
 
-/// Neighbours of a particle within the fluid.
+/// Expected number of neighbours of a particle inside the fluid.
 pub(super) fn expected_neighbours(scene: &Scene, material: &Material) -> f32 {
     let lattice = material.kernel.lattice(scene.dimension, scene.spacing);
     lattice.count() as f32 - 1.0
 }
 
-/// What a scene of this size needs. Fails if a dense index cannot cover it.
+/// Memory that a scene of this size needs. Fails if a dense index cannot cover it.
 pub(crate) fn need(scene: &Scene, size: &Size) -> Result<Need, InstallError> {
     let material = Material::new(scene);
     let sum = |bytes: Vec<(&'static str, f64)>| bytes.iter().map(|(_, bytes)| bytes).sum::<f64>();
@@ -46,7 +46,7 @@ pub(crate) fn need(scene: &Scene, size: &Size) -> Result<Need, InstallError> {
     Ok(Need { running, most })
 }
 
-/// Refuses a scene for which there is not enough memory, before any is taken.
+/// Refuses a scene that needs more memory than there is, before any is allocated.
 pub(super) fn check(scene: &Scene, size: &Size) -> Result<Need, InstallError> {
     let need = need(scene, size)?;
     enough(scene, size, &need, memory::of_machine() as f64)?;
@@ -70,7 +70,8 @@ fn enough(scene: &Scene, size: &Size, need: &Need, machine: f64) -> Result<(), I
             "{candidates:.0} million candidates for the samples of a mesh"
         ));
     }
-    // Surfaces go with the square of the spacing, bodies with its cube: this is enough for both.
+    // The number of particles on surfaces grows with spacing⁻², in bodies with spacing⁻³: the square is the safe
+    // choice.
     let better = f64::from(scene.spacing) * (1.2 * need.most / machine).sqrt();
     Err(InstallError::Memory {
         needed: memory::in_words(need.most),
@@ -82,7 +83,7 @@ fn enough(scene: &Scene, size: &Size, need: &Need, machine: f64) -> Result<(), I
 
 pub(super) fn bytes_per_boundary_particle(scene: &Scene) -> Vec<(&'static str, f64)> {
     let mut bytes = vec![
-        // Three columns of 28 bytes, 8 bytes of change ticks each, and the entity's own entries.
+        // Three columns of 28 bytes together, 8 bytes of change ticks per column, and the entity's own entries.
         ("tables: position, normal, volume", 28.0 + 3.0 * 8.0 + 24.0),
         ("packed positions and normals", 16.0 + 12.0),
         ("spatial index", index::bytes_per_particle(scene)),
@@ -101,7 +102,7 @@ pub(super) fn bytes_per_boundary_particle(scene: &Scene) -> Vec<(&'static str, f
 mod tests {
     use super::*;
 
-    /// A hollow tank with a drop: nearly all of its particles are walls.
+    /// A hollow tank with a drop: nearly all of its particles are boundary particles.
     fn hollow(spacing: f32) -> Scene {
         let text = format!(
             "(name: \"t\", spacing: {spacing}, bodies: [(shape: Box(min: (0, 0, 0), max: (0.1, 0.1, 0.1)))],
@@ -115,7 +116,7 @@ mod tests {
         let scene = hollow(0.01);
         let size = scene.checked_size().expect("a scene");
         let need = need(&scene, &size).expect("an index");
-        // 540 000 boundary particles of some 180 bytes each.
+        // 540 000 boundary particles of about 180 bytes each.
         assert!((8e7..2e8).contains(&need.most), "{}", need.most);
         assert!(enough(&scene, &size, &need, 2.0 * need.most).is_ok());
         let machine = 0.25 * need.most;

@@ -1,5 +1,5 @@
-//! What a scene would run, without running it. Memory is taken for some particles at a time, to ask how dense they
-//! start.
+//! Describes what a scene would run, without running it. To find the initial density, memory is allocated only for part
+//! of the particles at a time.
 
 use glam::{DVec3, Vec3};
 
@@ -17,7 +17,7 @@ use crate::{
     state::{Execution, Material, Phase},
 };
 
-/// Candidates up to which a mesh is sampled to know how many particles it has: 30 MB.
+/// A mesh with at most this many candidates is sampled to count its particles: 30 MB.
 const FEW_CANDIDATES: f64 = 5e5;
 
 /// The plan of a scene.
@@ -28,7 +28,7 @@ pub struct Plan {
     pub particles: usize,
     /// Boundary particles.
     pub boundary_particles: usize,
-    /// Whether that is an estimate: meshes with many particles are not sampled for a plan.
+    /// Whether the number of boundary particles is estimated: meshes with many particles are not sampled for a plan.
     pub boundary_is_estimate: bool,
     /// The box around the fluid at the start \[m].
     pub fluid_box: (Vec3, Vec3),
@@ -42,21 +42,21 @@ pub struct Plan {
     pub phases: Vec<(Phase, Vec<String>)>,
     /// The flow of data through the stages.
     pub flow: Vec<Flow>,
-    /// Memory by what holds it \[bytes per fluid particle].
+    /// Memory by purpose \[bytes per fluid particle].
     pub bytes_per_particle: Vec<(&'static str, f64)>,
-    /// The same \[bytes per boundary particle].
+    /// Memory by purpose \[bytes per boundary particle].
     pub bytes_per_boundary_particle: Vec<(&'static str, f64)>,
-    /// What the time step may be at most by each cause \[s].
+    /// Upper limits of the time step by cause \[s].
     pub time_step_limits: Vec<(String, f32)>,
-    /// Neighbours of a particle within the fluid.
+    /// Expected number of neighbours of a particle inside the fluid.
     pub expected_neighbours: f32,
-    /// Steps until the scene's end, if all are as long as the limits at the fastest fall allow.
+    /// Steps until the end of the scene if every step is as long as the limits at the largest speed of free fall allow.
     pub expected_steps: f64,
-    /// Memory that the run takes at most, tables of a dense index included \[bytes].
+    /// Peak memory of the run, tables of a dense index included \[bytes].
     pub memory: f64,
-    /// What is allowed, but looks like a slip.
+    /// Allowed settings that are probably mistakes.
     pub warnings: Vec<String>,
-    /// How dense the fluid is at the start, unless meshes have too many samples to ask.
+    /// Initial density of the fluid; `None` if meshes have too many samples to compute it for a plan.
     pub start_density: Option<StartDensity>,
 }
 
@@ -110,7 +110,7 @@ pub fn plan(scene: &Scene) -> Result<Plan, InstallError> {
     })
 }
 
-/// How dense the fluid is at the start, and how many boundary particles there are.
+/// Initial density of the fluid, and the number of boundary particles.
 fn ask(scene: &Scene) -> Result<(StartDensity, usize), InstallError> {
     let execution = Execution::new(1)?;
     let samples = sampling::sample(scene)?;
@@ -121,7 +121,7 @@ fn ask(scene: &Scene) -> Result<(StartDensity, usize), InstallError> {
     Ok((density, samples.len()))
 }
 
-/// The time step at the fastest fall \[s].
+/// Time step at the largest speed of free fall \[s].
 fn expected_step(scene: &Scene, limits: &[(String, f32)]) -> f32 {
     let least = limits
         .iter()

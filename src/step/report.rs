@@ -1,4 +1,4 @@
-//! What a step reports, and how it fails.
+//! What a step reports, on success and on failure.
 
 use bevy_ecs::prelude::*;
 
@@ -6,19 +6,19 @@ use super::timer::PhaseTimer;
 use crate::{
     integrate::Motion,
     neighbours::{BoundaryNeighbours, FluidNeighbours},
-    pressure::PressureSolve,
+    pressure::SolverState,
     state::{Clock, Failure, Phase},
     state::{Positions, StepError, TakenBack},
     time_step::AdaptiveTimeStep,
 };
 
-/// What one step did. A step that was taken back is counted in no measure of the next, but is reported: number and time
-/// are those where the run stands now, length, errors and iterations those of the step that went wrong, and so are the
-/// energies and the speed if it came so far, else those of the step before.
+/// Report of one step. A step that was rolled back does not enter the sums of the next, but has a report of its own:
+/// `step` and `time` are those of the restored state; length, errors and iterations are those of the failed attempt. So
+/// are energies and speed if the attempt got that far; otherwise they are those of the step before.
 #[derive(Debug, Clone, Default, PartialEq)]
 #[non_exhaustive]
 pub struct StepReport {
-    /// Number of the step, from 1.
+    /// Number of the step, counted from 1.
     pub step: u64,
     /// Simulated time at its end \[s].
     pub time: f64,
@@ -30,7 +30,7 @@ pub struct StepReport {
     pub divergence_iterations: u32,
     /// Largest `max(0, (ρ − ρ0)/ρ0)` \[-] that remains at the end of the pressure phase.
     pub max_density_error: f32,
-    /// Mean over all particles of the same \[-].
+    /// Mean of `max(0, (ρ − ρ0)/ρ0)` over all particles \[-].
     pub mean_density_error: f32,
     /// Kinetic energy \[J; J/m in 2-D].
     pub kinetic_energy: f64,
@@ -40,15 +40,15 @@ pub struct StepReport {
     pub max_speed: f32,
     /// Fluid particles.
     pub particles: usize,
-    /// Neighbours a particle, fluid and boundary together, on average; 0 if they are not stored.
+    /// Mean number of neighbours per particle, fluid and boundary together; 0 if they are not stored.
     pub mean_neighbours: f32,
     /// Wall time of every phase \[s], in the order of [`Phase::ALL`].
     pub phase_seconds: [f64; Phase::ALL.len()],
-    /// Steps taken back, and why, with a time step that is `Adaptive`; then this was no step forwards.
+    /// Set if this step was rolled back (time step `Adaptive`): the number of steps and the reason.
     pub taken_back: Option<TakenBack>,
 }
 
-/// How the last step ended: what a host looks at after running the schedule.
+/// How the last step ended. A host that runs the schedule itself reads it afterwards.
 #[derive(Resource, Debug, Clone, PartialEq)]
 pub struct StepOutcome(pub Result<StepReport, StepError>);
 
@@ -58,13 +58,13 @@ impl Default for StepOutcome {
     }
 }
 
-/// Writes the outcome (phase `Observe`).
+/// Writes the outcome of the step (phase `Observe`).
 pub(super) fn finish(
     mut outcome: ResMut<StepOutcome>,
     failure: Res<Failure>,
     (clock, adaptive): (Res<Clock>, Option<Res<AdaptiveTimeStep>>),
     timer: Res<PhaseTimer>,
-    solve: Res<PressureSolve>,
+    solve: Res<SolverState>,
     motion: Res<Motion>,
     positions: Res<Positions>,
     lists: (

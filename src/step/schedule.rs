@@ -1,4 +1,4 @@
-//! The schedule of a step, built from an order.
+//! Builds the schedule of a step from an order.
 
 use bevy_ecs::{
     prelude::*,
@@ -27,7 +27,7 @@ use crate::{
     time_step::roll_back,
 };
 
-/// The schedule of one step. A host runs it, and may add systems before, after and between its [`Phase`]s.
+/// The schedule of one step. A host may run it, and may add systems before, after and between its [`Phase`]s.
 #[derive(ScheduleLabel, Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Step;
 
@@ -35,19 +35,19 @@ pub struct Step;
 #[derive(Resource, Debug)]
 pub(super) struct SingleThreadedStep;
 
-/// The schedules of a scene, built and not yet in the world.
+/// Schedules of a scene that are built but not yet added to the world.
 pub(super) struct Built {
     schedules: Vec<Schedule>,
     single_threaded: bool,
     sums_first_force: bool,
 }
 
-/// The labels of the schedules that a step needs. A panic within one of them can lose it.
+/// Labels of the schedules that a step needs. A panic inside one of them can remove it from the world.
 #[derive(Resource, Debug)]
 pub(super) struct Labels(pub(super) Vec<InternedScheduleLabel>);
 
 impl Built {
-    /// Adds the schedules, and what they need, to the world.
+    /// Adds the schedules and their resources to the world.
     pub(super) fn add(self, world: &mut World) {
         if self.single_threaded {
             world.insert_resource(SingleThreadedStep);
@@ -62,7 +62,7 @@ impl Built {
     }
 }
 
-/// Builds the schedules of `order` for `scene`. The world learns of their components and holds nothing new.
+/// Builds the schedules of `order` for `scene`. The world registers their components and receives no data.
 pub(super) fn build_schedules(
     world: &mut World,
     scene: &Scene,
@@ -87,7 +87,7 @@ pub(super) fn build_schedules(
     if has_gauges {
         configs.push(gauge::read_gauges.in_set(Phase::Observe).run_if(healthy));
     }
-    configs.push(failure::name_the_particle.in_set(Phase::Observe));
+    configs.push(failure::locate_failure.in_set(Phase::Observe));
     if matches!(scene.time_step, TimeStep::Adaptive(_)) {
         configs.push(roll_back::roll_back.in_set(Phase::Observe));
         if has_gauges {
@@ -96,8 +96,8 @@ pub(super) fn build_schedules(
     }
     configs.push((lap(Phase::Observe), finish).chain().in_set(Phase::Observe));
     step.set_build_settings(strict());
-    // A host orders its systems against phases, also against one that has no stage in this scene. An order that goes
-    // back to an earlier phase has no such chain.
+    // Chains the phases, also those without a stage in this scene, because a host orders its systems against them. An
+    // order that returns to an earlier phase cannot have this chain.
     if order.keeps_phases() {
         let [a, b, c, d, e, f, g, h] = Phase::ALL;
         step.configure_sets((a, b, c, d, e, f, g, h).chain());
@@ -135,7 +135,7 @@ fn iteration(
     Ok(iteration)
 }
 
-/// Two systems that want the same data without an order between them are an error.
+/// Two systems with conflicting access and no order between them are an error.
 fn strict() -> ScheduleBuildSettings {
     ScheduleBuildSettings {
         ambiguity_detection: LogLevel::Error,
@@ -143,7 +143,7 @@ fn strict() -> ScheduleBuildSettings {
     }
 }
 
-/// Appends the stages, each followed by the system that notes its time.
+/// Appends the stages, each followed by the system that records its time.
 fn add_stages(order: &PlannedOrder, scene: &Scene, configs: &mut Vec<Systems>) {
     for planned in order.stages() {
         let (stage, every) = (planned.stage, planned.every);

@@ -37,8 +37,9 @@ impl Simulation {
         Ok(Self { world })
     }
 
-    /// As [`with_threads`](Self::with_threads), in a world that a host has prepared: with stages of its own
-    /// ([`Stages`](crate::registry::Stages)), resources, systems. Its [`Execution`] is used if it has one.
+    /// As [`with_threads`](Self::with_threads), in a world that the host has prepared with its own stages
+    /// ([`Stages`](crate::registry::Stages)), resources and systems. An [`Execution`] that the world already has is
+    /// used.
     pub fn in_world(mut world: World, scene: &Scene) -> Result<Self, InstallError> {
         install(&mut world, scene)?;
         Ok(Self { world })
@@ -49,33 +50,33 @@ impl Simulation {
         take_step(&mut self.world)
     }
 
-    /// Takes one step that does not pass `until` \[s]: the last before it is shortened, and ends there exactly.
+    /// Takes one step that does not pass the time `until` \[s]: if it would, it is shortened to end exactly there.
     pub fn step_until(&mut self, until: f64) -> Result<StepReport, StepError> {
         self.set_until(Some(until));
-        // After a panic of a host's system the next step has its own length again.
+        // The limit is removed even after a panic of a host's system, so that the next step has its normal length.
         let taken = catch_unwind(AssertUnwindSafe(|| self.step()));
         self.set_until(None);
         taken.unwrap_or_else(|panic| resume_unwind(panic))
     }
 
-    /// Takes the whole steps that fit into a frame of `seconds`, and keeps the rest for the next: see [`advance`].
+    /// Takes the whole steps that fit into a frame of `seconds` and keeps the remainder: see [`advance`].
     pub fn advance(&mut self, seconds: f64) -> Result<Advance, StepError> {
         advance(&mut self.world, seconds)
     }
 
-    /// The fluid as it is now, to be asked for many points.
+    /// A snapshot of the current fluid, for queries at many points.
     pub fn snapshot(&self) -> Result<Snapshot, SnapshotError> {
         Snapshot::of(&self.world)
     }
 
-    /// Fluid particles nearer than the support radius h to a point \[m] or to an entity, the nearest first. Takes a
-    /// [`snapshot`](Self::snapshot).
+    /// Fluid particles within the support radius h of a point \[m] or of an entity, the nearest first. Takes a
+    /// [`snapshot`](Self::snapshot) for each call.
     pub fn neighbours_of(&self, of: impl Into<Target>) -> Result<Vec<Neighbour>, SnapshotError> {
         gauge::neighbours_of(&self.world, of.into())
     }
 
     /// [`Pressure`](crate::particle::Pressure), [`Density`](crate::particle::Density) or
-    /// [`Velocity`](crate::particle::Velocity) at points \[m]. Takes a [`snapshot`](Self::snapshot).
+    /// [`Velocity`](crate::particle::Velocity) at points \[m]. Takes a [`snapshot`](Self::snapshot) for each call.
     ///
     /// ```
     /// use overfall::{Simulation, particle::Pressure, scene::{BoundaryShape, FluidBody, Scene, Shape}};
@@ -99,18 +100,18 @@ impl Simulation {
         Ok(self.snapshot()?.interpolate(points))
     }
 
-    /// The particle of a row, as columns have it since the last step.
+    /// The particle in a row of the last step's columns.
     pub fn entity_of(&self, row: usize) -> Option<Entity> {
         self.world.get_resource::<Rows>()?.entity_of(row)
     }
 
-    /// The row of a particle in the columns of the last step.
+    /// The row of a particle in the last step's columns.
     pub fn row_of(&self, particle: Entity) -> Option<usize> {
         self.world.get_resource::<Rows>()?.row_of(particle)
     }
 
     fn set_until(&mut self, until: Option<f64>) {
-        // A host may have taken the clock away: then the step says so.
+        // If a host removed the clock, the step itself reports that.
         if let Some(mut clock) = self.world.get_resource_mut::<Clock>() {
             clock.until = until;
         }

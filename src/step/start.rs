@@ -1,4 +1,4 @@
-//! The particles of a scene: all that may fail is done before the first is spawned.
+//! Creates the particles of a scene. Everything that can fail happens before the first one is spawned.
 
 use bevy_ecs::prelude::*;
 
@@ -10,7 +10,7 @@ use crate::{
         friction::{self, SlipLength, WallFriction},
         moving::{MovingWalls, RestPose},
         owners::{Owners, SampleOf},
-        sums::WallSums,
+        sums::BoundarySums,
     },
     gauge,
     index::{self, BoundarySamples, z_curve},
@@ -27,7 +27,7 @@ use crate::{
     },
 };
 
-/// The fluid's particles, along the Z-curve if rows are to be kept in its order.
+/// The fluid's particles, in Z-curve order if the scene reorders its rows.
 pub(super) struct FluidStart {
     pub(super) seeds: Vec<ParticleSeed>,
     order: Vec<z_curve::Handle>,
@@ -45,7 +45,7 @@ impl FluidStart {
         let seeds = shapes::fluid_particles(scene);
         let mut order: Vec<z_curve::Handle> = (0..seeds.len() as u32).map(|row| (0, row)).collect();
         let points: Vec<_> = seeds.iter().map(|seed| seed.position.extend(0.0)).collect();
-        // What could not be indexed in the first step is refused before it.
+        // Refuses now what the first step could not index.
         index::build(scene)
             .rebuild(&points, execution)
             .map_err(InstallError::Fluid)?;
@@ -71,10 +71,10 @@ impl FluidStart {
     }
 }
 
-/// The boundary particles, and what loops read of them.
+/// The boundary particles, and their data for the loops.
 pub(super) struct Walls {
     pub(super) sampled: Vec<BoundarySample>,
-    /// Numbers of the samples' boundaries, where a gauge wants them.
+    /// The boundary of each sample, by number, if a gauge needs it.
     owners: Option<Vec<u32>>,
     pub(super) samples: BoundarySamples,
     /// Those that move, and the poses of all samples.
@@ -157,7 +157,9 @@ impl Walls {
             world.insert_resource(Owners(owners));
         }
         world.insert_resource(samples);
-        world.insert_resource(WallSums::new(scene.pressure.solver().beside_wall(scene)));
+        world.insert_resource(BoundarySums::new(
+            scene.pressure.solver().beside_wall(scene),
+        ));
         if let BoundaryHandling::DirectForcing(parameters) = scene.boundary_handling {
             let direct = DirectForcing::new(parameters, world.resource::<Material>());
             world.insert_resource(direct);

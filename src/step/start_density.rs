@@ -1,8 +1,8 @@
-//! How dense a scene's fluid is at its start: what `check` prints, and what is refused.
+//! Density of a scene's fluid at its start: `check` prints it, and too dense a start is refused.
 //!
-//! Fluid that is compressed at the start explodes: at half as much again as its rest density no method finds a
-//! pressure. The check of places knows about lattices and plain solids alone. What else can bring particles near to
-//! each other, or walls near to them (thin parts of meshes, walls that lie side by side), shows here.
+//! Fluid that is compressed at the start explodes: at 1.5 times its rest density no method finds a pressure. The check
+//! of positions covers only lattices and solids without meshes. This one also finds particles that are too near to each
+//! other or to walls for other reasons, such as thin parts of meshes and walls side by side.
 
 use glam::Vec3;
 
@@ -17,15 +17,15 @@ use crate::{
     state::Execution,
 };
 
-/// Scenes with more particles, of the fluid or of walls, are asked slab by slab.
+/// Scenes with more fluid or boundary particles than this are processed slab by slab.
 const MOST_AT_ONCE: f64 = 1e6;
 
-/// Whether a scene of this size is small enough to be asked at once.
+/// Whether a scene of this size is processed as a whole.
 pub(super) fn is_small(size: &Size) -> bool {
     size.fluid.max(size.boundary) <= MOST_AT_ONCE
 }
 
-/// Of a scene's fluid among its walls. Refuses fluid that starts compressed, unless jitter may be why.
+/// Initial density of a scene's fluid among its walls. Refuses compressed fluid unless jitter may be the cause.
 pub(super) fn of(
     scene: &Scene,
     seeds: &[ParticleSeed],

@@ -1,4 +1,4 @@
-//! Compression of particles where they start, and how much of it is let through.
+//! Initial compression of particles, and how much of it is accepted.
 
 use glam::{Vec3, Vec4};
 
@@ -7,12 +7,12 @@ use crate::{
     density::DensitySum,
     index::{self, BoundarySamples},
     neighbours::Search,
-    pairs::{self, Places, Source},
+    pairs::{self, Points, Source},
     scene::Scene,
     state::{Execution, Material, SENTINEL},
 };
 
-/// Refuses fluid that starts compressed, unless jitter may be why.
+/// Refuses compressed fluid unless jitter may be the cause.
 pub(super) fn allowed(scene: &Scene, found: StartDensity) -> Result<StartDensity, InstallError> {
     let has_jitter = scene.bodies.iter().any(|body| body.jitter.is_some());
     if found.max_error > LARGEST_ERROR && !has_jitter {
@@ -21,7 +21,7 @@ pub(super) fn allowed(scene: &Scene, found: StartDensity) -> Result<StartDensity
     Ok(found)
 }
 
-/// Places \[m] with their compression `max(0, (ρ − ρ0)/ρ0)` \[-] among each other and walls.
+/// Positions \[m] and compression `max(0, (ρ − ρ0)/ρ0)` \[-] of particles, due to each other and to walls.
 pub(super) fn errors(
     scene: &Scene,
     mut points: Vec<Vec4>,
@@ -42,7 +42,7 @@ pub(super) fn errors(
         same: false,
         ..fluid
     });
-    let places = Places {
+    let places = Points {
         fluid: &points,
         boundary: walls.map_or(&[SENTINEL], |walls| &walls.packed),
         kernel: &material.kernel,

@@ -1,7 +1,7 @@
-//! How dense a large scene starts, slab by slab: memory is taken for one slab at a time.
+//! Initial density of a large scene, slab by slab: memory is allocated for one slab at a time.
 //!
-//! A lattice has its rest density wherever it fills the support, so particles deep within their body are left out, but
-//! where a wall's sample is near or jitter moves them.
+//! A lattice has its rest density wherever it fills the support. So particles deep inside a body are skipped, except
+//! near samples of walls and where jitter moves them.
 
 use std::collections::HashSet;
 
@@ -19,14 +19,14 @@ use crate::{
     state::Execution,
 };
 
-/// Particles of a slab, roughly: 100 bytes each.
+/// Approximate number of particles in a slab, 100 bytes each.
 const A_SLAB: f64 = 1e6;
 
-/// Candidates of a mesh up to which its samples are made to ask alone: 2 GB for the time of it.
+/// A mesh with at most this many candidates is sampled just for this check: 2 GB while it lasts.
 const MOST_CANDIDATES: f64 = 36e6;
 
-/// Of a large scene, whose walls' samples are known or not, with the memory of a part of it. None where only a run
-/// should take the time and memory to sample its meshes.
+/// Density of a large scene, with the memory for one slab; `walls` are its samples if they exist already. `None` if
+/// only a run should spend the time and memory to sample its meshes.
 pub(super) fn of_large(
     scene: &Scene,
     size: &Size,
@@ -46,7 +46,7 @@ pub(super) fn of_large(
     allowed(scene, found).map(Some)
 }
 
-/// How many slabs a scene of this size is asked in.
+/// Number of slabs for a scene of this size.
 fn count(
     scene: &Scene,
     size: &Size,
@@ -58,8 +58,8 @@ fn count(
     Ok((size.fluid.max(walls) / A_SLAB).ceil().max(1.0) as u32)
 }
 
-/// Of a scene in `count` slabs across the longest edge of the box around its fluid. Walls are sampled anew for every
-/// slab unless their samples are known.
+/// Density of a scene in `count` slabs across the longest edge of the box around its fluid. Walls are sampled again for
+/// every slab unless their samples are given.
 fn of(
     scene: &Scene,
     fluid_box: (DVec3, DVec3),
@@ -109,7 +109,7 @@ fn of(
     Ok(found)
 }
 
-/// A part of the scene between two planes \[m].
+/// The part of a scene between two planes \[m].
 struct Slab {
     axis: usize,
     from: f64,
@@ -121,7 +121,7 @@ struct Slab {
 }
 
 impl Slab {
-    /// All of the scene's fluid.
+    /// A slab that contains all fluid of the scene.
     fn around(scene: &Scene, fluid_box: (DVec3, DVec3)) -> Self {
         Self {
             axis: 0,
@@ -138,7 +138,7 @@ impl Slab {
         at >= self.from - margin && at < self.to + margin
     }
 
-    /// Samples of walls that count in it, and those that their volumes follow from.
+    /// Wall samples that contribute in the slab, and those that determine the volumes of these.
     fn walls(
         &self,
         scene: &Scene,
@@ -171,8 +171,8 @@ impl Slab {
         Ok(())
     }
 
-    /// Its particles that may be compressed, how many they are, with those around them behind; and how many it has in
-    /// all.
+    /// Particles of the slab that may be compressed, followed by their surroundings; the number of the former; and the
+    /// number of all particles in the slab.
     fn particles(&self, scene: &Scene, walls: &[BoundarySample]) -> (Vec<Vec4>, usize, usize) {
         let near_walls = self.near(walls);
         let (mut points, mut others, mut all) = (Vec::new(), Vec::new(), 0);
@@ -187,7 +187,7 @@ impl Slab {
                 let depth = depth(&body.shape, seed.position);
                 let is_near =
                     || !near_walls.is_empty() && near_walls.contains(&self.cell(seed.position));
-                // The lattice may end up to a spacing within the shape.
+                // The lattice may end up to one spacing inside the shape.
                 let may_be_compressed =
                     is_shaken || depth <= self.h + 2.0 * self.spacing || is_near();
                 if is_own && may_be_compressed {
@@ -202,7 +202,7 @@ impl Slab {
         (points, targets, all)
     }
 
-    /// Whether particles of a body may lie in it or beside it.
+    /// Whether particles of a body may lie in the slab or beside it.
     fn reaches(&self, body: &FluidBody) -> bool {
         let (center, reach) = (body.shape.center(), f64::from(body.shape.reach()));
         let margin = reach + self.h + 2.0 * self.spacing;
@@ -213,7 +213,8 @@ impl Slab {
         (place / (2.0 * self.h) as f32).floor().as_ivec3()
     }
 
-    /// Cells within twice the support of samples: particles there have, or are, neighbours of what samples compress.
+    /// Cells within twice the support of samples: particles there are compressed by samples or are neighbours of such
+    /// particles.
     fn near(&self, walls: &[BoundarySample]) -> HashSet<IVec3> {
         let own: HashSet<IVec3> = walls.iter().map(|wall| self.cell(wall.position)).collect();
         let around = |cell: &IVec3| {
@@ -224,7 +225,7 @@ impl Slab {
     }
 }
 
-/// How deep a place is in a shape \[m].
+/// Depth of a point inside a shape \[m].
 fn depth(shape: &Shape, place: Vec3) -> f64 {
     let place = place.as_dvec3();
     match *shape {
@@ -252,7 +253,8 @@ mod tests {
     use super::*;
     use crate::step::start_density;
 
-    /// In slabs as in one: walls between and around bodies, in the middle of them, of meshes, and bodies that meet.
+    /// Slabs give the same density as the whole: with walls between, around and inside bodies, with meshes, with bodies
+    /// that touch.
     #[test]
     fn a_scene_in_slabs_starts_as_dense_as_in_one() {
         let execution = Execution::new(2).expect("threads");

@@ -1,4 +1,4 @@
-//! Taking a step of the scene that a world holds.
+//! Takes a step of the scene in a world.
 
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 
@@ -11,18 +11,18 @@ use super::{
 };
 use crate::state::{Clock, Execution, FailureCause, StepError};
 
-/// Takes one step of the scene that is installed in `world`. After an error the world holds the last good state. Fails,
-/// too, if no scene is installed, or if a panic that the host caught took a part of it away.
+/// Takes one step of the scene that is installed in `world`. After an error the world holds the last good state. It
+/// also fails if no scene is installed, or if a panic that the host caught removed a part of the scene.
 ///
-/// Where its systems run one after the other ([`Executor`](crate::scene::Executor)) all of the step runs in the pool of
-/// the loops, which then wake no thread each; in a world with data that is bound to a thread it runs on the thread that
-/// calls.
+/// If the systems run one at a time ([`Executor`](crate::scene::Executor)), the whole step runs inside the loops'
+/// thread pool, so that its loops need not wake threads one by one. In a world with data that are bound to a thread, it
+/// runs on the calling thread.
 ///
 /// # Panics
 ///
-/// If a system of the host's panics. The tables then hold the last good state, and the next step can be taken: the
-/// state before the step or, where systems run beside each other, that after it, since the engine's own go on to the
-/// end.
+/// If a system of the host panics. The tables then hold the last good state, and the next step can be taken. That state
+/// is the one before the step; with parallel systems it is the one after it, because the engine's own systems run to
+/// the end.
 pub fn take_step(world: &mut World) -> Result<StepReport, StepError> {
     if let Some(reason) = what_is_missing(world) {
         return Err(refused(world, FailureCause::NotInstalled { reason }));
@@ -36,7 +36,7 @@ pub fn take_step(world: &mut World) -> Result<StepReport, StepError> {
     world.resource::<StepOutcome>().0.clone()
 }
 
-/// A step that is not even begun.
+/// The error of a step that could not begin.
 pub(super) fn refused(world: &World, cause: FailureCause) -> StepError {
     let clock = world.get_resource::<Clock>().copied().unwrap_or_default();
     StepError {
@@ -47,11 +47,11 @@ pub(super) fn refused(world: &World, cause: FailureCause) -> StepError {
     }
 }
 
-/// Runs the schedule of the step. If a system panics, the schedule is put back before the panic goes on.
+/// Runs the schedule of the step. If a system panics, the schedule is returned to the world before the panic continues.
 fn run_step(world: &mut World) -> Result<(), StepError> {
     set_running(world, true);
     let ran = world.try_schedule_scope(Step, |world, step| {
-        // A host may have added systems since the last step, which bevy would panic about.
+        // Initialises systems that the host has added since the last step: bevy would panic about an error in them.
         if let Err(error) = step.initialize(world) {
             let conflict = error.to_string(step.graph(), world);
             return Err(refused(world, FailureCause::Schedule { conflict }));
@@ -66,7 +66,7 @@ fn run_step(world: &mut World) -> Result<(), StepError> {
     }
 }
 
-/// Why no step can be taken in this world, if none can.
+/// The reason why no step can be taken in this world, if there is one.
 fn what_is_missing(world: &World) -> Option<&'static str> {
     let Some(labels) = world.get_resource::<Labels>() else {
         return Some("no scene is installed in this world; call `install` first");

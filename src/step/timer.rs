@@ -1,4 +1,4 @@
-//! One timer a phase, always on.
+//! One timer per phase, always on.
 
 use std::time::Instant;
 
@@ -10,7 +10,7 @@ use crate::state::Phase;
 #[derive(Resource, Debug, Clone)]
 pub struct PhaseTimer {
     last: Instant,
-    /// In the order of [`Phase::ALL`].
+    /// One entry per phase, in the order of [`Phase::ALL`].
     pub seconds: [f64; Phase::ALL.len()],
 }
 
@@ -27,7 +27,7 @@ pub(super) fn start_timer(mut timer: ResMut<PhaseTimer>) {
     *timer = PhaseTimer::default();
 }
 
-/// A system that counts the time since the last one of its kind for `phase`.
+/// A system that adds the time since the previous such system to `phase`.
 pub(super) fn lap(phase: Phase) -> impl FnMut(ResMut<PhaseTimer>) {
     move |mut timer| {
         let now = Instant::now();

@@ -1,4 +1,4 @@
-//! Taking a scene out of a world again.
+//! Removes a scene from a world.
 
 use std::collections::HashSet;
 
@@ -7,23 +7,23 @@ use bevy_ecs::{component::ComponentId, entity_disabling::Disabled, prelude::*};
 use super::schedule::Labels;
 use crate::state::particle::{Boundary, Fluid};
 
-/// What [`install`](super::install) put into a world.
+/// What [`install`](super::install) added to a world.
 #[derive(Resource, Debug)]
 struct Installed {
-    /// Resources that were not there before, whichever stage brought them.
+    /// Resources that did not exist before; stages may have inserted them.
     resources: Vec<ComponentId>,
     /// Whether a step is being taken.
     running: bool,
 }
 
-/// Why a scene cannot be taken out of a world.
+/// Why a scene cannot be removed from a world.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum UninstallError {
-    /// There is none.
+    /// No scene is installed.
     #[error("no scene is installed in this world")]
     NotInstalled,
-    /// A system of the step asks for it.
+    /// A system of the step called it.
     #[error("a system cannot take the scene away in the middle of its step; do it between steps")]
     WithinStep,
 }
@@ -33,7 +33,7 @@ pub(super) fn resources(world: &World) -> HashSet<ComponentId> {
     world.iter_resources().map(|(id, ..)| id).collect()
 }
 
-/// Notes what came into the world since it had these resources.
+/// Records the resources that were added to the world since `before`.
 pub(super) fn note_installed(world: &mut World, before: &HashSet<ComponentId>) {
     let new = resources(world)
         .into_iter()
@@ -45,19 +45,19 @@ pub(super) fn note_installed(world: &mut World, before: &HashSet<ComponentId>) {
     });
 }
 
-/// Notes whether a step is being taken.
+/// Records whether a step is being taken.
 pub(super) fn set_running(world: &mut World, running: bool) {
     if let Some(mut installed) = world.get_resource_mut::<Installed>() {
         installed.running = running;
     }
 }
 
-/// Takes the scene out of a world: all fluid and boundary particles, those that the host spawned included; the schedule
+/// Removes the scene from a world: all fluid and boundary particles, also those that the host spawned; the schedule
 /// [`Step`](super::Step) and those of solvers, with the systems that the host added to them; the resources that
-/// [`install`](super::install) and the stages brought. What the host had before, stages and threads of its own
-/// included, stays. Another scene, or the same, may then be installed, and runs as in a new world.
+/// [`install`](super::install) and the stages inserted. What the host had before stays, its own stages and threads
+/// included. The same or another scene may then be installed and runs as in a new world.
 ///
-/// A scene of which a panic took a part away is taken out as well.
+/// This also removes a scene of which a panic destroyed a part.
 pub fn uninstall(world: &mut World) -> Result<(), UninstallError> {
     let Some(installed) = world.get_resource::<Installed>() else {
         return Err(UninstallError::NotInstalled);
@@ -71,7 +71,7 @@ pub fn uninstall(world: &mut World) -> Result<(), UninstallError> {
     let mut particles = world.query_filtered::<Entity, Particle>();
     let particles: Vec<Entity> = particles.iter(world).collect();
     for particle in particles {
-        // Children of a particle go with it, and may be particles, too.
+        // Despawning a particle also despawns its children, which may be particles, too.
         world.try_despawn(particle).ok();
     }
     if let Some(labels) = world.remove_resource::<Labels>()

@@ -1,4 +1,5 @@
-//! What a scene may have, but looks like a slip: told before it runs, with the number that would do.
+//! Warnings: settings that are allowed but probably mistakes. They are given before the run, with a value that would be
+//! right.
 
 use super::limits;
 use crate::{
@@ -6,14 +7,14 @@ use crate::{
     scene::{Scene, SceneError},
 };
 
-/// Lengths from which a scene looks as if it were in millimetres: spacing and extent \[m].
+/// Above these lengths a scene was probably written in millimetres: spacing and extent \[m].
 const LARGE_SPACING: f32 = 1.0;
 const LARGE_EXTENT: f64 = 500.0;
 
-/// Three tenths of the speed of sound in water, from which on it cannot be taken for incompressible \[m/s].
+/// 0.3 times the speed of sound in water, above which it cannot be treated as incompressible \[m/s].
 const FASTEST: f32 = 0.3 * 1480.0;
 
-/// What looks like a slip in a scene. Fails as [`Scene::check`] does.
+/// Settings of a scene that are probably mistakes. Fails as [`Scene::check`] does.
 pub fn warnings(scene: &Scene) -> Result<Vec<String>, SceneError> {
     Ok(of_size(scene, &scene.checked_size()?))
 }

@@ -1,4 +1,4 @@
-//! The file and all it names, checked before anything runs.
+//! Checks a study file and everything it names before anything runs.
 
 use std::collections::HashSet;
 use std::path::Path;
@@ -13,13 +13,13 @@ use crate::{
     scene::{Place, Scene, SceneError, unknown_name},
 };
 
-/// More turns than anybody waits for; each is kept until the end.
+/// Largest number of blocks: each is kept in memory until the end.
 const MOST_BLOCKS: u32 = 10_000;
 
 impl Plan {
-    /// Reads the study file at `path`, the scene and the figures it names, and checks all overrides.
+    /// Reads the study file at `path`, its scene and its reference figures, and checks all overrides.
     ///
-    /// Errors name file, line and column, what is wrong and what would be right.
+    /// Errors name file, line and column, the mistake and the remedy.
     pub fn load(path: &Path) -> Result<Self, StudyError> {
         let text = read_file("study", path)?;
         let file = path.display().to_string();
@@ -59,7 +59,7 @@ struct Checker<'a> {
     folder: &'a Path,
 }
 
-/// The overrides of a list in the file, and where they stand in it.
+/// The overrides of a list in the file, and the path of that list.
 type Set<'a> = (String, &'a [String]);
 
 impl Checker<'_> {
@@ -225,7 +225,7 @@ impl Checker<'_> {
         })
     }
 
-    /// Gauges that columns ask for are in the scenes of all variants.
+    /// Checks that the gauges of all columns exist in the scenes of all variants.
     fn check_gauges(&self, cases: &[PlannedCase]) -> Result<(), StudyError> {
         for (k, column) in self.study.columns.iter().enumerate() {
             let Measure::Gauge(measure) = &column.measure else {
@@ -346,7 +346,7 @@ impl Checker<'_> {
             .collect()
     }
 
-    /// The scene with the overrides of some lists; errors that no override causes are told of the field `path`.
+    /// The scene with the overrides of some lists. An error that no override causes is reported at the field `path`.
     fn scene(&self, sets: &[Set], path: &str) -> Result<Scene, StudyError> {
         let mut overrides = Vec::new();
         let mut places = Vec::new();
@@ -374,7 +374,7 @@ impl Checker<'_> {
         Ok(scene)
     }
 
-    /// An error of the scene; if an override caused it, at the override's place in the study.
+    /// An error of the scene; if an override caused it, at the place of that override in the study.
     fn relocate<T>(
         &self,
         error: SceneError,

@@ -1,50 +1,50 @@
-//! The types of a study file, exactly its fields.
+//! The types of a study file; their fields are exactly those of the file.
 
 use serde::{Deserialize, Serialize};
 
 use super::Measure;
 
-/// A whole study, as its RON file gives it. Every field but `name`, `scene`, `variants`, `block` and `columns` has a
+/// A whole study, as in its RON file. Every field except `name`, `scene`, `variants`, `block` and `columns` has a
 /// default.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Study {
-    /// Names the output folder.
+    /// Name of the output folder.
     pub name: String,
     /// Heading of the table and the chart; the name if absent.
     #[serde(default)]
     pub title: Option<String>,
-    /// What a reader of the table should know, printed below it.
+    /// Remarks for the reader of the table, printed below it.
     #[serde(default)]
     pub notes: Vec<String>,
     /// The scene file, relative to the study's folder.
     pub scene: String,
-    /// Overrides for all, each as `--set` takes it.
+    /// Overrides for all scenes, each in the form of `--set`.
     #[serde(default)]
     pub set: Vec<String>,
-    /// Where the variants of a case set out from; from the scene's beginning if absent.
+    /// The state in which the variants of a case start; by default the beginning of the scene.
     #[serde(default)]
     pub start: Option<Start>,
-    /// Scenes that all variants are run in; one, without a name, if there are none.
+    /// Scenes that all variants run in; if there are none, the study's scene, without a name.
     #[serde(default)]
     pub cases: Vec<Case>,
-    /// What is compared.
+    /// The variants to compare.
     pub variants: Vec<Variant>,
-    /// What a variant goes through before it is measured.
+    /// What a variant simulates before it is measured.
     #[serde(default = "default_warm_up")]
     pub warm_up: Span,
-    /// One measurement. The variants of a case take turns, a block each.
+    /// Length of one measurement. The variants of a case take turns, one block each.
     pub block: Span,
-    /// Turns; 5 by default.
+    /// Number of turns; 5 by default.
     #[serde(default = "default_blocks")]
     pub blocks: u32,
-    /// What is measured.
+    /// The quantities to measure.
     pub columns: Vec<Column>,
-    /// A CSV file with figures to compare with, relative to the study's folder: lines of comment, which begin with
-    /// `#`, names of columns, then one line a row. Its first column names the row.
+    /// A CSV file with figures to compare with, relative to the study's folder: comment lines, which begin with `#`,
+    /// then a line of column names, then one line per row. Its first column names the row.
     #[serde(default)]
     pub reference: Option<String>,
-    /// The variant that ratios are taken to, within each case; the first if absent.
+    /// The variant whose figures ratios are relative to, within each case; the first if absent.
     #[serde(default)]
     pub baseline: Option<String>,
     /// The picture; none if absent.
@@ -52,74 +52,74 @@ pub struct Study {
     pub chart: Option<Chart>,
 }
 
-/// A state that is simulated once for a case and handed to all its variants.
+/// A state that is simulated once per case and given to all its variants.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Start {
-    /// Simulated time that it is taken at \[s].
+    /// Simulated time of the state \[s].
     pub time: f32,
-    /// Overrides for the simulation that leads there.
+    /// Overrides for the simulation that leads to it.
     #[serde(default)]
     pub set: Vec<String>,
 }
 
-/// A scene that all variants are run in.
+/// A scene that all variants run in.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Case {
     /// Its name in the table.
     pub name: String,
-    /// Overrides, after the study's.
+    /// Overrides, applied after the study's.
     #[serde(default)]
     pub set: Vec<String>,
-    /// In place of the study's start.
+    /// Replaces the study's start.
     #[serde(default)]
     pub start: Option<Start>,
-    /// In place of the study's block.
+    /// Replaces the study's block.
     #[serde(default)]
     pub block: Option<Span>,
-    /// What the rows of the reference file that belong to this case begin with, before a comma.
+    /// The part before a comma in the names of this case's rows in the reference file.
     #[serde(default)]
     pub reference: Option<String>,
 }
 
-/// Something to compare.
+/// A variant to compare.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Variant {
     /// Its name in the table.
     pub name: String,
-    /// Overrides, after the study's and the case's.
+    /// Overrides, applied after the study's and the case's.
     #[serde(default)]
     pub set: Vec<String>,
-    /// How its rows lie at the start.
+    /// Order of its rows at the start.
     #[serde(default)]
     pub rows: Rows,
     /// Its row in the reference file.
     #[serde(default)]
     pub reference: Option<String>,
-    /// Variants of one series have one colour in the chart and are joined by a line.
+    /// Variants of one series have one colour in the chart and are connected by a line.
     #[serde(default)]
     pub series: Option<String>,
 }
 
-/// How the rows of a variant lie at the start. A variant that reorders (`reorder_interval` above 0) reorders them then.
+/// Order of a variant's rows at the start. A variant that reorders (`reorder_interval` above 0) does so at once.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Rows {
-    /// As they were created: by the lattice of the bodies if the start never reorders, whatever has become of it by
-    /// the particles' motion.
+    /// The order of creation, which is the order of the bodies' lattice; the particles may have moved since, if the
+    /// start does not reorder.
     #[default]
     Kept,
-    /// In random order: no two rows that follow each other are neighbours. What any order comes to in the end.
+    /// Random order: consecutive rows are not neighbours. Without reordering, every order ends up like this.
     Shuffled,
 }
 
-/// How far to go.
+/// Length of a simulation.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Span {
-    /// So many steps.
+    /// A number of steps.
     Steps(u64),
-    /// Simulated time \[s], and on to the end of the step that reaches it: what is measured is no shortened step.
+    /// Simulated time \[s]. The simulation runs to the end of the step that reaches it, so that no step is shortened.
     Time(f32),
 }
 
@@ -129,7 +129,7 @@ pub enum Span {
 pub struct Column {
     /// Its heading.
     pub name: String,
-    /// What it shows.
+    /// The quantity that it shows.
     pub measure: Measure,
     /// The column of the reference file to compare with.
     #[serde(default)]
@@ -140,12 +140,12 @@ pub struct Column {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum Chart {
-    /// Ratios to the baseline as bars, ours beside the reference: a panel for each of these columns.
+    /// Ratios to the baseline as bars, ours beside the reference's: one panel for each of these columns.
     Ratios {
         /// Names of columns.
         columns: Vec<String>,
     },
-    /// A point a row, one column against another, both on logarithmic axes: a panel for each of the columns `y`.
+    /// One point per row, one column over another, both axes logarithmic: one panel for each of the columns `y`.
     Points {
         /// Name of the column along the horizontal axis.
         x: String,

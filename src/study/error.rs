@@ -1,33 +1,33 @@
-//! Why a study is refused or cannot go on.
+//! Errors of studies.
 
 use std::path::PathBuf;
 
 use crate::scene::{Place, SceneError};
 use crate::{state::StepError, step::InstallError};
 
-/// A study that cannot be read, makes no sense, or could not be started.
+/// A study that cannot be read, is invalid, or cannot be started.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum StudyError {
     /// A file cannot be read.
     #[error("{}: cannot read the {what}: {source}", .file.display())]
     Unreadable {
-        /// What the file is: a study, figures to compare with.
+        /// Kind of file: a study, figures to compare with.
         what: &'static str,
         /// The file.
         file: PathBuf,
-        /// What the operating system says.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// The study, or a file it names, is wrong.
+    /// The study, or a file it names, is invalid.
     #[error("{place}: {message}")]
     Refused {
-        /// Where.
+        /// Location of the mistake.
         place: Place,
-        /// What is wrong and what would be right.
+        /// The mistake and the remedy.
         message: String,
     },
-    /// The text is no study, or the scene it names is wrong in itself.
+    /// The text is not a study, or the scene it names is itself invalid.
     #[error(transparent)]
     Scene(#[from] SceneError),
     /// A variant could not be set up.
@@ -35,18 +35,18 @@ pub enum StudyError {
     Install {
         /// The variant's label.
         variant: String,
-        /// Why.
+        /// Reason.
         error: Box<InstallError>,
     },
-    /// The state that all variants of a case set out from could not be simulated.
+    /// The simulation that leads to the start of a case failed.
     #[error("the start of {case} failed: {error}")]
     Start {
-        /// The case, or the study if it has none.
+        /// Name of the case; of the study if it has no cases.
         case: String,
-        /// Why.
+        /// Reason.
         error: Box<StepError>,
     },
-    /// The system gave no threads.
+    /// The operating system refused to start threads.
     #[error("could not start threads: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),
 }

@@ -1,24 +1,24 @@
-//! What gauges of the scene show, as a measure: a figure a block of the readings within it.
+//! A measure that shows gauges of the scene: one figure per block, from the readings within it.
 
 use serde::{Deserialize, Serialize};
 
 use crate::scene::{self, Scene};
 
-/// A column of a gauge, and what of its readings stands for a block.
+/// A column of a gauge, and the statistic of its readings that represents a block.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GaugeMeasure {
     /// Name of the gauge.
     pub gauge: String,
-    /// The gauge's column; its first if absent.
+    /// The column of the gauge; its first if absent.
     #[serde(default)]
     pub column: Option<String>,
-    /// What stands for the block.
+    /// The statistic that represents the block.
     #[serde(default)]
     pub statistic: Statistic,
 }
 
-/// What of the readings of a block stands for it. Readings without a figure do not count.
+/// Statistic of the readings in a block. Readings without a figure are ignored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Statistic {
     /// Their mean.
@@ -30,14 +30,14 @@ pub enum Statistic {
     Greatest,
     /// The last.
     Last,
-    /// Root of the mean square of their distance to the gauge's reference, at the times that it covers.
+    /// Root mean square of their differences from the gauge's reference, at the times that the reference covers.
     Error,
 }
 
 /// Gauge and column.
 pub(super) type Key = (String, Option<String>);
 
-/// Ends of the names of columns, and the units that they stand for.
+/// Suffixes of column names and their units.
 const UNITS: [(&str, &str); 7] = [
     ("_m3_per_s", "m³/s"),
     ("_m_per_s", "m/s"),
@@ -53,21 +53,21 @@ impl GaugeMeasure {
         (self.gauge.clone(), self.column.clone())
     }
 
-    /// Unit of its column.
+    /// Unit of the column.
     pub(super) fn unit(&self) -> &'static str {
         let column = self.column.as_deref().unwrap_or_default();
         let end = UNITS.iter().find(|(end, _)| column.ends_with(end));
         end.map_or("", |(_, unit)| unit)
     }
 
-    /// Says which is the first column, if none is named.
+    /// Sets the column to the gauge's first if none is named.
     pub(super) fn name_its_column(&mut self, scene: &Scene) {
         let gauge = scene.gauges.iter().find(|gauge| gauge.name == self.gauge);
         let first = || gauge?.columns().into_iter().next();
         self.column = self.column.take().or_else(first);
     }
 
-    /// What is wrong with it in a scene, and what would be right.
+    /// The mistake in a scene and the remedy, if there is one.
     pub(super) fn check(&self, scene: &Scene) -> Result<(), String> {
         let unknown = scene::unknown_name;
         let names: Vec<&str> = scene
@@ -102,7 +102,7 @@ impl GaugeMeasure {
 pub(super) struct Tally {
     count: f64,
     sum: f64,
-    /// The least and the greatest, and the last.
+    /// The least, the greatest and the last figure.
     figures: Option<(f64, f64, f64)>,
     compared: f64,
     squares: f64,
@@ -120,7 +120,7 @@ impl Tally {
         }
     }
 
-    /// Adds those of a later block.
+    /// Adds the sums of a later block.
     pub(super) fn join(&mut self, later: &Self) {
         self.count += later.count;
         self.sum += later.sum;

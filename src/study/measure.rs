@@ -1,4 +1,4 @@
-//! What a block of steps is measured by.
+//! Quantities that are measured in a block of steps.
 
 use std::collections::BTreeMap;
 
@@ -11,30 +11,30 @@ use crate::{state::Phase, step::StepReport};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum Measure {
-    /// Wall time of some phases a step \[ms].
+    /// Wall time of some phases per step \[ms].
     Milliseconds(Vec<Phase>),
-    /// Steps a second of wall time, all phases counted \[1/s].
+    /// Steps per second of wall time, all phases included \[1/s].
     UpdatesPerSecond,
-    /// Part of the wall time that some phases take \[%].
+    /// Percentage of the wall time that some phases take \[%].
     Share(Vec<Phase>),
-    /// Wall time that a simulated second takes \[s/s].
+    /// Wall time per simulated time \[s/s].
     WallTime,
-    /// Length of a step in simulated time, mean \[ms].
+    /// Mean length of a step in simulated time \[ms].
     TimeStep,
     /// Pressure iterations per step \[-].
     Iterations,
-    /// Mean density error: compression, mean over the particles and the steps \[%].
+    /// Density error: compression, averaged over the particles and the steps \[%].
     MeanDensityError,
     /// Largest density error of any particle in any step \[%].
     LargestDensityError,
-    /// Entries of all fluid neighbour lists \[-]; none if neighbours are not stored.
+    /// Entries of all fluid neighbour lists \[-]; no figure if neighbours are not stored.
     Pairs,
-    /// Candidates in the cells around the fluid's particles \[-], a particle itself among its own: the distances that
-    /// the paper's query computes.
+    /// Candidates in the cells around the fluid's particles \[-], including each particle itself: the number of
+    /// distances that the paper's query computes.
     TestedPairs,
-    /// Distances computed for an entry \[-].
+    /// Distances computed per entry \[-].
     TestedRatio,
-    /// What a gauge of the scene shows.
+    /// The column of a gauge of the scene.
     Gauge(GaugeMeasure),
 }
 
@@ -51,13 +51,13 @@ impl Measure {
         }
     }
 
-    /// Whether the pairs have to be counted.
+    /// Whether the pairs must be counted.
     pub(super) fn counts_pairs(&self) -> bool {
         matches!(self, Self::Pairs | Self::TestedPairs | Self::TestedRatio)
     }
 
-    /// Whether the median over the blocks stands for a row: for times a step, which other programs on the machine
-    /// disturb. Other figures are those of all blocks taken together.
+    /// Whether the median over the blocks represents a row. It does for times per step, which other programs on the
+    /// machine disturb. Other figures are computed from all blocks together.
     pub(super) fn is_median(&self) -> bool {
         matches!(
             self,
@@ -65,7 +65,7 @@ impl Measure {
         )
     }
 
-    /// The figure of a block; none if it has no such thing.
+    /// The figure of a block; `None` if the block does not have it.
     pub fn of(&self, block: &Block) -> Option<f64> {
         let steps = block.steps as f64;
         let seconds = |phases: &[Phase]| -> f64 {
@@ -95,7 +95,7 @@ impl Measure {
     }
 }
 
-/// Sums over steps that follow each other.
+/// Sums over consecutive steps.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Block {
     /// Steps taken.
@@ -110,24 +110,24 @@ pub struct Block {
     pub mean_density_errors: f64,
     /// Largest density error \[-].
     pub max_density_error: f32,
-    /// How often pairs were counted, once at the end of a block.
+    /// Number of counts of pairs, one at the end of each block.
     pub counts: f64,
-    /// Entries of fluid neighbour lists found at all counts; none if they are not stored.
+    /// Entries of fluid neighbour lists, summed over all counts; `None` if they are not stored.
     pub pairs: Option<f64>,
-    /// Distances computed, at all counts.
+    /// Distances computed, summed over all counts.
     pub tested_pairs: f64,
-    /// What the gauges that are measured showed.
+    /// Statistics of the gauges that are measured.
     pub(super) gauges: BTreeMap<Key, Tally>,
-    /// Steps of the block before that were taken back in this one, and are not taken again yet.
+    /// Steps of the previous block that were rolled back in this one and are not repeated yet.
     pub(super) owed: u64,
 }
 
-/// The last step that was good: it may be taken back.
+/// The last good step: it may still be rolled back.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct LastStep {
     dt: f32,
     mean_density_error: f32,
-    /// Largest density error of its block without it \[-].
+    /// Largest density error of its block without this step \[-].
     largest_before: f32,
 }
 
@@ -150,9 +150,9 @@ impl Default for Block {
 }
 
 impl Block {
-    /// Adds a step, or takes some back. Their cost, wall time and iterations, is part of the block.
+    /// Adds a step, or removes steps that were rolled back. Their cost, wall time and iterations, stays in the block.
     ///
-    /// `last` is the step before, of this block or the one before it.
+    /// `last` is the previous step, of this block or of the one before it.
     pub(super) fn add(&mut self, report: &StepReport, last: &mut LastStep) {
         match &report.taken_back {
             None => {
@@ -169,7 +169,7 @@ impl Block {
                 self.mean_density_errors += f64::from(report.mean_density_error);
                 self.max_density_error = self.max_density_error.max(report.max_density_error);
             }
-            // The step that went wrong was never added, the one before it was.
+            // The step that failed was never added; the one before it was.
             Some(taken_back) if taken_back.steps > 1 => {
                 match self.steps {
                     0 => self.owed += 1,
@@ -189,7 +189,7 @@ impl Block {
         }
     }
 
-    /// All blocks as one.
+    /// The sum of all blocks.
     pub(super) fn together(blocks: &[Self]) -> Self {
         blocks.iter().fold(Self::default(), |mut sum, block| {
             sum.steps += block.steps;

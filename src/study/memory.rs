@@ -1,10 +1,10 @@
-//! Whether the machine has the memory that a study needs.
+//! Checks that the machine has the memory that a study needs.
 
 use super::{error::StudyError, plan::PlannedCase};
 use crate::{memory, step::memory::need};
 
-/// The worlds of all variants of a case are there at a time, so that they can take turns: the field of a case that the
-/// machine has no memory for, and what would be right.
+/// The worlds of all variants of a case are in memory at the same time, so that they can take turns. Returns the field
+/// of a case that needs too much memory, and the remedy.
 pub(super) fn lacks_memory(cases: &[PlannedCase]) -> Result<Option<(String, String)>, StudyError> {
     let machine = memory::of_machine() as f64;
     for (k, case) in cases.iter().enumerate() {
@@ -23,7 +23,7 @@ pub(super) fn lacks_memory(cases: &[PlannedCase]) -> Result<Option<(String, Stri
                 format!("cases.{k}")
             };
             let message = format!(
-                "its {} variants are in memory at a time and need about {}, and there are {}; use fewer, or \
+                "its {} variants are in memory at the same time and need about {}, and there are {}; use fewer, or \
                  `set: [\"spacing=…\"]` with a larger spacing",
                 case.variants.len(),
                 memory::in_words(needed),

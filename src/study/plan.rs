@@ -1,4 +1,4 @@
-//! A study, checked: the scenes that it runs.
+//! A checked study: the scenes that it runs.
 
 use super::{Reference, Rows, Span, Study};
 use crate::scene::Scene;
@@ -6,11 +6,11 @@ use crate::scene::Scene;
 /// A study with everything it names read and checked.
 #[derive(Debug, Clone)]
 pub struct Plan {
-    /// The file.
+    /// The study as in its file.
     pub study: Study,
     /// The scenes to run, by case.
     pub cases: Vec<PlannedCase>,
-    /// Figures to compare with; none if the study names no file.
+    /// Figures to compare with; empty if the study names no file.
     pub reference: Reference,
 }
 
@@ -19,9 +19,9 @@ pub struct Plan {
 pub struct PlannedCase {
     /// Its name; empty if the study has no cases.
     pub name: String,
-    /// The scene that leads to the start, and the simulated time to stop at \[s].
+    /// The scene that leads to the start, and the simulated time at which it stops \[s].
     pub start: Option<(Scene, f32)>,
-    /// One measurement.
+    /// Length of one measurement.
     pub block: Span,
     /// All variants.
     pub variants: Vec<PlannedVariant>,
@@ -34,10 +34,10 @@ pub struct PlannedVariant {
     pub name: String,
     /// The scene with all overrides applied.
     pub scene: Scene,
-    /// How its rows lie at the start.
+    /// Order of its rows at the start.
     pub rows: Rows,
     /// Name of its row in the reference file.
     pub reference: Option<String>,
-    /// Variants of one series are joined in the chart.
+    /// Variants of one series are connected in the chart.
     pub series: Option<String>,
 }

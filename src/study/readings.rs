@@ -1,4 +1,4 @@
-//! Readings of gauges, added to the blocks of a study.
+//! Adds the readings of gauges to the blocks of a study.
 
 use bevy_ecs::prelude::*;
 
@@ -13,13 +13,13 @@ use crate::{
     scene::{self, Scene},
 };
 
-/// What the gauges of a scene are compared with.
+/// Reference curves of the gauges of a scene.
 pub(super) fn references(scene: &Scene) -> Vec<Option<Curve>> {
     let known = |gauge: &scene::Gauge| gauge.reference.as_ref()?.load().ok();
     scene.gauges.iter().map(known).collect()
 }
 
-/// Takes the readings that no later step takes back, and adds those that columns ask for to a block.
+/// Takes the readings that can no longer be rolled back, and adds those that columns need to a block.
 pub(super) fn tally(
     world: &mut World,
     columns: &[Column],

@@ -1,4 +1,4 @@
-//! Figures to compare with: a CSV file with comments, names of columns, and a name in front of every row.
+//! Figures to compare with: a CSV file with comments, a line of column names, and a name at the start of every row.
 
 use std::collections::BTreeMap;
 
@@ -13,9 +13,9 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// Reads the text of a file. An error is the line, from 1, and what is wrong with it.
+    /// Parses the text of a file. An error is the line, counted from 1, and the mistake in it.
     ///
-    /// A row's name may stand in double quotes, and must if it has a comma in it; a figure may be left out.
+    /// The name of a row may be in double quotes, and must be if it contains a comma. A figure may be omitted.
     pub fn parse(text: &str) -> Result<Self, (usize, String)> {
         let mut lines = (1..)
             .zip(without_mark(text).lines())

@@ -1,8 +1,8 @@
-//! The machine: the variants of a case, block by block in turn.
+//! Runs a study: the variants of a case take turns, block by block.
 //!
-//! Other programs come and go on a machine, and its clock rate with them. Variants measured one after the other would
-//! each meet another machine; in turns (A B C A B C …) they meet the same one, and the spread over the blocks says how
-//! steady it was.
+//! Other programs start and stop on a machine, and its clock rate changes with them. Variants measured one after the
+//! other would each find different conditions. In turns (A B C A B C …) they find the same conditions, and the spread
+//! over the blocks shows how steady these were.
 
 use std::ops::ControlFlow;
 
@@ -22,24 +22,25 @@ use crate::{
     step::StepReport,
 };
 
-/// How a study is coming along.
+/// Progress of a study.
 pub enum Event<'a> {
     /// A step was taken.
     Step {
-        /// What it belongs to: a start, or the measurement of a case.
+        /// The current stage: a start, or the measurement of a case.
         stage: &'a str,
-        /// What it is a step of: a variant.
+        /// The variant that took the step.
         of: &'a str,
-        /// The part of the stage that is done, 0 to 1.
+        /// Completed fraction of the stage, 0 to 1.
         fraction: f64,
     },
-    /// Every variant of a case has had its turn; the table says what is known by now.
+    /// Every variant of a case has finished a block; the table holds the results so far.
     Turn(&'a Table),
 }
 
-/// Runs a study with `threads` threads; 0 takes all cores. `tell` is called after every step and may break off.
+/// Runs a study with `threads` threads; 0 uses all cores. `tell` is called after every step and may stop the study.
 ///
-/// A variant that fails has its row say so; the others go on. The table is that of all blocks that were finished.
+/// If a variant fails, its row shows the reason and the others continue. The table contains all blocks that were
+/// finished.
 pub fn run(
     plan: &Plan,
     threads: usize,
@@ -66,7 +67,7 @@ pub fn run(
 /// A variant's world.
 struct Runner {
     world: World,
-    /// What its gauges are compared with.
+    /// Reference curves of its gauges.
     references: Vec<Option<Curve>>,
     failed: bool,
     last: LastStep,
@@ -80,11 +81,11 @@ struct Turns<'a, 'b> {
     tell: &'a mut (dyn FnMut(Event) -> ControlFlow<()> + 'b),
 }
 
-/// What broke a span off.
+/// Why a span ended early.
 enum Broken {
-    /// The caller.
+    /// The caller stopped it.
     Asked,
-    /// A step that failed.
+    /// A step failed.
     Failed(StepError),
 }
 
@@ -152,7 +153,7 @@ impl Turns<'_, '_> {
         Ok(ControlFlow::Continue(()))
     }
 
-    /// Tells that a stage begins, before worlds are set up for it.
+    /// Reports the beginning of a stage, before its worlds are created.
     fn begin(&mut self, stage: &str) -> ControlFlow<()> {
         (self.tell)(Event::Step {
             stage,
@@ -178,7 +179,7 @@ impl Turns<'_, '_> {
             return Ok(ControlFlow::Break(()));
         }
         let mut world = self.world(scene, &stage)?;
-        // The state is that of this time, whatever the length of a step.
+        // The state is taken exactly at this time, whatever the length of a step.
         world.resource_mut::<Clock>().until = Some((*time).into());
         let mut last = LastStep::default();
         match advance(&mut world, Span::Time(*time), &mut last, |fraction| {
@@ -229,7 +230,7 @@ impl Turns<'_, '_> {
     }
 }
 
-/// Steps to the end of the span; `tell` gets the part that is done.
+/// Runs steps to the end of the span; `tell` gets the completed fraction.
 fn advance(
     world: &mut World,
     span: Span,
@@ -240,10 +241,10 @@ fn advance(
     loop {
         let part = match span {
             Span::Steps(steps) => block.steps as f64 / steps as f64,
-            // Time is a sum of many steps: one that misses the end by rounding has reached it.
+            // Time is a sum of many steps: a step that misses the end only by rounding has reached it.
             Span::Time(time) => block.time / f64::from(time) + 1e-6,
         };
-        // No steps at all are 0 of 0.
+        // A span without steps is 0/0.
         if part >= 1.0 || part.is_nan() {
             return Ok(block);
         }

@@ -1,9 +1,10 @@
-//! The state that the variants of a case set out from.
+//! The state in which the variants of a case start.
 //!
-//! Option 1: every variant is simulated from the scene's beginning. Option 2: one simulation leads into motion, its
-//! positions and velocities are handed to all variants. We use 2: the variants then measure the same motion, where
-//! those of different methods would have drifted apart, and a case costs one lead-in and not one a variant. What is not
-//! handed over is the history: indices are built anew, warm starts begin at zero; a study's `warm_up` is for that.
+//! Option 1: every variant is simulated from the beginning of the scene. Option 2: one simulation runs up to the start,
+//! and its positions and velocities are given to all variants. We use 2: the variants then measure the same motion,
+//! whereas different methods would have drifted apart, and a case costs one simulation instead of one per variant. The
+//! history is not transferred: indices are rebuilt and warm starts begin at zero; a study's `warm_up` compensates for
+//! that.
 
 use bevy_ecs::prelude::*;
 use glam::Vec3;
@@ -31,7 +32,7 @@ impl State {
         Self(particles.into_iter().map(|particle| particle.1).collect())
     }
 
-    /// Puts the state into a new world with as many particles, a row after the other.
+    /// Copies the state into a new world with as many particles, row by row.
     pub(super) fn hand_over(&self, world: &mut World, rows: Rows) {
         let mut order: Vec<usize> = (0..self.0.len()).collect();
         if rows == Rows::Shuffled {

@@ -1,4 +1,4 @@
-//! What came of a study: figures, ratios to a baseline, ranks, and the same of the figures to compare with.
+//! Results of a study: figures, ratios to a baseline and ranks, and the same for the reference figures.
 
 use std::cmp::Ordering;
 use std::fmt::Write as _;
@@ -12,9 +12,9 @@ use crate::output::{OutputError, write_atomically};
 pub struct Table {
     /// Heading.
     pub title: String,
-    /// What a reader should know.
+    /// Remarks for the reader.
     pub notes: Vec<String>,
-    /// The columns, as the study gives them.
+    /// The columns, as in the study file.
     pub columns: Vec<Column>,
     /// The rows: the variants of the first case, then those of the next.
     pub rows: Vec<Row>,
@@ -31,18 +31,18 @@ pub struct Row {
     pub variant: String,
     /// Its row in the reference file.
     pub reference: Option<String>,
-    /// Rows of one series are joined in the chart.
+    /// Rows of one series are connected in the chart.
     pub series: Option<String>,
-    /// What was measured.
+    /// The measured blocks.
     pub blocks: Vec<Block>,
-    /// Why it ended early.
+    /// Reason why it ended early.
     pub failure: Option<String>,
 }
 
 /// A measured figure, in the unit of its measure.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Figure {
-    /// Median over the blocks for times, otherwise that of all blocks taken together.
+    /// Median over the blocks for times; otherwise computed from all blocks together.
     pub value: f64,
     /// Least of all blocks.
     pub low: f64,
@@ -50,19 +50,19 @@ pub struct Figure {
     pub high: f64,
 }
 
-/// How a row stands among the others of its case, compared with the reference.
+/// Whether a row has the same order relative to the other rows of its case as in the reference.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Order {
-    /// Every other row is on the same side of it.
+    /// Every other row is on the same side as in the reference.
     Same,
-    /// Some row is on the other side, but the blocks' spreads overlap: it may be noise.
+    /// A row is on the other side, but the spreads of the blocks overlap: it may be noise.
     Unresolved,
-    /// Some row is on the other side, beyond the spread.
+    /// A row is on the other side, beyond the spread.
     Differs,
 }
 
 impl Order {
-    /// As the CSV file spells it.
+    /// Its name in the CSV file.
     pub fn name(self) -> &'static str {
         match self {
             Self::Same => "same",
@@ -73,7 +73,7 @@ impl Order {
 }
 
 impl Table {
-    /// A table with nothing measured yet.
+    /// A table without measurements yet.
     pub(super) fn new(plan: &Plan) -> Self {
         let study = &plan.study;
         let rows = plan
@@ -93,17 +93,17 @@ impl Table {
         }
     }
 
-    /// The row that ratios are taken to.
+    /// The variant whose figures ratios are relative to.
     pub fn baseline(&self) -> &str {
         &self.baseline
     }
 
-    /// The number of the column called `name`.
+    /// Index of the column called `name`.
     pub fn column(&self, name: &str) -> Option<usize> {
         self.columns.iter().position(|column| column.name == name)
     }
 
-    /// What was measured; none before the first block.
+    /// The measured figure; `None` before the first block.
     pub fn figure(&self, row: usize, column: usize) -> Option<Figure> {
         let measure = &self.columns[column].measure;
         let blocks = &self.rows[row].blocks;
@@ -124,24 +124,24 @@ impl Table {
         Some(Figure { value, low, high })
     }
 
-    /// The figure to compare with.
+    /// The reference figure.
     pub fn reference(&self, row: usize, column: usize) -> Option<f64> {
         let (row, column) = (&self.rows[row].reference, &self.columns[column].reference);
         self.reference.figure(row.as_ref()?, column.as_ref()?)
     }
 
-    /// Whether a column has figures to compare with.
+    /// Whether a column has reference figures.
     pub fn has_reference(&self, column: usize) -> bool {
         (0..self.rows.len()).any(|row| self.reference(row, column).is_some())
     }
 
-    /// The figure over that of the baseline in the same case.
+    /// The figure divided by that of the baseline in the same case.
     pub fn ratio(&self, row: usize, column: usize) -> Option<f64> {
         let base = self.figure(self.baseline_of(row)?, column)?;
         finite(self.figure(row, column)?.value / base.value)
     }
 
-    /// The same of the figures to compare with.
+    /// The reference figure divided by that of the baseline.
     pub fn reference_ratio(&self, row: usize, column: usize) -> Option<f64> {
         let base = self.reference(self.baseline_of(row)?, column)?;
         finite(self.reference(row, column)? / base)
@@ -152,7 +152,7 @@ impl Table {
         (self.rows.iter()).position(|row| row.case == *case && row.variant == self.baseline)
     }
 
-    /// Figures of the rows of the same case that can be compared: here, and in the reference.
+    /// Measured and reference figures of the rows of the same case that have both.
     fn comparable(&self, row: usize, column: usize) -> Vec<(Figure, f64)> {
         (0..self.rows.len())
             .filter(|&other| self.rows[other].case == self.rows[row].case)
@@ -163,8 +163,8 @@ impl Table {
             .collect()
     }
 
-    /// Places of a row among those of its case that can be compared, smallest figure first, from 1: here, and in the
-    /// reference.
+    /// Ranks of a row among the comparable rows of its case, counted from 1 for the smallest figure: measured, and in
+    /// the reference.
     pub fn ranks(&self, row: usize, column: usize) -> Option<(usize, usize)> {
         let own = self.figure(row, column)?.value;
         let own_reference = self.reference(row, column)?;
@@ -172,14 +172,14 @@ impl Table {
         let rank = |smaller: &dyn Fn(&(Figure, f64)) -> bool| {
             1 + others.iter().filter(|other| smaller(other)).count()
         };
-        // Equal to three digits is equal.
+        // Figures that agree to three digits are equal.
         Some((
             rank(&|other| other.0.value < 0.9995 * own),
             rank(&|other| other.1 < own_reference),
         ))
     }
 
-    /// Whether the row stands among the others as it does in the reference.
+    /// Whether the row has the same order relative to the other rows as in the reference.
     pub fn order(&self, row: usize, column: usize) -> Option<Order> {
         let own = self.figure(row, column)?;
         let own_reference = self.reference(row, column)?;
@@ -197,9 +197,9 @@ impl Table {
         Some(order)
     }
 
-    /// One line a figure: case, variant, column, its unit, then the figure, its spread over the blocks, and its place.
+    /// One line per figure: case, variant, column, its unit, the figure, its spread over the blocks, and its rank.
     ///
-    /// What is not known is left empty.
+    /// Unknown values are left empty.
     pub fn csv(&self) -> String {
         let mut text = String::from(
             "case,variant,column,unit,value,low,high,ratio,reference,reference_ratio,rank,reference_rank,order,blocks,\
@@ -241,7 +241,7 @@ impl Table {
         text
     }
 
-    /// Writes the CSV file, whole or not at all.
+    /// Writes the CSV file, completely or not at all.
     pub fn write_csv(&self, path: &Path) -> Result<(), OutputError> {
         use std::io::Write as _;
         write_atomically(path, |out| out.write_all(self.csv().as_bytes()))
@@ -249,7 +249,7 @@ impl Table {
 }
 
 impl Row {
-    /// A row with nothing measured yet.
+    /// A row without measurements yet.
     fn new(case: &PlannedCase, variant: &PlannedVariant) -> Self {
         Self {
             case: case.name.clone(),
@@ -260,7 +260,7 @@ impl Row {
         }
     }
 
-    /// Steps measured.
+    /// Number of measured steps.
     pub fn steps(&self) -> u64 {
         self.blocks.iter().map(|block| block.steps).sum()
     }

@@ -1,11 +1,11 @@
-//! The table for a terminal: a block for each column that has figures to compare with, one for all others.
+//! The table for a terminal: a separate part for each column with reference figures, one part for all others.
 
 use std::fmt::Write as _;
 
 use super::{Order, Table};
 
 impl Table {
-    /// The table in words: what was measured, the reference beside it, and where the order of the rows is another.
+    /// The table as text: the measured figures, the reference beside them, and where the order of the rows differs.
     pub fn text(&self) -> String {
         let mut text = format!("{}\n", self.title);
         let compared: Vec<usize> = self.columns_where(|column| self.has_reference(column));
@@ -28,7 +28,7 @@ impl Table {
                     self.compare(&mut text, rows.clone(), column);
                 }
             }
-            // Columns whose reference has no figure for this case stand with those that have none.
+            // Columns without a reference figure for this case are listed with those that have none at all.
             let plain: Vec<usize> = (others.iter().chain(&compared).copied())
                 .filter(|&column| {
                     rows.clone()

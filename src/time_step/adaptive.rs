@@ -21,8 +21,8 @@ use crate::{
     integrate::Motion,
     scene::{self, Scene},
     state::{
-        Clock, DensityError, Failure, FailureCause, Limit, Material, PressureSolve, Remembers,
-        Shock, TakenBack,
+        Clock, DensityError, Failure, FailureCause, Limit, Material, Remembers, Shock, SolverState,
+        TakenBack,
     },
 };
 
@@ -155,7 +155,7 @@ pub fn detect_shock(
     mut failure: ResMut<Failure>,
     adaptive: Res<AdaptiveTimeStep>,
     motion: Res<Motion>,
-    solve: Res<PressureSolve>,
+    solve: Res<SolverState>,
     material: Res<Material>,
     clock: Res<Clock>,
 ) {
@@ -190,7 +190,7 @@ pub fn choose_adaptive_time_step(
     mut clock: ResMut<Clock>,
     mut adaptive: ResMut<AdaptiveTimeStep>,
     motion: Res<Motion>,
-    solve: Res<PressureSolve>,
+    solve: Res<SolverState>,
     material: Res<Material>,
 ) {
     adaptive.largest_error = solve.error.largest;

@@ -1,17 +1,14 @@
-//! The time step: fixed, as large as speeds, forces, viscosity and sound allow, or the scheme of [`adaptive`] that goes
-//! back from a shock.
+//! The time step: fixed, `Cfl` with the limits below, or the scheme of [`adaptive`] that rolls back after a shock.
 //!
 //! | limit | dt at most | source |
 //! | --- | --- | --- |
 //! | speed | λ h/v_max, λ of the scene | Courant–Friedrichs–Lewy; paper 4.3.2: nothing moves more than h/2 |
 //! | force | 0.25 sqrt(h/a_max) | Monaghan 1992 |
-//! | viscosity | h²/(32 ν); 0.8 of a [`lattice`](crate::lattice)'s own | Morris et al. 1997, eq. 23 |
+//! | viscosity | h²/(32 ν); 0.8 of that of a [`lattice`](crate::lattice) | Morris et al. 1997, eq. 23 |
 //! | sound | 0.4 h/c | Becker & Teschner 2007, eq. 18 |
-//! | pressure | half of what waves of a lattice under the largest pressure allow | [`lattice`](crate::lattice) |
+//! | pressure | half the limit of a lattice's waves under the largest pressure | [`lattice`](crate::lattice) |
 //!
-//! These are the limits of `Cfl`. Speeds and forces are those of the step before. Methods that iterate add a limit:
-//! what an iteration costs is fixed, how many a step needs grows faster than its length, so a step that took more than
-//! `ITERATIONS` is followed by a shorter one, and one whose error does not fall is halved before anything moves.
+//! Speeds and forces are those of the previous step. Methods that iterate shorten steps further: see `cfl::ITERATIONS`.
 
 pub mod adaptive;
 mod cfl;

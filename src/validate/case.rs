@@ -1,4 +1,4 @@
-//! What a case is, and a run of it.
+//! A case, and a run of it.
 
 use std::ops::ControlFlow;
 
@@ -9,24 +9,24 @@ use crate::{
     scene::{Scene, SceneError},
 };
 
-/// A flow whose answer is known.
+/// A flow with a known answer.
 #[derive(Debug)]
 pub struct Case {
     /// Its folder in `assets/cases`.
     pub name: &'static str,
-    /// What it is, in a line.
+    /// A description in one line.
     pub title: &'static str,
-    /// Scene and page of explanation (Markdown), the files of the folder.
+    /// Scene and page (Markdown), the files of the folder.
     pub texts: (&'static str, &'static str),
-    /// What particles are counted across: the spacing is this length over the resolution.
+    /// Name of the characteristic length; the spacing is this length divided by the resolution.
     pub across: &'static str,
-    /// The resolution of the scene as it stands.
+    /// The resolution of the scene file.
     pub resolution: u32,
-    /// The resolutions that its convergence is measured at; each twice the one before.
+    /// The resolutions for its convergence; each is twice the previous one.
     pub resolutions: [u32; 3],
     /// Speed of sound for SESPH \[m/s].
     pub sound_speed: f32,
-    /// Runs and measures it.
+    /// Runs the case and measures it.
     pub measure: fn(&Scene, &mut Runner) -> Result<Findings, Stopped>,
 }
 
@@ -46,7 +46,7 @@ impl Case {
         Ok(scene)
     }
 
-    /// Runs the case with a method at a resolution. `tell` is told which part is done, after every step.
+    /// Runs the case with a method at a resolution. `tell` gets the completed fraction after every step.
     pub fn run(
         &self,
         method: &Method,

@@ -1,28 +1,28 @@
-//! What was measured beside what is known.
+//! Measured figures and their known values.
 
 use crate::measure::Curve;
 
-/// Where a known value comes from.
+/// Source of a known value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Source {
-    /// A solution of the equations that are solved here: errors fade with the spacing.
+    /// An exact solution of the equations solved here: errors vanish with the spacing.
     Exact,
-    /// An experiment, or a bound: what is left at an infinite resolution is not known to be zero.
+    /// An experiment, or a bound: the error at infinite resolution is not necessarily zero.
     Experiment,
 }
 
-/// One thing that was measured and is known.
+/// A measured figure with a known value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
     /// Its name, with its unit in brackets.
     pub quantity: String,
-    /// What the run gave; not a number if the run had nothing to measure.
+    /// The measured value; NaN if the run had nothing to measure.
     pub measured: f64,
-    /// What is known.
+    /// The known value.
     pub known: f64,
-    /// What errors are relative to.
+    /// The value to which errors are relative.
     pub scale: f64,
-    /// Where the known value comes from.
+    /// Source of the known value.
     pub source: Source,
 }
 
@@ -38,7 +38,7 @@ impl Figure {
         }
     }
 
-    /// A quantity that should be zero, in units of what it is measured by.
+    /// A quantity that should be zero, relative to a scale.
     pub fn residual(quantity: impl Into<String>, measured: f64) -> Self {
         Self {
             scale: 1.0,
@@ -46,7 +46,7 @@ impl Figure {
         }
     }
 
-    /// The same figure, known from an experiment.
+    /// The same figure with a value from an experiment.
     pub fn by_experiment(self) -> Self {
         Self {
             source: Source::Experiment,
@@ -60,22 +60,22 @@ impl Figure {
     }
 }
 
-/// A measured curve beside the known one, in SI units.
+/// A measured curve and the known one, in SI units.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Comparison {
-    /// Names its chart among the case's: letters, digits and `_`.
+    /// Name of its chart within the case: letters, digits and `_`.
     pub name: &'static str,
     /// Quantity and unit along the horizontal axis.
     pub x: &'static str,
     /// Quantity and unit along the vertical axis.
     pub y: &'static str,
-    /// What the run gave.
+    /// The measured points.
     pub measured: Vec<(f64, f64)>,
-    /// What is known.
+    /// The known points.
     pub known: Curve,
 }
 
-/// What a case found.
+/// Results of a case.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Findings {
     /// Figures, in an order that does not depend on the method.
@@ -84,7 +84,7 @@ pub struct Findings {
     pub comparisons: Vec<Comparison>,
 }
 
-/// A curve of points that a formula gives.
+/// A curve of points from a formula.
 pub(super) fn exact_curve(note: &str, points: impl IntoIterator<Item = (f64, f64)>) -> Curve {
     Curve {
         points: points.into_iter().collect(),
@@ -92,8 +92,7 @@ pub(super) fn exact_curve(note: &str, points: impl IntoIterator<Item = (f64, f64
     }
 }
 
-/// Linear interpolation between points whose abscissae ascend, beyond them the line through the last two; not a number
-/// with fewer.
+/// Linear interpolation between points with ascending abscissae, extrapolated by the last two; NaN with fewer than two.
 pub(super) fn at(points: &[(f64, f64)], x: f64) -> f64 {
     if points.len() < 2 {
         return f64::NAN;

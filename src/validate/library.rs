@@ -1,4 +1,4 @@
-//! The list of all cases, and of those that wait for something.
+//! The list of all cases, and of those that are not supported yet.
 
 use super::{
     Case,
@@ -8,7 +8,7 @@ use super::{
     },
 };
 
-/// Every case that can be posed, the cheapest first.
+/// Every supported case, the least expensive first.
 pub const CASES: [&Case; 10] = [
     &hydrostatic::IN_THE_PLANE,
     &hydrostatic::IN_SPACE,
@@ -22,7 +22,7 @@ pub const CASES: [&Case; 10] = [
     &spheric_2::CASE,
 ];
 
-/// A case that cannot be posed yet.
+/// A case that is not supported yet.
 #[derive(Debug)]
 pub struct Waiting {
     /// Its name.
@@ -31,7 +31,7 @@ pub struct Waiting {
     pub needs: &'static str,
 }
 
-/// Cases with known answers that scenes have no words for yet.
+/// Cases with known answers that a scene cannot express yet.
 pub const WAITING: [Waiting; 7] = [
     Waiting {
         name: "oscillating_drop",

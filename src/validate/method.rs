@@ -1,14 +1,14 @@
 //! The pressure methods that cases are run with.
 
-/// A pressure method with the parameters that it comes with.
+/// A pressure method with its default parameters.
 #[derive(Debug, Clone, Copy)]
 pub struct Method {
     /// Its name.
     pub name: &'static str,
     /// Its name on the command line.
     pub key: &'static str,
-    /// The method in a scene, as RON. SESPH needs a speed of sound \[m/s]: ten times the largest speed expected allows 1 %
-    /// of compression.
+    /// The method in a scene, as RON. SESPH needs a speed of sound \[m/s]: ten times the largest speed expected allows
+    /// 1 % of compression.
     pub pressure: fn(sound_speed: f32) -> String,
 }
 

@@ -9,11 +9,11 @@ use crate::state::particle::{Density, Fluid, Position, Pressure, Velocity};
 /// computed at its start.
 #[derive(Debug, Clone, Copy)]
 pub struct Particle {
-    /// Which.
+    /// Its number.
     pub entity: Entity,
-    /// Where \[m].
+    /// Position \[m].
     pub position: Vec3,
-    /// How fast \[m/s].
+    /// Velocity \[m/s].
     pub velocity: Vec3,
     /// Density \[kg/m³].
     pub density: f32,
@@ -37,7 +37,7 @@ pub fn particles_of(world: &mut World) -> Vec<Particle> {
         .collect()
 }
 
-/// Gives every fluid particle the velocity \[m/s] of a field.
+/// Sets the velocity \[m/s] of every fluid particle from a field.
 pub(super) fn set_velocities(world: &mut World, mut field: impl FnMut(Vec3) -> Vec3) {
     let mut query = world.query_filtered::<(&Position, &mut Velocity), With<Fluid>>();
     for (position, mut velocity) in query.iter_mut(world) {
@@ -45,10 +45,10 @@ pub(super) fn set_velocities(world: &mut World, mut field: impl FnMut(Vec3) -> V
     }
 }
 
-/// Centre, velocity, and angular momentum about the centre of the particles, for a mass of 1 in all.
+/// Centre, velocity, and angular momentum about the centre of the particles, for a total mass of 1.
 #[derive(Debug, Clone, Copy)]
 pub struct RigidMotion {
-    /// Where the centre is \[m].
+    /// Position of the centre \[m].
     pub center: DVec3,
     /// Its velocity \[m/s].
     pub velocity: DVec3,

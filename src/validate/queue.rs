@@ -1,4 +1,4 @@
-//! Many jobs, side by side.
+//! Many jobs in parallel.
 
 use std::ops::ControlFlow;
 use std::sync::{
@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use super::{Case, Findings, Method, Stopped};
 use crate::scene::shapes;
 
-/// Time between two words of a job on how far it is.
+/// Time between two progress reports of a job.
 const INTERVAL: Duration = Duration::from_millis(100);
 
 /// A case with a method at a resolution.
@@ -21,41 +21,41 @@ pub struct Job {
     pub case: &'static Case,
     /// The method.
     pub method: &'static Method,
-    /// Particles across the length that the case counts them over.
+    /// Particles over the characteristic length of the case.
     pub resolution: u32,
 }
 
-/// What became of a job.
+/// Result of a job.
 #[derive(Debug)]
 pub struct Outcome {
     /// The job.
     pub job: Job,
     /// Wall time \[s].
     pub seconds: f64,
-    /// What it found, or why it could not run to its end.
+    /// Its findings, or why it failed.
     pub result: Result<Findings, Stopped>,
 }
 
-/// How jobs are coming along.
+/// Progress of the jobs.
 pub enum Event<'a> {
     /// A job took a step.
     Step {
         /// The job.
         job: &'a Job,
-        /// The part of all jobs that is done, 0 to 1, by an estimate of their work.
+        /// Completed fraction of all jobs, 0 to 1, by an estimate of their work.
         fraction: f64,
     },
-    /// A job is over; all that are, in the order of the jobs.
+    /// A job is finished.
     Done {
-        /// Which of them it was.
+        /// Its number.
         number: usize,
-        /// Those that are over.
+        /// Outcomes of the finished jobs, in the order of the jobs.
         outcomes: &'a [Option<Outcome>],
     },
 }
 
 impl Job {
-    /// The work of the job, about: particles times steps of a weakly compressible method.
+    /// Estimated work of the job: particles times steps of a weakly compressible method.
     fn work(&self) -> f64 {
         let Ok(scene) = self.case.scene(self.method, self.resolution) else {
             return 1.0;
@@ -71,8 +71,21 @@ enum Word {
     Done(usize, Outcome),
 }
 
-/// Runs jobs with `threads` threads, one a job, the longest first. `tell` may break off: jobs that are not over then
-/// give `None`.
+/// Runs jobs on `threads` threads, one thread per job, the longest first. `tell` may stop the queue: jobs that are not
+/// finished by then return `None`.
+///
+/// ```no_run
+/// use std::ops::ControlFlow;
+///
+/// use overfall::validate::{CASES, Job, METHODS, run_all};
+///
+/// let job = Job { case: CASES[0], method: &METHODS[2], resolution: CASES[0].resolution };
+/// for outcome in run_all(&[job], 1, &mut |_| ControlFlow::Continue(())).into_iter().flatten() {
+///     for figure in outcome.result.expect("a run to its end").figures {
+///         let _ = (figure.quantity.as_str(), figure.measured, figure.known, figure.error());
+///     }
+/// }
+/// ```
 pub fn run_all(
     jobs: &[Job],
     threads: usize,
@@ -119,7 +132,7 @@ pub fn run_all(
     outcomes
 }
 
-/// Does jobs until none is left.
+/// Runs jobs until none is left.
 fn work(jobs: &[Job], left: &Mutex<Vec<usize>>, stop: &AtomicBool, send: &mpsc::Sender<Word>) {
     while !stop.load(Ordering::Relaxed) {
         let next = left.lock().unwrap_or_else(|lock| lock.into_inner()).pop();
@@ -134,7 +147,7 @@ fn work(jobs: &[Job], left: &Mutex<Vec<usize>>, stop: &AtomicBool, send: &mpsc::
             .run(job.method, job.resolution, 1, &mut |fraction| {
                 if said.elapsed() >= INTERVAL {
                     said = Instant::now();
-                    // Nobody listens: the jobs are broken off.
+                    // The receiver was dropped: the jobs are stopped.
                     if send.send(Word::Step(number, fraction)).is_err() {
                         return ControlFlow::Break(());
                     }

@@ -1,10 +1,10 @@
-//! What came of the jobs: for a terminal, as CSV, and as a page.
+//! Results of the jobs: for a terminal, as CSV, and as a page.
 
 use std::fmt::Write as _;
 
 use super::{Convergence, Figure, METHODS, Outcome};
 
-/// A number with so many digits as are worth reading.
+/// A number with its significant digits.
 fn number(value: f64) -> String {
     if value.is_nan() {
         "—".to_owned()
@@ -33,7 +33,7 @@ fn heading(outcome: &Outcome) -> String {
     )
 }
 
-/// Outcomes for a terminal: measured, known, error, a line a figure.
+/// Outcomes for a terminal: measured value, known value and error, one line per figure.
 pub fn table<'a>(outcomes: impl IntoIterator<Item = &'a Outcome>) -> String {
     let mut text = String::new();
     for outcome in outcomes {
@@ -61,7 +61,7 @@ pub fn table<'a>(outcomes: impl IntoIterator<Item = &'a Outcome>) -> String {
     text
 }
 
-/// Outcomes as CSV, a row a figure; a run that failed has a row without figures.
+/// Outcomes as CSV, one row per figure; a failed run has a row without figures.
 pub fn csv<'a>(outcomes: impl IntoIterator<Item = &'a Outcome>) -> String {
     let mut text =
         "case,method,resolution,quantity,measured,known,relative_error,failure\n".to_owned();
@@ -85,7 +85,7 @@ pub fn csv<'a>(outcomes: impl IntoIterator<Item = &'a Outcome>) -> String {
     text
 }
 
-/// All as a page of Markdown. `charts` are files beside it, each with the case that it is of.
+/// All outcomes as a Markdown page. `charts` are files beside it, each with the name of its case.
 pub fn page(
     outcomes: &[&Outcome],
     convergence: &[Convergence],
@@ -127,7 +127,7 @@ pub fn page(
     text
 }
 
-/// A table with a row a quantity and a column a method; below it what could not run.
+/// A table with one row per quantity and one column per method; below it, the failed runs.
 fn figures(text: &mut String, outcomes: &[&Outcome]) {
     let mut quantities: Vec<&Figure> = Vec::new();
     for figure in (outcomes.iter()).flat_map(|of| of.result.iter().flat_map(|f| &f.figures)) {
@@ -174,7 +174,7 @@ fn figures(text: &mut String, outcomes: &[&Outcome]) {
     }
 }
 
-/// A table of orders: a row a quantity, a column a method.
+/// A table of orders: one row per quantity, one column per method.
 fn orders(text: &mut String, case: &str, convergence: &[Convergence]) {
     let of_case = || convergence.iter().filter(|found| found.case.name == case);
     let mut quantities: Vec<&str> = Vec::new();

@@ -1,4 +1,4 @@
-//! A simulation that a case watches.
+//! A simulation that a case observes.
 
 use std::ops::ControlFlow;
 
@@ -6,11 +6,11 @@ use bevy_ecs::prelude::*;
 
 use crate::{Simulation, StepError, StepReport, gauge::Gauges};
 
-/// Why a run ended before its end.
+/// Why a run ended early.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Stopped {
-    /// The caller wanted it.
+    /// The caller stopped it.
     #[error("it was interrupted")]
     Asked,
     /// A step failed.
@@ -18,7 +18,7 @@ pub enum Stopped {
     Failed {
         /// Simulated time of the last good state \[s].
         time: f64,
-        /// Why.
+        /// Reason.
         error: StepError,
     },
     /// The scene is refused at this resolution, or with this method.
@@ -26,10 +26,10 @@ pub enum Stopped {
     Refused(String),
 }
 
-/// A simulation that a case watches.
+/// A simulation that a case observes.
 pub struct Runner<'a> {
     simulation: Simulation,
-    /// Told which part of the run is done, 0 to 1; may break it off.
+    /// Gets the completed fraction of the run, 0 to 1; may stop it.
     tell: &'a mut dyn FnMut(f64) -> ControlFlow<()>,
 }
 
@@ -46,7 +46,7 @@ impl<'a> Runner<'a> {
         self.simulation.world_mut()
     }
 
-    /// Steps until `end` \[s]; `see` is shown the world and the report after every step.
+    /// Takes steps until `end` \[s]; `see` gets the world and the report after every step.
     pub fn steps(
         &mut self,
         end: f64,
@@ -65,7 +65,7 @@ impl<'a> Runner<'a> {
         Ok(())
     }
 
-    /// Times \[s] and figures of a gauge's column, where it had fluid to measure.
+    /// Times \[s] and figures of a gauge's column, without readings that have no figure.
     pub fn readings(&self, gauge: &str, column: &str) -> Vec<(f64, f64)> {
         let gauges = self.simulation.world().get_resource::<Gauges>();
         let Some(gauge) = gauges.and_then(|gauges| gauges.get(gauge)) else {

@@ -1,4 +1,4 @@
-//! Arguments of `overfall run` and `overfall check`: what is wrong is refused with its place and what would be right.
+//! Arguments of `overfall run` and `overfall check`: mistakes are refused with their place and the remedy.
 
 use std::fs;
 

@@ -1,4 +1,4 @@
-//! Folders that runs write to: older runs, files of the user's, inputs that lie there.
+//! Folders that runs write to: older runs, files of the user, inputs inside the folder.
 
 use std::fs;
 
@@ -35,7 +35,7 @@ fn a_second_run_moves_the_first_aside_or_replaces_it_and_touches_nothing_else() 
 
 #[test]
 fn files_of_the_users_are_never_overwritten() {
-    // A name that a run writes, and whether it is one of the run's inputs as well.
+    // A name that a run writes, and whether it is also an input of the run.
     for name in [
         "history.csv",
         "summary.json",

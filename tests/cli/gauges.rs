@@ -1,11 +1,13 @@
-//! What a run with gauges writes, and what `check` says of them.
+//! Output of a run with gauges, and their description in `check`.
 
 use std::fs;
 
+use tempfile::TempDir;
+
 use crate::support::{TINY, assert_exit, folder_with, names, overfall, stderr, stdout};
 
-#[test]
-fn gauges_write_a_file_each_and_a_chart_beside_what_is_known() {
+/// The tiny scene with two gauges, one of them with a reference.
+fn folder_with_gauges() -> TempDir {
     let scene = TINY.replace(
         "duration: 0.05",
         r#"gauges: [
@@ -16,7 +18,12 @@ fn gauges_write_a_file_each_and_a_chart_beside_what_is_known() {
         duration: 0.05"#,
     );
     let known = "# A source & its <notes>\nh,t\n10,0\n9,0.02\n9,0.04\n1,9\n";
-    let folder = folder_with(&[("tiny.ron", &scene), ("known.csv", known)]);
+    folder_with(&[("tiny.ron", &scene), ("known.csv", known)])
+}
+
+#[test]
+fn check_lists_gauges() {
+    let folder = folder_with_gauges();
     let check = overfall(&folder, &["check", "tiny.ron"]);
     assert_exit(&check, 0);
     for line in [
@@ -27,7 +34,11 @@ fn gauges_write_a_file_each_and_a_chart_beside_what_is_known() {
     ] {
         assert!(stdout(&check).contains(line), "{line}: {}", stdout(&check));
     }
+}
 
+#[test]
+fn gauges_write_a_file_each_and_a_chart_beside_what_is_known() {
+    let folder = folder_with_gauges();
     assert_exit(&overfall(&folder, &["run", "tiny.ron", "--quiet"]), 0);
     let out = folder.path().join("out/tiny");
     let gauges = out.join("gauges");
@@ -72,13 +83,13 @@ fn gauges_write_a_file_each_and_a_chart_beside_what_is_known() {
             "{text}: {texts:?}"
         );
     }
-    // One in the legend; what is known of later times is not drawn.
+    // One in the legend; later reference data are not drawn.
     let circles = picture
         .descendants()
         .filter(|node| node.has_tag_name("circle"));
     assert_eq!(circles.count(), 4);
 
-    // The copy of the scene runs by itself.
+    // The copy of the scene is complete: it can be run.
     let copy = folder.path().join("out/tiny/scene/scene.ron");
     let copy = copy.to_str().expect("a path");
     assert_exit(

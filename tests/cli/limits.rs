@@ -1,4 +1,4 @@
-//! What the machine refuses a run: room on the disk, a reader, a folder, threads.
+//! Limits of the machine: disk space, a closed reader, a missing folder, threads.
 
 use std::fs;
 use std::process::{Command, Stdio};
@@ -11,7 +11,7 @@ use crate::support::{assert_exit, command, overfall, stderr};
 #[test]
 fn a_write_that_fails_ends_the_run_with_path_and_cause() {
     let folder = folder();
-    // A limit on the size of files stands for a full disk: frames no longer fit, a summary does.
+    // A limit on the size of files simulates a full disk: frames no longer fit, a summary does.
     let output = command_after(&folder, "trap '' XFSZ; ulimit -f 16")
         .args(["run", "long.ron", "--quiet"])
         .output()
@@ -66,7 +66,7 @@ fn a_folder_that_is_removed_ends_the_run() {
         });
         fs::rename(&out, folder.path().join("moved")).expect("moved away");
         if again {
-            // Another file by that name is not the run's.
+            // Another file with that name does not belong to the run.
             fs::create_dir_all(&out).expect("a folder");
             fs::write(out.join("history.csv"), "mine").expect("a file");
         }
@@ -87,7 +87,7 @@ fn a_full_disk_leaves_whole_rows_and_a_summary() {
         .replace("max: (0.1, 0.1, 0.1)", "max: (0.03, 0.03, 0.03)")
         .replace("max: (0.1, 0.2, 0.1)", "max: (0.03, 0.2, 0.03)");
     fs::write(folder.path().join("long.ron"), small).expect("a scene file");
-    // A limit on the size of files stands for a full disk: 27 particles fit, some thousand rows do not.
+    // A limit on the size of files simulates a full disk: 27 particles fit, a few thousand rows do not.
     let output = command_after(&folder, "trap '' XFSZ; ulimit -f 64")
         .args(["run", "long.ron", "--quiet", "--frames-per-second=0"])
         .output()
@@ -134,19 +134,19 @@ fn what_is_no_file_is_refused_at_once() {
 #[cfg(target_os = "linux")]
 fn threads_that_cannot_be_had_are_an_error() {
     let folder = folder();
-    // Stacks of 2 MiB each: the loops' threads fit into the address space, as many again for systems do not, and none
-    // of the second. What the limit cuts off differs from machine to machine; that it is told in words does not.
+    // Stacks have 2 MiB each: the loops' threads fit into the address space, the same number again for systems does
+    // not. What exactly fails differs from machine to machine, but the failure must be reported in words.
     let mut told = 0;
     for limit in [700_000, 1_000_000, 1_300_000] {
         let output = command_after(&folder, &format!("ulimit -v {limit}"))
-            // Heaps a core would take address space, too.
+            // One heap per core would also take address space.
             .env("MALLOC_ARENA_MAX", "1")
             .args(["run", "long.ron", "--steps=1", "--threads=400"])
             .args(["--set=executor=Parallel", "--force"])
             .output()
             .expect("sh starts");
         let errors = stderr(&output);
-        // Where the heap itself has no room left nothing can be told: the process is ended by a signal.
+        // If the heap itself has no space left, nothing can be reported: a signal ends the process.
         if output.status.code().is_none() {
             continue;
         }
@@ -177,6 +177,6 @@ fn pictures_keep_to_the_number_of_threads() {
         .collect();
     signal(&run, "INT");
     assert_eq!(wait(run).0, Some(130));
-    // The program's, one to step with, one to draw with, the frame writer's and the signals'.
+    // Threads: the main one, one for steps, one for drawing, the frame writer's and the signals'.
     assert_eq!(names.len(), 5, "{names:?}");
 }

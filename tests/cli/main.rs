@@ -1,4 +1,4 @@
-//! The program as a user meets it.
+//! The program as its user sees it.
 #![cfg(feature = "cli")]
 
 mod support;

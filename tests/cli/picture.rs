@@ -20,7 +20,7 @@ const TINY: &str = r#"(
 )
 "#;
 
-/// A folder in which the scene has been run with some more options.
+/// A folder in which the scene was run with additional options.
 #[track_caller]
 fn run(options: &[&str]) -> TempDir {
     let folder = folder_with(&[("tiny.ron", TINY)]);
@@ -76,7 +76,7 @@ fn a_run_without_pictures_draws_none_until_it_is_asked_to() {
         assert!(overfall(&folder, &["picture", "out/tiny"]).status.success());
         assert!(out.join("contact_sheet.png").exists());
     }
-    // The last one counts.
+    // The last one applies.
     let folder = run(&["--no-pictures", "--pictures"]);
     assert!(folder.path().join("out/tiny/contact_sheet.png").exists());
 }

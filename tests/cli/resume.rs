@@ -1,4 +1,4 @@
-//! Runs that go on from a checkpoint: files, numbers and rows are those of a run that was never stopped.
+//! Runs that resume from a checkpoint: files, figures and rows are those of an uninterrupted run.
 
 use std::fs;
 use std::path::Path;
@@ -8,13 +8,16 @@ use tempfile::TempDir;
 
 use crate::support::{TINY, assert_exit, folder_with, names, overfall, stderr};
 
-/// The tiny scene with a gauge, time steps that follow the motion, and pictures.
+/// The tiny scene with a gauge, an adaptive time step, and pictures.
 fn folder() -> TempDir {
     let scene = TINY
         .replace("Fixed(0.0005)", "Cfl(factor: 0.2, min: 1e-5, max: 0.001)")
         .replace(
             "duration:",
-            r#"gauges: [(name: "level", kind: Height(at: (0.05, 0, 0.05)), every: Steps(2), window: 0.002)], duration:"#,
+            r#"gauges: [
+        (name: "level", kind: Height(at: (0.05, 0, 0.05)), every: Steps(2), window: 0.002),
+    ],
+    duration:"#,
         );
     folder_with(&[("tiny.ron", &scene)])
 }
@@ -27,7 +30,7 @@ fn history(folder: &Path) -> Vec<String> {
         .collect()
 }
 
-/// Everything that two runs wrote is the same, but for wall times.
+/// Asserts that the output of two runs is identical, except for wall times.
 #[track_caller]
 fn assert_same_run(a: &Path, b: &Path) {
     assert_eq!(history(a), history(b));
@@ -57,7 +60,7 @@ fn a_run_goes_on_in_its_folder_as_if_it_had_not_stopped() {
     let folder = folder();
     let whole = ["run", "tiny.ron", "--steps", "40", "--out", "whole"];
     assert_exit(&overfall(&folder, &whole), 0);
-    // The last checkpoint is of step 15: rows, readings and frames after it are written again.
+    // The last checkpoint is that of step 15: later rows, readings and frames are written again.
     let part = [
         "run",
         "tiny.ron",
@@ -84,7 +87,7 @@ fn a_run_goes_on_in_its_folder_as_if_it_had_not_stopped() {
     assert_same_run(&whole, &part);
     assert!(names(&part).iter().all(|name| !name.starts_with("older_")));
 
-    // By its file, and once more to the same end; then into a folder of its own.
+    // From the file, then once more to the same end; then into another folder.
     let file = [
         "run",
         "tiny.ron",
@@ -161,7 +164,7 @@ mod killed {
             wait_until("no newer checkpoint appears", || {
                 fs::read(&file).ok() != before
             });
-            // At any place in the step, or in the writing.
+            // At any point of the step, or while files are written.
             std::thread::sleep(Duration::from_millis(7 * round));
             run.kill().expect("a running program");
             run.wait().expect("its end");

@@ -1,4 +1,4 @@
-//! What a run that goes back leaves behind: frames, pictures, series and history of the steps that stand.
+//! Output of a run that rolls back: frames, pictures, series and history of the steps that remain.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -7,7 +7,8 @@ use overfall::output::{Frame, Series, Summary};
 
 use crate::support::{assert_exit, folder_with, names, overfall, stdout};
 
-/// A drop is thrown into a pool at 6 m/s, with a first time step that its flight just allows; every step has a frame.
+/// A drop is thrown into a pool at 6 m/s. The first time step is just short enough for its flight. Every step has a
+/// frame.
 const SPLASH: &str = r#"(
     name: "splash",
     spacing: 0.02,
@@ -23,7 +24,7 @@ const SPLASH: &str = r#"(
 )
 "#;
 
-/// Step and time \[s] of the steps that stand, and how often the run went back, by the history.
+/// Step and time \[s] of the remaining steps, and the number of roll-backs, from the history.
 fn standing(history: &str) -> (Vec<(u64, f64)>, u64, u64) {
     let mut lines = history.lines();
     let names: Vec<_> = lines.next().expect("a header").split(',').collect();
@@ -46,7 +47,7 @@ fn standing(history: &str) -> (Vec<(u64, f64)>, u64, u64) {
         let time: f64 = time.parse().expect("a time");
         if back > 0 {
             (roll_backs, taken_back) = (roll_backs + 1, taken_back + back);
-            // The step that went wrong has no row of its own.
+            // The failed step has no row of its own.
             steps.truncate(steps.len() - (back - 1) as usize);
             assert_eq!(steps.last(), Some(&(step, time)), "{line}");
         } else {
@@ -83,8 +84,8 @@ fn output_of_steps_taken_back_is_withdrawn_and_the_history_shows_it() {
     );
     assert_eq!(summary.steps + 1, steps.len() as u64);
     assert_eq!(summary.simulated_s, steps[steps.len() - 1].1);
-    // Where the run went back, the frame before stands for the steps that are shorter now, and the last but one is left
-    // to the end of the run.
+    // After a roll-back, the previous frame represents the shorter steps that follow. The last multiple but one is
+    // covered by the end of the run.
     assert!(summary.frames + 2 * roll_backs + 1 >= steps.len() as u64);
 
     let series = Series::read(out.join("splash.pvd")).expect("a series");

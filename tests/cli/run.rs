@@ -1,4 +1,4 @@
-//! `overfall run` as a user meets it: exit statuses, messages, files.
+//! `overfall run` as its user sees it: exit statuses, messages, files.
 
 use std::fs;
 
@@ -59,7 +59,7 @@ fn a_run_writes_what_it_says_it_writes() {
 
     let history = fs::read_to_string(out.join("history.csv")).expect("a history");
     assert_eq!(history.lines().count(), 1 + 5, "{history}");
-    // The start, and the end, which is at 1/400 s.
+    // The start and the end, which is at 1/400 s.
     let frames = ["frame_00000.vtu", "frame_00001.vtu"];
     assert_eq!(names(&out.join("frames")), frames);
     let series = fs::read_to_string(out.join("tiny.pvd")).expect("a series");
@@ -127,11 +127,11 @@ fn the_options_are_in_the_scene_that_is_kept() {
     ];
     assert_exit(&overfall(&folder, &arguments), 0);
     let out = folder.path().join("out/coarse");
-    // No series: ParaView reads none of PLY files.
+    // No series, because ParaView reads no series of PLY files.
     assert!(!out.join("coarse.pvd").exists());
     assert_eq!(names(&out.join("frames")).len(), 2);
 
-    // The scene that is kept can be run as it is, and says the same.
+    // The stored scene can be run as it is and gives the same result.
     let again = [
         "run",
         "out/coarse/scene/scene.ron",

@@ -1,4 +1,4 @@
-//! What is left of a run that is stopped from outside, by a signal or another run.
+//! Output of a run that is stopped from outside, by a signal or by another run.
 
 use std::fs;
 use std::io::Read;
@@ -12,7 +12,7 @@ use tempfile::TempDir;
 
 use crate::support::{assert_exit, command, folder_with, overfall, stderr};
 
-/// A thousand particles, and more steps than any machine takes within a test.
+/// A thousand particles, and more steps than any machine takes during a test.
 pub(super) const LONG: &str = r#"(
     name: "long",
     spacing: 0.01,
@@ -25,15 +25,15 @@ pub(super) const LONG: &str = r#"(
 )
 "#;
 
-/// Long enough for a loaded machine; a test that works does not wait for it.
+/// Long enough for a loaded machine; a passing test does not wait this long.
 const PATIENCE: Duration = Duration::from_secs(600);
 
-/// A run that does not outlive its test.
+/// A run that is killed at the end of its test at the latest.
 pub(super) struct Running(Child);
 
 impl Drop for Running {
     fn drop(&mut self) {
-        // One that has ended cannot be killed.
+        // Killing a finished process fails, which is fine.
         let _ = self.0.kill();
         let _ = self.0.wait();
     }
@@ -57,7 +57,7 @@ pub(super) fn folder() -> TempDir {
     folder_with(&[("long.ron", LONG)])
 }
 
-/// Waits until something is so; `missing` says what is not.
+/// Waits until a condition holds; `missing` describes it.
 pub(super) fn wait_until(missing: &str, mut is_so: impl FnMut() -> bool) {
     let started = Instant::now();
     while !is_so() {
@@ -66,17 +66,17 @@ pub(super) fn wait_until(missing: &str, mut is_so: impl FnMut() -> bool) {
     }
 }
 
-/// Starts the program; its errors go into a pipe.
+/// Starts the program with a pipe for its errors.
 pub(super) fn spawn(command: &mut Command) -> Running {
     start(command.stdout(Stdio::null()).stderr(Stdio::piped()))
 }
 
-/// Starts the program with the pipes that it is given.
+/// Starts the program with the given pipes.
 pub(super) fn start(command: &mut Command) -> Running {
     Running(command.spawn().expect("overfall starts"))
 }
 
-/// The program in a folder, started by a shell that has done something before.
+/// The program in a folder, started by a shell after a preparatory command.
 pub(super) fn command_after(folder: &TempDir, before: &str) -> Command {
     let mut command = Command::new("sh");
     command
@@ -97,7 +97,7 @@ fn start_long(folder: &TempDir) -> (Running, PathBuf) {
 }
 
 pub(super) fn signal(run: &Child, name: &str) {
-    // The shell's own `kill`: not every system has a program of that name.
+    // The shell's own `kill`: not every system has a program with that name.
     let sent = Command::new("sh")
         .args(["-c", &format!("kill -s {name} {}", run.id())])
         .status()
@@ -105,7 +105,7 @@ pub(super) fn signal(run: &Child, name: &str) {
     assert!(sent.success());
 }
 
-/// Exit status of a run that ends, and what it says.
+/// Exit status and messages of a run that ends.
 pub(super) fn wait(mut run: Running) -> (Option<i32>, String) {
     let mut status = None;
     wait_until("the run does not end", || {
@@ -119,7 +119,7 @@ pub(super) fn wait(mut run: Running) -> (Option<i32>, String) {
     (status.and_then(|status| status.code()), text)
 }
 
-/// Reads what a run says, as it fills the pipe, until it is enough.
+/// Reads the messages of a run as they arrive, until `enough` is true.
 fn read_until(errors: &mut ChildStderr, is_enough: impl Fn(&str) -> bool) -> String {
     let started = Instant::now();
     let (mut text, mut buffer) = (String::new(), [0; 256]);
@@ -131,7 +131,7 @@ fn read_until(errors: &mut ChildStderr, is_enough: impl Fn(&str) -> bool) -> Str
     text
 }
 
-/// Reads the whole output of a run back: the summary, every frame of the series, every row of the history.
+/// Reads the whole output of a run: the summary, every frame of the series, every row of the history.
 #[track_caller]
 fn assert_valid(out: &Path, status: Status) -> Summary {
     let summary = Summary::read(&out.join("summary.json")).expect("a summary");
@@ -182,7 +182,7 @@ fn a_second_interrupt_leaves_a_step_that_does_not_end() {
         out.join("long.pvd").exists()
     });
     signal(&run, "INT");
-    // Two signals at once would be one: the second follows the answer to the first.
+    // Two signals at once would count as one: the second is sent after the answer to the first.
     let mut errors = run.stderr.take().expect("a pipe");
     read_until(&mut errors, |text| text.contains("again to leave at once"));
     assert_eq!(run.try_wait().expect("the run can be waited for"), None);
@@ -198,7 +198,7 @@ fn a_second_interrupt_leaves_a_step_that_does_not_end() {
 fn progress_shows_as_plain_lines_where_there_is_no_terminal() {
     let folder = folder();
     let mut run = spawn(command(&folder).args(["run", "long.ron"]));
-    // The second line knows a speed.
+    // The second line includes the speed.
     let mut errors = run.stderr.take().expect("a pipe");
     let mut text = read_until(&mut errors, |text| text.lines().count() >= 2);
     signal(&run, "INT");

@@ -1,4 +1,5 @@
-//! Studies: the shipped ones are right, a small one gives its table and chart, a spoilt one is refused with its place.
+//! Studies: the shipped ones are valid, a small one gives its table and chart, an invalid one is refused with its
+//! place.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -20,7 +21,7 @@ const SCENE: &str = r#"(
 )
 "#;
 
-/// Two variants with figures to compare with, which say that `fine` is the faster and has the more tested pairs.
+/// Two variants with reference figures, according to which `fine` is faster and has more tested pairs.
 const STUDY: &str = r#"(
     name: "cells",
     title: "Cells <d> & pairs",
@@ -49,7 +50,7 @@ const STUDY: &str = r#"(
 
 const KNOWN: &str = "# units: none\nrow,tested\nh,10\n0.5 h,20\n";
 
-/// A folder with the study `s.ron` and what it names.
+/// A folder with the study `s.ron` and the files that it names.
 fn folder(study: &str) -> TempDir {
     folder_with(&[("tiny.ron", SCENE), ("known.csv", KNOWN), ("s.ron", study)])
 }
@@ -61,7 +62,7 @@ fn every_shipped_study_is_right_in_itself() {
     for entry in fs::read_dir(root).expect("the folder of the studies") {
         let path = entry.expect("an entry").path();
         let plan = Plan::load(&path).unwrap_or_else(|error| panic!("{error}"));
-        // `out/<name>` is to be found by the file that was run.
+        // `out/<name>` must be found from the file that was run.
         let stem = path.file_stem().and_then(|stem| stem.to_str());
         assert_eq!(stem, Some(plan.study.name.as_str()));
         names.push(plan.study.name);
@@ -73,13 +74,13 @@ fn every_shipped_study_is_right_in_itself() {
     );
 }
 
-/// Fields of the lines of a table by variant and column.
+/// Fields of a table's lines by variant and column.
 fn figures(csv: &str) -> BTreeMap<(String, String), BTreeMap<String, String>> {
     let mut lines = csv.lines();
     let names: Vec<&str> = lines.next().expect("a header").split(',').collect();
     lines
         .map(|line| {
-            // The one name with a comma, out of its quotes.
+            // The only name with a comma, without its quotes.
             let line = line.replace("\"fine, h/2\"", "fine");
             let fields: BTreeMap<String, String> = (names.iter().zip(line.split(',')))
                 .map(|(name, field)| ((*name).to_owned(), field.to_owned()))
@@ -93,7 +94,7 @@ fn figures(csv: &str) -> BTreeMap<(String, String), BTreeMap<String, String>> {
         .collect()
 }
 
-/// The words of a chart.
+/// The texts of a chart.
 fn words(chart: &Path) -> Vec<String> {
     let svg = fs::read_to_string(chart).expect("a chart");
     let svg = roxmltree::Document::parse(&svg).expect("well-formed XML");
@@ -133,13 +134,13 @@ fn a_study_gives_its_table_its_chart_and_a_summary() {
         assert!(number(variant, "step", "low") <= number(variant, "step", "value"));
         assert!(number(variant, "step", "value") <= number(variant, "step", "high"));
         assert!(number(variant, "error", "value") > 0.0);
-        // Every particle is tested with itself, and with all that are in its list.
+        // Every particle is tested with itself and with all entries of its list.
         assert!(number(variant, "tested", "value") >= number(variant, "pairs", "value") + 150.0);
     }
-    // The same motion: one state, one method.
+    // The same motion: same initial state, same method.
     let pairs = |variant| number(variant, "pairs", "value");
     assert!((pairs("coarse") - pairs("fine")).abs() < 0.01 * pairs("coarse"));
-    // The figures to compare with say the contrary of what is true.
+    // The reference figures state the opposite of the truth.
     assert!(number("fine", "tested", "ratio") < 1.0);
     assert_eq!(number("fine", "tested", "reference_ratio"), 2.0);
     assert_eq!(field("fine", "tested", "rank"), "1");
@@ -229,7 +230,7 @@ fn a_study_overwrites_nothing_that_no_study_wrote() {
     }
 }
 
-/// Each case: a part of the study, what stands in its place, the place of the error, parts of the message.
+/// Each case: a part of the study, its replacement, the place of the error, parts of the message.
 #[test]
 fn every_spoilt_study_is_refused_with_its_place_and_a_remedy() {
     #[rustfmt::skip]
@@ -341,7 +342,7 @@ fn gauges_are_measures() {
     let field =
         |column: &str, name: &str| figures[&("a".to_owned(), column.to_owned())][name].clone();
     let number = |column: &str| -> f64 { field(column, "value").parse().expect("a number") };
-    // It falls together: what it has last is the most, and the distance to none is less.
+    // The water falls freely: its last value is the largest, and the distance from the reference is smaller.
     assert!(
         number("last") > 0.0 && number("last") == number("most"),
         "{csv}"

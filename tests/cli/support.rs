@@ -1,4 +1,4 @@
-//! The program as a user meets it: a folder with files, and what a command says there.
+//! Runs the program in a folder with files, and reads its messages.
 
 use std::{
     fs,
@@ -9,7 +9,7 @@ use std::{
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// A folder with files of these names and texts.
+/// A folder with the given files.
 pub(crate) fn folder_with(files: &[(&str, &str)]) -> TempDir {
     let folder = tempfile::tempdir().expect("a temporary folder");
     for (name, text) in files {
@@ -18,7 +18,7 @@ pub(crate) fn folder_with(files: &[(&str, &str)]) -> TempDir {
     folder
 }
 
-/// The program in a folder, to be given arguments.
+/// The program in a folder, without arguments yet.
 pub(crate) fn command(folder: &TempDir) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_overfall"));
     command.current_dir(folder.path());
@@ -69,7 +69,7 @@ pub(crate) fn read_json(path: &Path) -> Value {
     serde_json::from_slice(&fs::read(path).expect("a JSON file")).expect("valid JSON")
 }
 
-/// The files in a folder by name, in order.
+/// The names of the files in a folder, sorted.
 pub(crate) fn names(folder: &Path) -> Vec<String> {
     let mut names: Vec<_> = fs::read_dir(folder)
         .expect("a folder")

@@ -13,8 +13,8 @@ use overfall::{
     state::particle::{Fluid, Position, Velocity},
 };
 
-/// A column of 10 × 12 × 10 particles that collapses in a tank; everything that a scene can have is switched on.
-/// It is disordered, so that pressure acts from the first step.
+/// A column of 10 × 12 × 10 particles that collapses in a tank, with every feature of a scene switched on. It is
+/// disordered, so that pressure acts from the first step.
 pub(crate) fn dam() -> Scene {
     Scene::parse(
         r#"(
@@ -41,7 +41,7 @@ pub(crate) fn dam() -> Scene {
 /// Particles of [`dam`].
 pub(crate) const DAM_PARTICLES: usize = 1200;
 
-/// The state equation, stiff enough for [`dam`].
+/// The equation of state, stiff enough for [`dam`].
 pub(crate) fn sesph() -> PressureMethod {
     PressureMethod::Sesph(Sesph {
         equation: StateEquation::Tait {
@@ -70,7 +70,7 @@ pub(crate) fn simulation(scene: &Scene) -> Simulation {
     Simulation::with_threads(scene, 2).expect("a scene that runs")
 }
 
-/// Takes `steps` good steps.
+/// Takes `steps` steps, which must succeed.
 pub(crate) fn run(simulation: &mut Simulation, steps: usize) {
     for _ in 0..steps {
         if let Err(error) = simulation.step() {
@@ -93,14 +93,14 @@ pub(crate) fn bits(world: &mut World) -> Vec<[u32; 6]> {
     state(world).into_iter().map(bits).collect()
 }
 
-/// The same scene run to the end: bits of its state.
+/// Runs the scene and returns the bits of its state.
 pub(crate) fn bits_after(scene: &Scene, threads: usize, steps: usize) -> Vec<[u32; 6]> {
     let mut simulation = Simulation::with_threads(scene, threads).expect("a scene that runs");
     run(&mut simulation, steps);
     bits(simulation.world_mut())
 }
 
-/// The same entities, nowhere further apart than `tolerance` \[m].
+/// Asserts that the entities are the same, and no position differs by more than `tolerance` \[m].
 pub(crate) fn assert_near(
     found: &[(Entity, Vec3, Vec3)],
     expected: &[(Entity, Vec3, Vec3)],

@@ -1,4 +1,4 @@
-//! Meshes that tests write: shapes whose surfaces are known.
+//! Meshes for tests: shapes with known surfaces.
 
 #![allow(
     dead_code,
@@ -45,7 +45,7 @@ impl Surface {
         }
     }
 
-    /// A polygon of the plane, counter-clockwise, drawn out along z. Its ends are fans from the first vertex.
+    /// A polygon in the plane, counter-clockwise, extruded along z. Its ends are fans from the first vertex.
     pub(crate) fn prism(outline: &[(f32, f32)], depth: f32) -> Self {
         let n = outline.len();
         let layer = |z: f32| outline.iter().map(move |&(x, y)| Vec3::new(x, y, z));
@@ -62,7 +62,7 @@ impl Surface {
         }
     }
 
-    /// A profile (radius, height) turned about the y axis, from a point on the axis to another.
+    /// A profile (radius, height) rotated about the y axis, from one point on the axis to another.
     pub(crate) fn turned(profile: &[(f32, f32)], count: usize) -> Self {
         let mut surface = Self::default();
         let mut rings = Vec::new();
@@ -147,7 +147,7 @@ impl Surface {
     }
 }
 
-/// A folder of mesh files that goes with its owner.
+/// A folder of mesh files that is removed with its owner.
 pub(crate) struct Files(tempfile::TempDir);
 
 impl Files {
@@ -155,7 +155,7 @@ impl Files {
         Self(tempfile::tempdir().expect("a folder"))
     }
 
-    /// Writes a file and gives its path as a scene takes it.
+    /// Writes a file and returns its path in the notation of a scene.
     pub(crate) fn put(&self, name: &str, contents: impl AsRef<[u8]>) -> String {
         let path: PathBuf = self.0.path().join(name);
         std::fs::write(&path, contents).expect("a file");

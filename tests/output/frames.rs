@@ -1,4 +1,4 @@
-//! What a run writes can be read back, and a damaged file is an error, never a panic.
+//! Frame files can be read back, and a damaged file gives an error, never a panic.
 
 use std::fs;
 use std::path::Path;
@@ -57,7 +57,7 @@ fn a_truncated_frame_is_an_error_wherever_it_ends() -> Result<(), OutputError> {
         let path = folder.path().join(format!("a.{}", format.extension()));
         some_frame(7).write(&path, format)?;
         let whole = fs::read(&path).unwrap();
-        // Every place near the end, a seventh of the others: writing thousands of files takes its time.
+        // Every position near the end, every seventh elsewhere: writing thousands of files takes long.
         let late = whole.len() - 60;
         for length in (0..late).step_by(7).chain(late..whole.len()) {
             fs::write(&path, &whole[..length]).unwrap();
@@ -75,7 +75,7 @@ fn a_frame_with_a_damaged_header_never_panics() -> Result<(), OutputError> {
         let path = folder.path().join(format!("a.{}", format.extension()));
         some_frame(3).write(&path, format)?;
         let whole = fs::read(&path).unwrap();
-        // Larger numbers, other letters, torn tags: whatever comes of a byte, it is a frame or an error.
+        // Larger numbers, other letters, broken tags: whatever a byte becomes, the result is a frame or an error.
         let bytes = [b'9', b'"', b'<', 0xff, b' '];
         for at in (0..whole.len()).step_by(3) {
             let mut damaged = whole.clone();

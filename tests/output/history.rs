@@ -1,4 +1,4 @@
-//! The history of a run: a row a step, whole whatever happens; and its summary.
+//! The history of a run has one complete row per step, whatever happens; and its summary.
 
 use std::fs;
 
@@ -60,7 +60,7 @@ fn a_resumed_history_keeps_the_rows_up_to_its_step() -> Result<(), OutputError> 
     let mut history = History::create(&path)?;
     (1..=9).try_for_each(|step| history.push(&report(step)))?;
     drop(history);
-    // A file that was cut within a row, as a full disk leaves it.
+    // A file that was truncated within a row, as on a full disk.
     let text = fs::read_to_string(&path).unwrap();
     fs::write(&path, &text[..text.len() - 20]).unwrap();
 

@@ -1,4 +1,4 @@
-//! What a run writes: frames, history, pictures.
+//! Output of a run: frames, history, pictures.
 
 mod frames;
 mod history;

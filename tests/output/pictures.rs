@@ -1,5 +1,5 @@
-//! Pictures show what is there: what is in front hides what is behind, colours follow speed, and neither the
-//! number of threads nor odd input changes that.
+//! Pictures are correct: near objects hide far ones, colours follow speed, and neither the number of threads nor
+//! unusual input changes that.
 
 use glam::{Vec3, vec3};
 use overfall::output::Frame;
@@ -21,7 +21,7 @@ fn frame(particles: &[(Vec3, f32)]) -> Frame {
     }
 }
 
-/// Looks from +z at the origin, 161 × 91 pixels, nothing but particles.
+/// Looks from +z at the origin, 161 × 91 pixels, particles only.
 fn view() -> View {
     View {
         width: 161,
@@ -53,7 +53,7 @@ fn lightness(pixel: [u8; 3]) -> u32 {
     pixel.into_iter().map(u32::from).sum()
 }
 
-/// A pool of a few thousand particles at pseudo-random places.
+/// A pool of a few thousand particles at pseudo-random positions.
 fn pool() -> Frame {
     let mut state = 1_u32;
     let mut random = || {
@@ -122,7 +122,7 @@ fn a_sphere_is_as_large_as_the_camera_makes_it() {
     let covered = (0..image.width())
         .filter(|&x| image.pixel(x, y) != empty.pixel(x, y))
         .count();
-    // Half a picture is tan 20° × 5 m = 1.82 m high: the diameter of 1 m is 25 pixels of 91.
+    // Half the height of the picture is tan 20° × 5 m = 1.82 m: the diameter of 1 m has 25 of 91 pixels.
     assert!((24..=27).contains(&covered), "{covered} pixels");
 }
 
@@ -264,7 +264,7 @@ fn a_contact_sheet_has_a_cell_a_picture() {
     let image = draw(&pool(), &pool_view().with_size(100, 50));
     let sheet = contact_sheet(&vec![image.clone(); 7], 3);
     assert_eq!((sheet.width(), sheet.height()), (4 + 3 * 104, 4 + 3 * 54));
-    // The second cell of the second row shows the picture as it is.
+    // The second cell of the second row shows the picture unscaled.
     assert_eq!(sheet.pixel(4 + 104 + 30, 4 + 54 + 20), image.pixel(30, 20));
     assert_eq!(sheet.pixel(0, 0), Some([255; 3]));
 

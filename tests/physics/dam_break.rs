@@ -17,7 +17,7 @@ const HEIGHT: f32 = 2.0 * WIDTH;
 const SPACING: f32 = WIDTH / 20.0;
 const GRAVITY: f32 = 9.81;
 
-/// An adaptive step that stays where PCISPH converges easily.
+/// An adaptive time step in a range where PCISPH converges easily.
 const SHORT_STEPS: &str = "time_step: Cfl((max: 5e-4))";
 
 fn column(method: &str, tank: f32) -> String {
@@ -29,7 +29,7 @@ fn column(method: &str, tank: f32) -> String {
     )
 }
 
-/// The front \[m] at times \[s]: the farthest particle's outer side, half a spacing from its centre.
+/// Position of the front \[m] at times \[s]: the outer side of the farthest particle, half a spacing from its centre.
 fn front(method: &str, end: f64) -> Vec<[f64; 2]> {
     let mut dam = simulation(&column(method, 5.0));
     let mut front = vec![[0.0, f64::from(WIDTH)]];
@@ -52,16 +52,16 @@ fn at(rows: &[[f64; 2]], x: f64) -> f64 {
     y0 + (y1 - y0) * (x - x0) / (x1 - x0)
 }
 
-/// Fronts of all methods, at the times of the experiment, until the experiment's is at 3 L.
+/// Fronts of all methods at the times of the experiment, until the experiment's front is at 3 L.
 ///
-/// - Methods with PCISPH: 5 %. Tait with c = 10 × the largest speed 2 sqrt(g H) compresses about 1 %; a front of one
-///   layer of particles is known to half a spacing, 1 to 2.5 % of its way.
-/// - Walls with each other: 5 %, likewise.
-/// - With the experiment: 15 % while the simulated front is before 2.6 L. In the plane, without friction at the floor
-///   and without the gate that was pulled away, a simulated front is ahead of the measured one, and gains: at 3 L the
+/// - Compared with PCISPH: 5 %. Tait with c = 10 × the largest speed 2 sqrt(g H) compresses about 1 %; the front, a
+///   single layer of particles, is known to half a spacing, 1 to 2.5 % of its distance.
+/// - Wall treatments compared with each other: 5 %, for the same reasons.
+/// - Compared with the experiment: 15 % while the simulated front is before 2.6 L. A 2-D simulation has neither
+///   friction at the floor nor the gate, so its front is ahead of the measured one, increasingly: at 3 L the
 ///   experiment's thin tongue has lost a fifth to friction.
-/// - Ritter's 2 sqrt(g H) t from the gate is the fastest that shallow water gets: one spacing beyond is allowed, as the
-///   front starts from a lattice.
+/// - Ritter's 2 sqrt(g H) t from the gate is the upper bound of shallow water theory; one spacing more is allowed,
+///   because the front starts from a lattice.
 #[test]
 fn front_agrees_between_methods_and_with_the_experiment_and_keeps_ritters_bound() {
     let speed = f64::from(2.0 * (GRAVITY * HEIGHT).sqrt());
@@ -115,13 +115,14 @@ fn front_agrees_between_methods_and_with_the_experiment_and_keeps_ritters_bound(
         "largest difference between methods {:.3}, to the experiment {:.3}",
         worst[0], worst[1]
     ));
-    // Fronts are nearer to the converged one than the experiment, whose clock starts with its gate (docs/decisions).
+    // These fronts are closer to the converged one than the experiment, whose clock starts with its gate
+    // (docs/decisions).
     assert!(worst[0] < 0.05 && worst[1] < 0.16, "{worst:?}");
 }
 
-/// Through fall, impact on the far wall and return: every report is under η, and what the particles' densities are
-/// found to be one step later is under twice η. The report is of the predicted positions, summed over the neighbours of
-/// the step's start; the density of the next step has new neighbours.
+/// During fall, impact on the far wall and return, every reported error is below η, and the density error found in the
+/// next step is below 2 η. The report refers to predicted positions and the neighbours of the step's start; the density
+/// of the next step uses new neighbours.
 #[track_caller]
 fn keeps_the_density_error(limit: f32, time_step: &str) {
     let method = format!(
@@ -157,9 +158,9 @@ fn pcisph_keeps_the_largest_density_error_under_its_limit_at_default_steps() {
     keeps_the_density_error(0.01, "time_step: Cfl(())");
 }
 
-/// The methods that limit the mean compression, in the plane and in space: every report is under η, and so is, within
-/// half of it, what the following steps find on average. A step solves for the density that its velocities predict; the
-/// particles' new neighbours know a little more.
+/// Methods that limit the mean compression, in 2-D and 3-D: every reported error is below η, and the mean error found
+/// in the following steps is below 1.5 η. A step solves for the density that its velocities predict; the new neighbours
+/// of the particles change it slightly.
 #[test]
 fn implicit_methods_keep_the_mean_density_error_under_their_limit() {
     let space = "(name: \"space\", spacing: 0.03, time_step: Cfl((max: 1e-3)), pressure: METHOD,
@@ -195,9 +196,9 @@ fn implicit_methods_keep_the_mean_density_error_under_their_limit() {
     }
 }
 
-/// Every dt is under the limits that the module `time_step` lists, from the speeds and accelerations of the step
-/// before; and no particle moves more than h/2, measured from its positions. 1e-5 relative for rounding of the
-/// products.
+/// Every dt satisfies the limits listed in the module `time_step`, computed from the speeds and accelerations of the
+/// previous step, and no particle moves more than h/2, measured from its positions. Relative tolerance 1e-5 for
+/// rounding of the products.
 #[test]
 fn time_step_obeys_its_limits_and_nothing_moves_more_than_half_the_support() {
     for method in [
@@ -239,7 +240,7 @@ fn time_step_obeys_its_limits_and_nothing_moves_more_than_half_the_support() {
     }
 }
 
-/// The limits by their formulas: h²/(32 ν), 0.4 h/c, λ h/v of the bodies' speed.
+/// The limits by their formulas: h²/(32 ν), 0.4 h/c, λ h/v with the bodies' speed.
 #[test]
 fn first_time_step_is_that_of_the_tightest_limit() {
     let first = |rest: &str| {
@@ -262,9 +263,10 @@ fn first_time_step_is_that_of_the_tightest_limit() {
             first(&format!(
                 "bodies: [({body})], fluid: (viscosity: Laminar(kinematic_viscosity: 0.1))"
             )),
-            // 0.0351 h²/ν is the longest step in which a cubic lattice of the cubic spline is stable (by its sums).
+            // 0.0351 h²/ν is the longest step in which a cubic lattice with the cubic spline is stable (by its lattice
+            // sums).
             0.8 * 0.0351 * h * h / 0.1,
-            // As the figure is rounded.
+            // Within the rounding of the figure.
             1.5e-3,
         ),
         (
@@ -283,8 +285,8 @@ fn first_time_step_is_that_of_the_tightest_limit() {
     }
 }
 
-/// Kinetic energy \[J] of a column of 4000 particles after 0.3 s, with its tank's corner at `corner` \[m] on every
-/// axis.
+/// Kinetic energy \[J] of a column of 4000 particles after 0.3 s, if the corner of its tank is at `corner` \[m] on
+/// every axis.
 fn kinetic_energy(corner: f64, pressure: &str) -> f64 {
     let [width, height, length] = [0.2, 0.4, 0.8].map(|extent| corner + extent);
     let scene = format!(

@@ -1,4 +1,4 @@
-//! Viscosity and surface tension: signs, and values that a formula gives.
+//! Viscosity and surface tension: signs, and values from formulas.
 
 use std::f32::consts::TAU;
 
@@ -12,7 +12,7 @@ use crate::support::{
     Particle, measured, particles_of, run, scene, set_velocities, simulation, simulation_of, step,
 };
 
-/// So soft that pressure does nothing.
+/// So soft that pressure has no effect.
 const NO_PRESSURE: &str = "Sesph((equation: Gas(stiffness: 1e-9)))";
 
 /// A scene without gravity and pressure, whose only force is that of `fluid`.
@@ -42,13 +42,14 @@ fn accelerations(text: &str, field: impl Fn(Vec3) -> Vec3, dt: f32) -> Vec<(Part
         .collect()
 }
 
-/// The answer is a = ν ∇²u = −ν k² u, fitted over the lattice two supports off its surface: Σ a u / Σ u².
+/// The result should be a = ν ∇²u = −ν k² u; it is fitted over the lattice at least two supports inside its surface: Σ
+/// a u / Σ u².
 ///
-/// At a support of four spacings, where the sum is near its integral, within 10 %: 0.01 h² in the denominator takes 3
-/// to 5 % off, the smoothing of a wave of 48 spacings 1 %, the lattice 3 %. At a support of two spacings a
-/// square lattice is stiff along its diagonals and soft along its axes: only diagonal neighbours resist a shear along
-/// an axis. There the answer is the lattice's own sum, 0.6475 (2-D) and 0.6971 (3-D) of ν k², to 1 %. dt ν k² is 1e-3,
-/// large enough that rounding of the velocity does not count.
+/// With a support of four spacings the sum is close to its integral, within 10 %: the term 0.01 h² in the denominator
+/// reduces it by 3 to 5 %, the smoothing of a wave of 48 spacings by 1 %, the lattice by 3 %. With a support of two
+/// spacings a square lattice is stiff along its diagonals and soft along its axes: only diagonal neighbours resist a
+/// shear along an axis. The result is then that of the lattice sum, 0.6475 (2-D) and 0.6971 (3-D) of ν k², within 1 %.
+/// dt ν k² is 1e-3, so that rounding of the velocity is negligible.
 #[test]
 fn laminar_viscosity_is_nu_times_the_laplacian() {
     let viscosity = 0.01_f32;
@@ -96,12 +97,12 @@ fn laminar_viscosity_is_nu_times_the_laplacian() {
             (rate / expected / answer - 1.0).abs() < tolerance,
             "{figures}"
         );
-        // ∇·u = 0: nothing is pushed across.
+        // ∇·u = 0: there is no force across the flow.
         assert!(f64::from(across) < 1e-3 * expected, "{figures}");
     }
 }
 
-/// Friction takes energy from any motion, in every step: a random velocity field on a jittered lattice.
+/// Friction removes energy from any motion, in every step: a random velocity field on a jittered lattice.
 #[test]
 fn viscosity_takes_energy_from_a_random_motion_in_every_step() {
     for fluid in [
@@ -133,8 +134,8 @@ fn viscosity_takes_energy_from_a_random_motion_in_every_step() {
     }
 }
 
-/// Two particles 1.2 spacings apart, with relative velocity `v` of the second: the change of the first's velocity over
-/// dt, and the scene.
+/// Two particles 1.2 spacings apart; the second has relative velocity `v`. Returns the change of the first particle's
+/// velocity over dt, and the scene.
 fn pull(fluid: &str, x: Vec3, v: Vec3) -> (Vec3, Vec3, Scene) {
     let dt = 1e-3;
     let text = text(3, dt, fluid, Vec3::splat(0.02));
@@ -163,7 +164,7 @@ fn mass_of(scene: &Scene) -> f32 {
     1000.0 / lattice.map(|x| kernel.value(x.length())).sum::<f32>()
 }
 
-/// The formulas at two particles, in f32: 1e-4 relative is rounding of the velocity over one step.
+/// The formulas for two particles, in f32. The relative tolerance 1e-4 is the rounding of the velocity over one step.
 #[track_caller]
 fn close(found: Vec3, expected: Vec3) {
     assert!(
@@ -191,7 +192,7 @@ fn artificial_viscosity_damps_approaching_pairs_and_leaves_receding_ones() {
     let expected = -mass * pi * kernel.gradient(-x);
     close(first, expected);
     close(second, -expected);
-    // The second comes from the right, so the first is pushed to the left.
+    // The second particle approaches from the right, so the first is pushed to the left.
     assert!(first.x < 0.0);
 }
 
@@ -228,7 +229,7 @@ fn surface_tension_attracts_and_no_more_than_at_the_spacing() {
     }
 }
 
-/// In the lattice every pull has its opposite: rounding of pulls of the size of `single` is left. At a face, an edge
+/// Inside the lattice every attraction is balanced; only rounding of terms of size `single` remains. At a face, an edge
 /// and a corner the sum points inwards.
 #[test]
 fn surface_tension_pulls_the_surface_inwards_and_leaves_the_interior() {
@@ -264,8 +265,8 @@ fn surface_tension_pulls_the_surface_inwards_and_leaves_the_interior() {
     }
 }
 
-/// Fourfold harmonic of the outline, |⟨r⁴ e^{4iφ}⟩|/⟨r⁴⟩ about the centre: 3/7 for a square, 0 for a disc; and the
-/// farthest particle.
+/// Fourfold harmonic of the outline, |⟨r⁴ e^{4iφ}⟩|/⟨r⁴⟩ about the centre (3/7 for a square, 0 for a disc), and the
+/// distance of the farthest particle.
 fn squareness(particles: &[Particle]) -> (f32, f32) {
     let count = particles.len() as f32;
     let center = particles
@@ -288,12 +289,12 @@ fn squareness(particles: &[Particle]) -> (f32, f32) {
 }
 
 /// A square of 16 × 16 spacings without gravity becomes round under surface tension and viscosity: the fourfold
-/// harmonic falls below a third of the square's, and the corners come in from 10.6 spacings towards 9.0, the disc of
-/// equal area.
+/// harmonic falls below a third of the square's, and the distance of the corners decreases from 10.6 spacings towards
+/// 9.0, that of the disc of equal area.
 #[test]
 fn square_drop_becomes_round() {
     becomes_round("Dfsph");
-    // As published: with momentum two particles that meet on the diagonal end a run of it.
+    // Without momentum, as published: with it, two particles that meet on the diagonal end such a run.
     becomes_round("Pcisph((warm_start: 0, momentum: false))");
 }
 

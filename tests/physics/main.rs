@@ -1,4 +1,4 @@
-//! Physics: motions whose outcome is known, and walls that hold.
+//! Physics: motions with known results, and walls that are tight.
 
 #[path = "../mesh_support/mod.rs"]
 mod mesh_support;
@@ -12,6 +12,7 @@ mod support;
 mod couette;
 mod dam_break;
 mod forces;
+mod gauge_readings;
 mod gauges;
 mod mesh_rims;
 mod mesh_shots;

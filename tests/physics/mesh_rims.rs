@@ -1,4 +1,4 @@
-//! Rims of thin walls that are meshes: water beside and above them starts at rest, and none passes them.
+//! Rims of thin mesh walls: water beside and above them starts at rest, and none passes through them.
 
 use crate::mesh_support::{Files, Surface};
 use crate::support::{METHODS, measured, particles_of, simulation, step};
@@ -18,8 +18,8 @@ fn scene(bodies: &str, boundaries: &str, rest: &str) -> String {
     format!("(name: \"rim\", spacing: {DX}, {rest} bodies: [{bodies}], boundaries: [{boundaries}])")
 }
 
-/// A plate of every thickness between two bodies that are higher and wider than it is, upright and turned: its edges
-/// and corners are in the water. Thinner ones count as 1.2 spacings thick.
+/// A plate of every thickness between two bodies that are higher and wider than it, upright and turned: its edges and
+/// corners are in the water. Plates thinner than 1.2 spacings are treated as 1.2 spacings thick.
 #[test]
 fn water_beside_rims_of_every_thickness_starts_at_rest() {
     let files = Files::new();
@@ -44,7 +44,7 @@ fn water_beside_rims_of_every_thickness_starts_at_rest() {
             let text = scene(&bodies, &format!("Mesh(file: {file:?})"), "");
             match start(&text) {
                 Ok(error) if error < 0.05 => worst = worst.max(error),
-                // One that is thinner may be too near at a rim that no row of the lattice ends at.
+                // A thinner one may be too near at a rim with which no row of the lattice is aligned.
                 Err(error) if thickness < 1.2 && error.contains("thinner than 1.2") => refused += 1,
                 wrong => {
                     faults.push(format!(
@@ -67,15 +67,15 @@ fn water_beside_rims_of_every_thickness_starts_at_rest() {
     assert!(refused < 3, "{refused} thin plates are refused");
 }
 
-/// Where every particle is, in one order.
+/// Positions of all particles, in a fixed order.
 fn places(simulation: &mut Simulation) -> Vec<Vec3> {
     let mut particles = particles_of(simulation);
     particles.sort_by_key(|particle| particle.entity);
     particles.iter().map(|particle| particle.position).collect()
 }
 
-/// Bowls with walls of every thickness, closed and as open shells, whose rims are under water that falls into them:
-/// what is in the wall or passes it from one side to the other has gone through.
+/// Bowls with walls of every thickness, closed and as open shells, whose rims are below water that falls into them: a
+/// particle that is inside the wall or passes from one side to the other has penetrated it.
 #[test]
 fn no_water_passes_thin_walls_beside_their_rims() {
     let files = Files::new();
@@ -100,7 +100,7 @@ fn no_water_passes_thin_walls_beside_their_rims() {
                 (0.0, 0.0),
             ]
         } else {
-            // The inside is the front.
+            // The inside of the bowl is the front.
             vec![(inner, height), (inner, 0.0), (0.0, 0.0)]
         };
         let cup = Surface::turned(&cup, 24);
@@ -124,7 +124,7 @@ fn no_water_passes_thin_walls_beside_their_rims() {
             let after = places(&mut simulation);
             for (from, to) in before.iter().zip(&after) {
                 let radius = |x: &Vec3| x.x.hypot(x.z);
-                // Well below the rim, where nothing goes round it in a step.
+                // Well below the rim, so that no particle passes around it in one step.
                 let is_low = |x: &Vec3| x.y < height - 1.0 * DX && x.y > 0.5 * DX;
                 let from_within = radius(from) < inscribed + 0.3 * DX;
                 let is_without = radius(to) > inner + 0.5 * DX;

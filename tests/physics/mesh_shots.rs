@@ -1,4 +1,4 @@
-//! Lone particles that are fired at thin meshes pass none.
+//! Single particles that are shot at thin meshes do not pass through them.
 
 use glam::Vec3;
 
@@ -13,8 +13,8 @@ fn block_distance(min: Vec3, max: Vec3) -> impl Fn(Vec3) -> f32 {
     }
 }
 
-/// Fires lone particles at targets from both sides and all around, and counts those
-/// that `crossed` the solid: where they started, where they are.
+/// Shoots single particles at targets from both sides and all directions, and counts those that `crossed` the solid,
+/// given their start and current position.
 fn fire(
     what: &str,
     boundaries: &str,
@@ -84,7 +84,7 @@ fn lone_particles_pass_no_plate_however_thin() {
         let max = Vec3::new(0.31, thickness * DX, 0.27);
         let mut plate = Surface::block(Vec3::ZERO, max);
         let side = if thickness == 0.0 {
-            // Its floor alone.
+            // The floor only.
             plate.faces = vec![plate.faces.swap_remove(2)];
             "Both"
         } else {

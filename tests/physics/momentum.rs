@@ -1,8 +1,8 @@
 //! A blob of fluid in free flight: forces between particles must not move or turn the whole.
 //!
-//! Semi-implicit Euler has a parabola of its own, `x(t) = x0 + v0 t + g t (t + dt)/2`, which it meets exactly at every
-//! step; and as `x_{n+1} × v_{n+1} = x_n × v_{n+1}`, central forces that are equal and opposite keep the angular
-//! momentum exactly too. What is left is rounding in f32.
+//! Semi-implicit Euler follows its own parabola, `x(t) = x0 + v0 t + g t (t + dt)/2`, exactly at every step. Since
+//! `x_{n+1} × v_{n+1} = x_n × v_{n+1}`, central forces that are equal and opposite also conserve the angular momentum
+//! exactly. Only rounding in f32 remains.
 
 use glam::{DVec3, Vec3};
 
@@ -16,22 +16,21 @@ const VELOCITY: Vec3 = Vec3::new(1.5, 2.0, -0.5);
 /// \[1/s]
 const SPIN: Vec3 = Vec3::new(1.0, -2.0, 5.0);
 
-/// Fluid models whose momenta are to be kept.
+/// Fluid models whose momenta must be conserved.
 const LAMINAR: &str = "Laminar(kinematic_viscosity: 0.005)";
 const ARTIFICIAL: &str = "Artificial(alpha: 0.2, sound_speed: 10)";
 const TAIT: &str = "Sesph((equation: Tait(stiffness: 10000)))";
 const GAS: &str = "Sesph((equation: Gas(stiffness: 50)))";
-// What a step finds too dense it pushes out at once, so that there are forces to be balanced.
+// A step removes all compression at once, so that there are forces to be balanced.
 const PCISPH: &str = "Pcisph((max_density_error: 0.005, recovery: 1))";
 const IISPH: &str = "Iisph((max_density_error: 0.0005))";
 const DFSPH: &str = "Dfsph((max_density_error: 0.0005))";
 
 /// A ball (a disc in 2-D) with a jittered lattice, thrown and spun, with viscosity and surface tension.
-///
-/// Tolerances, all relative to the speeds of the motion (2.6 m/s) and the blob's size: a velocity is rounded to 6e-8 of
-/// its size every step, in directions that do not add up, so the mean of hundreds of particles over 300 steps stays
-/// well within 1e-6 × 2.6 m/s; and positions within 1e-6 m. Angular momentum: 1e-5 of its start, as its arms are short
-/// against the positions that are rounded.
+/// Tolerances are relative to the speed of the motion (2.6 m/s) and the size of the blob. A velocity is rounded to 6e-8
+/// of its size in every step, in directions that do not add up. So the mean of hundreds of particles over 300 steps is
+/// well within 1e-6 × 2.6 m/s, and positions are within 1e-6 m. Angular momentum: 1e-5 of its initial value, because
+/// its lever arms are short compared with the rounded positions.
 #[track_caller]
 fn momenta_are_kept(dimension: u32, pressure: &str, viscosity: &str) {
     let flat = |v: Vec3| if dimension == 2 { v.with_z(0.0) } else { v };
@@ -81,7 +80,7 @@ fn momenta_are_kept(dimension: u32, pressure: &str, viscosity: &str) {
         particles.len()
     );
     measured(&figures);
-    // Forces were there to be balanced: the motion within the blob has changed.
+    // There were forces to be balanced: the motion inside the blob has changed.
     assert!((inner_end - inner_start).abs() > 1e-3, "{figures}");
     assert!(velocity_error < 2.6e-6, "{figures}");
     assert!(center_error < 1e-6, "{figures}");

@@ -1,8 +1,8 @@
-//! Small scenes drawn at random, ten steps of each: with every method, every index, every kind of wall.
+//! Small random scenes, ten steps each, with every method, every index and every kind of wall.
 //!
-//! A scene is refused, with its place and what would be right; or it runs, and then particles stay finite, as many, and
-//! out of solids, energy does not rise, and what steps report is what sums over all pairs in f64 say. Scenes are the
-//! same in every run; `PROPTEST_CASES` asks for more of them.
+//! A scene is either refused, with its place and the remedy, or it runs. Then particles stay finite, constant in number
+//! and outside solids, energy does not rise, and reports agree with sums over all pairs in f64. The scenes are the same
+//! in every run; `PROPTEST_CASES` sets their number.
 
 use std::collections::HashMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -24,20 +24,20 @@ use overfall::{
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngSeed, TestCaseError, TestRunner};
 
-/// Scenes that a usual run tries.
+/// Number of scenes in a normal run.
 const CASES: u32 = 60;
 const STEPS: u32 = 10;
 
-/// Contact lets particles a quarter of the spacing into a wall; between samples of a curved one a little more.
+/// Contact allows particles a quarter of the spacing inside a wall, slightly more between samples of a curved wall.
 const DEEPEST: f64 = 0.3;
 
-/// Energy may rise by so much of its scale, and by what pushes compression out.
+/// Tolerated rise of energy relative to its scale, besides the energy that removes compression.
 const MOST_RISE: f64 = 0.03;
-/// The same with an equation of state: what semi-implicit Euler keeps is the energy but for a part that swings with the
-/// sound, of the order of a step's part of a period. Disorder that is released has had 0.07 of it.
+/// The same with an equation of state: semi-implicit Euler conserves energy except for an oscillation with the sound,
+/// of the order of dt over the period. Released disorder has reached 0.07.
 const MOST_RISE_WITH_SOUND: f64 = 0.15;
 
-/// What became of a scene.
+/// Result of a scene.
 #[derive(Debug, Clone)]
 enum Outcome {
     Refused,
@@ -63,7 +63,7 @@ fn state(simulation: &mut Simulation) -> State {
         .collect()
 }
 
-/// A refusal names a place and what would be right.
+/// A refusal names a place and the remedy.
 fn is_helpful(message: &str) -> bool {
     let place = message.starts_with("random.ron:") || message.contains(") m");
     let remedy = ["; ", "must", "move ", " would ", "needed", "or "];
@@ -121,7 +121,7 @@ fn run(simulation: &mut Simulation, scene: &Scene, draft: &Draft) -> Result<Outc
     for _ in 0..STEPS {
         let report = match simulation.step() {
             Ok(report) => report,
-            // A time step that does not follow the motion may turn out too long.
+            // A fixed time step may turn out to be too long.
             Err(error) if draft.fixed_part.is_some() && is_helpful(&error.to_string()) => {
                 return Ok(Outcome::Stopped);
             }
@@ -150,7 +150,7 @@ fn run(simulation: &mut Simulation, scene: &Scene, draft: &Draft) -> Result<Outc
         }
         agrees(simulation, scene, &sums, &report, &after)?;
         if report.step == 1 && !matches!(scene.pressure, PressureMethod::Sesph(_)) {
-            // What pushes compression out of the start within a step.
+            // The energy that removes the initial compression within a step.
             most += sums.pushed_out(simulation.world().resource::<Columns>());
         }
         rise = rise.max((energy(&after) - start) / most);
@@ -166,7 +166,7 @@ fn run(simulation: &mut Simulation, scene: &Scene, draft: &Draft) -> Result<Outc
     Ok(Outcome::Ran)
 }
 
-/// No solid holds the particle, and it passed none.
+/// Asserts that the particle is not inside a solid and passed through none.
 fn is_free(draft: &Draft, scene: &Scene, from: DVec3, to: DVec3) -> Result<(), String> {
     let spacing = f64::from(scene.spacing);
     let flat = scene.dimension == Dimension::Two;
@@ -181,7 +181,7 @@ fn is_free(draft: &Draft, scene: &Scene, from: DVec3, to: DVec3) -> Result<(), S
     }
 }
 
-/// The report says what sums over all pairs say.
+/// Asserts that the report agrees with sums over all pairs.
 fn agrees(
     simulation: &Simulation,
     scene: &Scene,
@@ -228,7 +228,7 @@ fn agrees(
         tolerance,
     )?;
     agree("the step's length", columns.dt, report.dt.into(), 0.0)?;
-    // Walls may have slowed the fastest.
+    // Walls may have slowed the fastest particle.
     let fastest = f64::from(report.max_speed);
     if speed > 1.0001 * fastest {
         return Err(format!(
@@ -238,7 +238,7 @@ fn agrees(
     Ok(())
 }
 
-/// What is expected of every scene; its text is told with what is not so.
+/// Checks all expectations of a scene; a failure message contains its text.
 fn check(choices: &[u16]) -> Result<Outcome, String> {
     let files = Files::new();
     let draft = draw(choices, &files);

@@ -1,11 +1,12 @@
-//! Water at rest, columns and drops: what CI can afford of `benches/robustness.rs`. Bounds are twice what was measured.
+//! Water at rest, columns and drops: the affordable part of `benches/robustness.rs`. Bounds are twice the measured
+//! values.
 
 use overfall::scene::KernelFunction;
 
 use crate::robustness_support::{Case, Outcome, column, drop, tank};
 use crate::support::{METHODS, Method, measured};
 
-/// Runs a case, and says what came of it; it must not fail.
+/// Runs a case and returns its result; it must not fail.
 #[track_caller]
 fn run(case: &Case) -> Outcome {
     let outcome = case.run(&[]);
@@ -21,7 +22,7 @@ fn solvers() -> impl Iterator<Item = Method> {
         .filter(|method| !method.name.starts_with("SESPH"))
 }
 
-/// Every method that solves for the pressure, all defaults: from the shallowest to deep water, narrow and wide. The
+/// Every method that solves for the pressure, with defaults: shallow to deep water, narrow and wide. The remaining
 /// speeds are those of a square lattice that melts into a denser one; water that fell onto its floor had 0.2 to 25.
 #[test]
 fn water_at_rest_rests() {
@@ -44,7 +45,7 @@ fn water_at_rest_rests() {
     }
 }
 
-/// The default method adds no energy to deep water, at supports from the narrowest to the widest.
+/// The default method adds no energy to deep water, for narrow to wide supports.
 #[test]
 fn the_default_method_holds_at_every_support() {
     let [.., method] = METHODS;
@@ -61,7 +62,7 @@ fn the_default_method_holds_at_every_support() {
     }
 }
 
-/// Every kernel holds, in the plane and in space, at the support that it comes with.
+/// Every kernel is stable in 2-D and 3-D with its default support.
 #[test]
 fn every_kernel_holds() {
     let [.., method] = METHODS;
@@ -76,13 +77,13 @@ fn every_kernel_holds() {
                 "{text}"
             );
             assert!(outcome.figure("fastest") < 0.3, "{text}");
-            // The lowest row carries what is above it.
+            // The lowest row carries the weight above it.
             assert!((outcome.figure("floor") - 1.0).abs() < 0.3, "{text}");
         }
     }
 }
 
-/// The energy of a column that collapses does not rise, in short steps nor in those that follow the motion.
+/// The energy of a collapsing column does not rise, neither with fixed short steps nor with adaptive ones.
 #[test]
 fn a_column_gains_no_energy() {
     for method in solvers().filter(|method| method.name != "PCISPH") {
@@ -97,7 +98,7 @@ fn a_column_gains_no_energy() {
 #[test]
 fn the_elliptic_drop_converges() {
     for method in solvers() {
-        let errors = [20, 40].map(|radius| {
+        let errors = [20, 80].map(|radius| {
             let outcome = run(&drop(method, radius));
             assert!(outcome.figure("energy most %") < 0.2);
             assert!(outcome.figure("energy least %") > -0.6);

@@ -1,4 +1,4 @@
-//! Lone particles that are fired at the walls of built-in solids pass none.
+//! Single particles that are shot at the walls of built-in solids do not pass through them.
 
 use std::f32::consts::PI;
 
@@ -8,7 +8,7 @@ use overfall::state::particle::BoundaryNormal;
 use super::walls::{Solid, clearance};
 use crate::support::{measured, shoot, simulation_of};
 
-/// Points of an even grid of directions in a half space about −`axis`.
+/// Directions on a regular grid in the half space about −`axis`.
 fn directions(axis: Vec3, flat: bool) -> Vec<Vec3> {
     let (side, up) = if flat {
         (Vec3::new(-axis.y, axis.x, 0.0), Vec3::ZERO)
@@ -30,15 +30,15 @@ fn directions(axis: Vec3, flat: bool) -> Vec<Vec3> {
     out
 }
 
-/// Shots: a lone particle at a place, moving so that it meets the wall there.
+/// Shots: a single particle starts at a position from which it meets the wall at the target.
 struct Shot {
     target: Vec3,
-    /// From the solid into the fluid.
+    /// Unit vector from the solid into the fluid.
     normal: Vec3,
 }
 
-/// Fires every shot from every direction, one particle at a time, at `speed` \[support radii a step] in a scene of
-/// spacing 0.05 m without gravity, and returns the least distance from the solids in spacings.
+/// Executes every shot from every direction, one particle at a time, with `speed` \[support radii per step] in a scene
+/// of spacing 0.05 m without gravity. Returns the least distance from the solids \[spacings].
 fn fire(
     boundaries: &str,
     flat: bool,
@@ -72,7 +72,7 @@ fn fire(
                 .into_iter()
                 .enumerate()
                 .map(|(k, direction)| {
-                    // Starts at a different part of a step's way each time.
+                    // Each shot starts at a different fraction of a step.
                     let way = (2.1 + 0.13 * k as f32) * dx;
                     (shot.target - way * direction, velocity * direction)
                 })
@@ -100,7 +100,7 @@ fn fire(
 
 const SPEEDS: [f32; 3] = [0.1, 0.4, 0.49];
 
-/// `bound` \[spacings] is the least distance of a particle from the solid's face.
+/// `bound` is the least distance of a particle from the face of the solid \[spacings].
 #[track_caller]
 fn nothing_passes(
     what: &str,
@@ -183,8 +183,8 @@ fn fast_lone_particles_do_not_pass_faces_edges_and_corners_of_a_box() {
             }
         }
         let solids = [Solid::Block { min, max, flat }];
-        // A convex edge keeps its clearance along the mean of the normals, from a sample that is half a spacing inside
-        // of every face: 0.5 − 0.25/√3 in a corner.
+        // At a convex edge the clearance is measured along the mean of the normals, from a sample that is half a
+        // spacing inside every face: 0.5 − 0.25/√3 in a corner.
         nothing_passes(
             &format!("box, flat {flat}"),
             &boundaries,

@@ -1,15 +1,16 @@
-//! Walls: nothing passes them, and nothing hovers above them.
+//! Walls: no particle passes through them, and none floats above them.
 //!
-//! A wall's face is where the scene says; a particle's centre may be a quarter of a spacing behind it, where the last
-//! resort of `boundary::contact` stops it (it keeps a quarter of the spacing from the layer of samples, which lies half
-//! a spacing in). On curved and slanted solids a few hundredths more, as samples lie beside each other at angles.
+//! The face of a wall is where the scene defines it. The centre of a particle may be a quarter of a spacing behind it,
+//! where `boundary::contact` stops it (a quarter of the spacing from the layer of samples, which is half a spacing
+//! inside). On curved and slanted solids it may be a few hundredths more, because normals of neighbouring samples
+//! differ.
 
 use glam::Vec3;
 use overfall::Simulation;
 
 use crate::support::{measured, particles_of, run, simulation, simulation_of};
 
-/// Signed distance \[m] of a point from the fluid's side of a solid: positive in the fluid.
+/// Signed distance \[m] of a point from a solid: positive in the fluid.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Solid {
     Tank { max: Vec3, flat: bool },
@@ -20,7 +21,7 @@ pub(super) enum Solid {
 
 impl Solid {
     pub(super) fn distance(self, x: Vec3) -> f32 {
-        // In the plane, z is as far from everything as can be.
+        // In 2-D, faces along z are infinitely far away.
         let planar = |v: Vec3, flat: bool, far: f32| if flat { v.with_z(far) } else { v };
         match self {
             Self::Tank { max, flat } => planar(x.min(max - x), flat, f32::INFINITY).min_element(),
@@ -39,7 +40,7 @@ impl Solid {
     }
 }
 
-/// Least distance of all particles from the solids, in spacings.
+/// Least distance of all particles from the solids \[spacings].
 pub(super) fn clearance(simulation: &mut Simulation, solids: &[Solid], spacing: f32) -> f32 {
     particles_of(simulation)
         .iter()
@@ -48,8 +49,8 @@ pub(super) fn clearance(simulation: &mut Simulation, solids: &[Solid], spacing: 
         / spacing
 }
 
-/// A column of 4 000 particles falls over a block and a ball. The contact keeps −0.25 spacings; 0.02 more for the
-/// ball's curvature and rounding.
+/// A column of 4 000 particles falls over a block and a ball. Contact allows −0.25 spacings; 0.02 more for the
+/// curvature of the ball and rounding.
 #[test]
 fn violent_dam_break_leaks_nowhere() {
     for method in [
@@ -94,15 +95,15 @@ fn violent_dam_break_leaks_nowhere() {
             "{count} particles, {steps} steps, up to {speed:.1} m/s: least distance {least:.3} spacings"
         );
         measured(&figures);
-        // At a box's edges the samples' normals point between its faces.
+        // At the edges of a box the samples' normals point between those of the faces.
         assert!(least > -0.36, "{figures}");
     }
 }
 
-/// A lone particle falls 0.2 m onto a floor and a block. With PCISPH it must end under one spacing from the surface,
-/// without a vertical speed of more than a tenth of its fall's: farther away, a wall that repels by the density it
-/// lends would hold it. With an equation of state a wall is a spring without friction and the particle bounces for
-/// ever: it must keep under the height it fell from.
+/// A single particle falls 0.2 m onto a floor and a block. With PCISPH it must end less than one spacing from the
+/// surface with a vertical speed below a tenth of its impact speed; at a larger distance, a wall that repels by its
+/// contribution to the density would carry it. With an equation of state a wall acts as a spring without friction, and
+/// the particle bounces for ever: it must stay below its initial height.
 #[test]
 fn lone_particle_falls_onto_the_wall_and_rests_there() {
     for dimension in [2, 3] {

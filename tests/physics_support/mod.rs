@@ -1,4 +1,4 @@
-//! What the physics tests share: scenes from text, particles as plain values, sums over them.
+//! Shared by the physics tests: scenes from text, particles as plain values, sums over them.
 #![allow(
     dead_code,
     reason = "every crate that has this module uses a part of it"
@@ -27,12 +27,12 @@ pub(crate) fn scene(text: &str) -> Scene {
     Scene::parse(text, "test.ron", &[]).unwrap_or_else(|error| panic!("{error}\n{text}"))
 }
 
-/// Sets the scene of `text` up, on two threads.
+/// Sets up the scene of `text` on two threads.
 pub(crate) fn simulation(text: &str) -> Simulation {
     Simulation::with_threads(&scene(text), 2).unwrap_or_else(|error| panic!("{error}\n{text}"))
 }
 
-/// Sets the scene of `text` up and puts `(position, velocity)` \[m, m/s] in the place of its bodies.
+/// Sets up the scene of `text` and replaces its bodies by particles with `(position, velocity)` \[m, m/s].
 pub(crate) fn simulation_of(text: &str, particles: &[(Vec3, Vec3)]) -> Simulation {
     let mut simulation = simulation(text);
     for particle in particles_of(&mut simulation) {
@@ -53,7 +53,7 @@ pub(crate) fn step(simulation: &mut Simulation) -> StepReport {
         .unwrap_or_else(|error| panic!("the step failed: {error}"))
 }
 
-/// Steps until `time` \[s]; `observe` sees the simulation and the report after every step.
+/// Takes steps until `time` \[s]; `observe` gets the simulation and the report after every step.
 pub(crate) fn run(
     simulation: &mut Simulation,
     time: f64,
@@ -65,9 +65,9 @@ pub(crate) fn run(
     }
 }
 
-/// Lets a lone particle, in the place of those there are, fly for so many steps from a place with a velocity \[m, m/s].
-/// `observe` sees where it is and says whether to go on. At nearly h/2 a step a wall that pushes back a little faster
-/// breaks the limit: with `may_be_refused` that is the end.
+/// Replaces all particles by a single one and lets it fly for `steps` steps from a position with a velocity \[m, m/s].
+/// `observe` gets its position and returns whether to continue. At almost h/2 per step, a wall that pushes back
+/// slightly faster exceeds the limit: with `may_be_refused` that ends the flight.
 pub(crate) fn shoot(
     jet: &mut Simulation,
     (start, velocity): (Vec3, Vec3),
@@ -101,7 +101,7 @@ pub(crate) fn particles_of(simulation: &mut Simulation) -> Vec<Particle> {
     overfall::validate::particles_of(simulation.world_mut())
 }
 
-/// Gives every particle the velocity \[m/s] of a field.
+/// Sets the velocity \[m/s] of every particle from a field.
 pub(crate) fn set_velocities(simulation: &mut Simulation, mut field: impl FnMut(Vec3) -> Vec3) {
     let world = simulation.world_mut();
     let mut query = world.query_filtered::<(&Position, &mut Velocity), With<Fluid>>();
@@ -130,7 +130,7 @@ pub(crate) fn reference(file: &str, names: [&str; 2]) -> Vec<[f64; 2]> {
     .collect()
 }
 
-/// Prints what a test measured; `cargo test -- --nocapture` shows it.
+/// Prints a measurement; `cargo test -- --nocapture` shows it.
 #[expect(
     clippy::print_stdout,
     reason = "measured figures are for whoever runs the tests with --nocapture"

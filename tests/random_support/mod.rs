@@ -1,24 +1,26 @@
-//! Small scenes drawn at random: bodies and solids in the cells of a grid, within a container.
+//! Small random scenes: bodies and solids in the cells of a grid, inside a container.
 //!
-//! A scene is made of a list of numbers, of which zero always means the plainest choice: proptest shrinks towards it.
+//! A scene is built from a list of numbers in which zero always selects the simplest choice: proptest shrinks towards
+//! it.
 
 #![allow(dead_code, reason = "each test uses a part")]
 
+mod maker;
 pub(crate) mod solids;
 pub(crate) mod sums;
 
 use glam::DVec3;
 
-use crate::mesh_support::{Files, Surface};
-use solids::{Side, Solid};
+use crate::mesh_support::Files;
+use solids::Solid;
 
-/// Numbers that each part of a scene takes its choices from.
+/// Numbers of choices for each part of a scene.
 pub(crate) const CHOICES: usize = OF_FLUID + 10 * PART;
-/// Of the fluid, of the container and of every cell.
+/// For the fluid, for the container, and for every cell.
 const PART: usize = 28;
 const OF_FLUID: usize = 20;
 
-/// Choices, taken in their order; zeros where they end.
+/// Choices in their order, followed by zeros.
 struct Choices<'a>(std::slice::Iter<'a, u16>);
 
 impl Choices<'_> {
@@ -26,7 +28,7 @@ impl Choices<'_> {
         self.0.next().copied().unwrap_or(0)
     }
 
-    /// One of a list; the first is the plainest.
+    /// One entry of a list; the first is the simplest.
     fn of<T: Copy>(&mut self, list: &[T]) -> T {
         list[usize::from(self.next()) % list.len()]
     }
@@ -52,14 +54,14 @@ impl Choices<'_> {
     }
 }
 
-/// A scene's text, and what a test has to know of it.
+/// The text of a scene, and properties that a test needs.
 #[derive(Debug)]
 pub(crate) struct Draft {
     pub(crate) text: String,
     pub(crate) solids: Vec<Solid>,
-    /// Whether particles start off their lattices.
+    /// Whether particles start displaced from their lattices.
     pub(crate) has_jitter: bool,
-    /// Part of the time step that the scene's limits allow, if it is fixed.
+    /// Fraction of the time step that the scene's limits allow, if it is fixed.
     pub(crate) fixed_part: Option<f64>,
 }
 
@@ -68,7 +70,7 @@ struct Maker<'a> {
     flat: bool,
     /// Spacing \[m].
     spacing: f64,
-    /// Where the grid of cells begins \[m].
+    /// Origin of the grid of cells \[m].
     origin: DVec3,
     bodies: Vec<String>,
     boundaries: Vec<String>,
@@ -87,7 +89,7 @@ fn vector(x: DVec3) -> String {
     format!("({}, {}, {})", x.x as f32, x.y as f32, x.z as f32)
 }
 
-/// Draws a scene; meshes are written into `files`.
+/// Creates a random scene; meshes are written into `files`.
 pub(crate) fn draw(choices: &[u16], files: &Files) -> Draft {
     let (fluid, rest) = choices.split_at(OF_FLUID.min(choices.len()));
     let mut parts = rest.chunks(PART);
@@ -107,7 +109,7 @@ pub(crate) fn draw(choices: &[u16], files: &Files) -> Draft {
         DVec3::new(2.0, 2.0, 1.0)
     };
     let extent = cells * cell_edge(flat) * spacing;
-    // What water gets by falling through the scene, or a tenth of that where nothing falls.
+    // The speed of water that falls through the scene, or a tenth of that if nothing falls.
     let fall = (2.0 * gravity.length().max(0.1) * extent.y).sqrt();
     let far = general.of(&[0.0, 0.0, 1.0, -17.37, 3000.0]);
     let mut maker = Maker {
@@ -155,8 +157,8 @@ pub(crate) fn draw(choices: &[u16], files: &Files) -> Draft {
     }
 }
 
-/// How the fluid is computed, for speeds of up to so much \[m/s]; and the part of the longest time step, if it is
-/// fixed.
+/// Numerical settings of the fluid for a speed of up to `speed` \[m/s], and the fraction of the longest time step, if
+/// it is fixed.
 fn numerics(mut of: Choices, flat: bool, spacing: f64, speed: f64) -> (String, Option<f64>) {
     let support = of.of(&[2.0, 2.0, 1.7, 2.3, 2.6, 3.0]);
     let sound = 10.0 * speed;
@@ -189,11 +191,12 @@ fn numerics(mut of: Choices, flat: bool, spacing: f64, speed: f64) -> (String, O
         0 => "Laminar(kinematic_viscosity: 1e-6)".to_owned(),
         1 => "None".to_owned(),
         2 => "Laminar(kinematic_viscosity: 1e-6, numerical: 0)".to_owned(),
-        // A Reynolds number of the spacing of one.
+        // The Reynolds number of a spacing is one.
         3 => format!("Laminar(kinematic_viscosity: {})", speed * spacing),
         _ => format!("Artificial(alpha: 0.1, sound_speed: {sound})"),
     };
-    // Of a particle at a flat surface about as much as it would get by falling a spacing in the time of a crossing.
+    // The acceleration of a particle at a flat surface is about that of falling one spacing in the time of crossing
+    // one.
     let pull = of.of(&[0.0, 0.0, 0.0, 0.1, 1.0]) * 0.01 * speed * speed / spacing;
     let tension = if pull > 0.0 {
         let power = if flat { 1 } else { 2 };
@@ -229,277 +232,4 @@ fn numerics(mut of: Choices, flat: bool, spacing: f64, speed: f64) -> (String, O
     executor: {executor}"
     );
     (text, fixed)
-}
-
-impl Maker<'_> {
-    /// A solid in the scene and in the list for the test.
-    fn solid(&mut self, text: String, solid: Solid) {
-        self.boundaries.push(text);
-        self.solids.push(solid);
-    }
-
-    /// A mesh, turned by angles \[°] and moved.
-    fn mesh(&mut self, surface: &Surface, side: Side, angles: DVec3, at: DVec3) {
-        let name = format!("mesh_{}.obj", self.boundaries.len());
-        let file = self.files.put(&name, surface.obj());
-        let text = format!(
-            "Mesh(file: {file:?}, side: {side:?}, rotation: ({}, {}, {}), translation: ({}, {}, {}))",
-            angles.x, angles.y, angles.z, at.x, at.y, at.z
-        );
-        let solid = Solid::mesh(surface, side, angles, at);
-        self.solid(text, solid);
-    }
-
-    fn tank(&mut self, min: DVec3, max: DVec3, open: bool) {
-        let text = format!(
-            "Tank(min: {}, max: {}, open: {open})",
-            vector(min),
-            vector(max)
-        );
-        self.solid(text, Solid::Tank { min, max, open });
-    }
-
-    fn plane(&mut self, center: DVec3, normal: DVec3, half_size: f64) {
-        let text = format!(
-            "Plane(center: {}, normal: {}, half_size: {half_size})",
-            vector(center),
-            vector(normal)
-        );
-        let normal = normal.normalize();
-        self.solid(
-            text,
-            Solid::Plane {
-                center,
-                normal,
-                half_size,
-            },
-        );
-    }
-
-    /// What all of it is in, if anything.
-    fn container(&mut self, mut of: Choices, extent: DVec3) {
-        let (min, max) = (self.origin, self.origin + extent);
-        let middle = 0.5 * (min + max);
-        // Seldom of whole spacings.
-        let room = of.of(&[0.0, 0.0, 0.37]) * self.spacing;
-        let wall = extent.max_element();
-        let kinds: &[u8] = if self.flat {
-            &[0, 0, 1, 2, 3]
-        } else {
-            &[0, 0, 1, 2, 3, 4, 5, 6, 7]
-        };
-        let (low, high) = ((min - room).as_vec3(), (max + room).as_vec3());
-        let reach = (max - min).length();
-        match of.of(kinds) {
-            0 => self.tank(min - room, max + room, false),
-            1 => self.tank(min - room, max + room, true),
-            2 => {
-                let floor = middle.with_y(min.y);
-                self.plane(floor, DVec3::Y, wall);
-            }
-            3 => {}
-            4 => {
-                let block = Surface::block(low, high);
-                self.mesh(&block, Side::Inside, DVec3::ZERO, DVec3::ZERO);
-            }
-            5 => {
-                // A box without a lid, wound so that fluid is in it.
-                let mut block = Surface::block(low, high);
-                block.faces.remove(3);
-                block.faces.iter_mut().for_each(|face| face.reverse());
-                self.mesh(&block, Side::Front, DVec3::ZERO, DVec3::ZERO);
-            }
-            6 => {
-                // A terrain that rises towards its sides.
-                let (count, half) = (8, 0.7 * reach);
-                let mut terrain = Surface::default();
-                let height = of.part() * 0.5;
-                for z in 0..=count {
-                    for x in 0..=count {
-                        let part = |k: i32| 2.0 * f64::from(k) / f64::from(count) - 1.0;
-                        let (x, z) = (part(x), part(z));
-                        let y = half * height * (x * x * x * x + z * z * z * z);
-                        terrain
-                            .vertices
-                            .push(DVec3::new(half * x, y, half * z).as_vec3());
-                    }
-                }
-                let row = count as usize + 1;
-                for z in 0..count as usize {
-                    for x in 0..count as usize {
-                        let k = z * row + x;
-                        terrain.faces.push(vec![k, k + row, k + row + 1]);
-                        terrain.faces.push(vec![k, k + row + 1, k + 1]);
-                    }
-                }
-                let at = middle.with_y(min.y - room);
-                self.mesh(&terrain, Side::Front, DVec3::ZERO, at);
-            }
-            _ => {
-                // A bowl, a thin wall that is wet on both sides.
-                let radius = 0.5 * reach + self.spacing;
-                let profile: Vec<(f32, f32)> = (0..=8)
-                    .map(|k| {
-                        let angle = std::f64::consts::FRAC_PI_2 * f64::from(k) / 8.0;
-                        let (sin, cos) = angle.sin_cos();
-                        ((radius * sin) as f32, (-radius * cos) as f32)
-                    })
-                    .map(|(r, y)| if r < 1e-6 { (0.0, y) } else { (r, y) })
-                    .collect();
-                let bowl = Surface::turned(&profile, 20);
-                self.mesh(&bowl, Side::Both, DVec3::ZERO, middle);
-            }
-        }
-    }
-
-    /// What is in a cell of the grid; the first is never empty.
-    fn fill(&mut self, mut of: Choices, cell: DVec3) {
-        let edge = cell_edge(self.flat) * self.spacing;
-        let corner = self.origin + edge * cell;
-        let fluids: &[u8] = if self.flat { &[0, 1] } else { &[0, 1, 2] };
-        let all: &[u8] = if self.flat {
-            &[9, 9, 0, 0, 1, 3, 4, 5, 6]
-        } else {
-            &[9, 9, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 8]
-        };
-        let kind = of.of(if cell == DVec3::ZERO { fluids } else { all });
-        let insets = [0.0, 0.0, 1.0, 0.5, 0.31, 2.2];
-        let low = DVec3::from_array([0; 3].map(|_| of.of(&insets))) * self.spacing;
-        let high = DVec3::from_array([0; 3].map(|_| of.of(&insets))) * self.spacing;
-        let (mut min, mut max) = (corner + low, corner + edge - high);
-        if self.flat {
-            (min.z, max.z) = (0.0, 0.0);
-        }
-        let middle = 0.5 * (min + max);
-        let size = max - min;
-        let least = if self.flat {
-            size.x.min(size.y)
-        } else {
-            size.min_element()
-        };
-        match kind {
-            0 => self.body(
-                of,
-                format!("Box(min: {}, max: {})", vector(min), vector(max)),
-            ),
-            1 => self.body(
-                of,
-                format!(
-                    "Sphere(center: {}, radius: {})",
-                    vector(middle),
-                    0.5 * least
-                ),
-            ),
-            2 => {
-                let along = DVec3::new(of.signed(), 1.0, of.signed()).normalize() * 0.35 * least;
-                let (start, end) = (middle - along, middle + along);
-                let shape = format!(
-                    "Cylinder(start: {}, end: {}, radius: {})",
-                    vector(start),
-                    vector(end),
-                    0.35 * least
-                );
-                self.body(of, shape);
-            }
-            3 | 5 => {
-                // A plate where it is thin.
-                if kind == 5 {
-                    let axis = usize::from(of.next()) % if self.flat { 2 } else { 3 };
-                    max[axis] = min[axis] + self.spacing * of.of(&[1.0, 0.3, 1.3, 2.1]);
-                }
-                let text = format!("Box(min: {}, max: {})", vector(min), vector(max));
-                self.solid(text, Solid::Block { min, max });
-            }
-            4 => {
-                let radius = 0.5 * least * of.of(&[1.0, 0.6, 0.2]);
-                let text = format!("Sphere(center: {}, radius: {radius})", vector(middle));
-                self.solid(
-                    text,
-                    Solid::Ball {
-                        center: middle,
-                        radius,
-                    },
-                );
-            }
-            6 => {
-                let normal = of.vector(self.flat);
-                let normal = if normal == DVec3::ZERO {
-                    DVec3::X
-                } else {
-                    normal
-                };
-                self.plane(middle, normal, 0.4 * least);
-            }
-            _ if kind == 9 => {}
-            _ => {
-                let angles = of.vector(false) * 180.0;
-                let half = 0.5 * least
-                    / if angles == DVec3::ZERO {
-                        1.0
-                    } else {
-                        3f64.sqrt()
-                    };
-                match of.of(&[0, 1, 2, 3]) {
-                    0 => {
-                        let block = Surface::block(
-                            DVec3::splat(-half).as_vec3(),
-                            DVec3::splat(half).as_vec3(),
-                        );
-                        self.mesh(&block, Side::Outside, angles, middle);
-                    }
-                    1 => {
-                        let profile: Vec<(f32, f32)> = (0..=6)
-                            .map(|k| {
-                                let angle = std::f64::consts::PI * f64::from(k) / 6.0;
-                                let radius = if k == 0 || k == 6 {
-                                    0.0
-                                } else {
-                                    half * angle.sin()
-                                };
-                                (radius as f32, (-half * angle.cos()) as f32)
-                            })
-                            .collect();
-                        self.mesh(&Surface::turned(&profile, 9), Side::Outside, angles, middle);
-                    }
-                    2 => {
-                        // A wedge.
-                        let outline = [(0.0, 0.0), (1.0, 0.0), (0.0, 0.3 + 0.7 * of.part())]
-                            .map(|(x, y)| ((half * x) as f32, (half * y) as f32));
-                        let wedge = Surface::prism(&outline, half as f32);
-                        self.mesh(&wedge, Side::Outside, angles, middle);
-                    }
-                    _ => {
-                        let sheet = Surface {
-                            vertices: [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
-                                .map(|(x, y)| DVec3::new(half * x, half * y, 0.0).as_vec3())
-                                .into(),
-                            faces: vec![vec![0, 1, 2, 3]],
-                        };
-                        self.mesh(&sheet, Side::Both, angles, middle);
-                    }
-                }
-            }
-        }
-    }
-
-    fn body(&mut self, mut of: Choices, shape: String) {
-        let velocity = of.vector(self.flat) * self.speed;
-        let jitter = of.of(&[0.0, 0.0, 0.0, 0.02, 0.1]);
-        let mut text = format!("(shape: {shape}");
-        if velocity != DVec3::ZERO {
-            text += &format!(", velocity: {}", vector(velocity));
-        }
-        if jitter > 0.0 {
-            self.has_jitter = true;
-            text += &format!(", jitter: (amplitude: {jitter}, seed: {})", of.next());
-        }
-        let turn = of.signed() * self.speed / (cell_edge(self.flat) * self.spacing);
-        if turn != 0.0 {
-            text += &format!(
-                ", velocity_gradient: ((0, {turn}, 0), ({}, 0, 0), (0, 0, 0))",
-                -turn as f32
-            );
-        }
-        self.bodies.push(text + ")");
-    }
 }

@@ -1,10 +1,10 @@
-//! Solids of a scene, asked how deep a point is in them: written for tests alone, with nothing of the engine.
+//! Solids of a scene and the depth of points inside them: written for tests only, without code of the engine.
 
 use glam::{DMat3, DVec3};
 
 use crate::mesh_support::Surface;
 
-/// Where the solid of a mesh is, as a scene says it.
+/// The solid side of a mesh, as in a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Side {
     Outside,
@@ -36,14 +36,14 @@ pub(crate) enum Solid {
     },
     Mesh {
         triangles: Vec<[DVec3; 3]>,
-        /// Edges of one triangle alone.
+        /// Edges that belong to one triangle only.
         borders: Vec<[DVec3; 2]>,
         side: Side,
     },
 }
 
 impl Solid {
-    /// A surface turned about x, y and z by angles \[°], and moved.
+    /// A surface rotated about x, y and z by angles \[°], and translated.
     pub(crate) fn mesh(surface: &Surface, side: Side, angles: DVec3, at: DVec3) -> Self {
         let [x, y, z] = angles.to_array().map(f64::to_radians);
         let turn =
@@ -67,7 +67,7 @@ impl Solid {
         }
     }
 
-    /// Whether it has an inside, so that no particle may ever be there.
+    /// Whether it has an inside, where no particle may be.
     fn is_closed(&self) -> bool {
         !matches!(
             self,
@@ -79,8 +79,8 @@ impl Solid {
         )
     }
 
-    /// How deep a point is in the solid \[m], negative outside; of open surfaces how far behind, and none where the
-    /// nearest place is within `margin` \[m] of a border.
+    /// Depth of a point inside the solid \[m], negative outside; for open surfaces, the distance behind them, and
+    /// `None` if the nearest point is within `margin` \[m] of a border.
     fn depth(&self, x: DVec3, flat: bool, margin: f64) -> Option<f64> {
         let in_plane = |v: DVec3| if flat { v.with_z(f64::NEG_INFINITY) } else { v };
         match self {
@@ -99,7 +99,7 @@ impl Solid {
                 } else {
                     x - min
                 };
-                // Past the rim of an open tank there is nothing.
+                // Beyond the rim of an open tank there is no solid.
                 let beside = *open && x.y > max.y;
                 let depth = -over.min(under).min_element();
                 (!beside).then_some(depth)
@@ -143,7 +143,7 @@ impl Solid {
                         if borders.iter().any(on_border) {
                             return None;
                         }
-                        // The face that a point sees most from the front decides at edges.
+                        // At edges, the face that the point sees most frontally decides.
                         let normal = triangles
                             .iter()
                             .filter(|corners| {
@@ -158,8 +158,8 @@ impl Solid {
         }
     }
 
-    /// Why a particle that went from one place to another in a step is where it must not be, `deepest` \[m] being
-    /// allowed; `reach` \[m] is what a step may go at most.
+    /// The reason why a particle that moved between two positions in a step is in a forbidden place, if it is.
+    /// `deepest` \[m] is the allowed depth, `reach` \[m] the largest distance in a step.
     pub(crate) fn is_broken(
         &self,
         from: DVec3,
@@ -188,8 +188,8 @@ impl Solid {
         passed.then(|| format!("{depth:.4} m behind {}, {before:.4} before", self.name()))
     }
 
-    /// How much deeper a point may be for the edge of a box beside it \[m]. There samples lie on the diagonal: what is
-    /// a quarter of the spacing in along it is deeper along the faces' normals by so much.
+    /// Additional depth that is allowed near the edge of a box \[m]. Its samples lie on the diagonal: a quarter of the
+    /// spacing along it is deeper when measured along the faces' normals.
     fn rounding(&self, x: DVec3, reach: f64) -> f64 {
         let Self::Block { min, max } = self else {
             return 0.0;
@@ -213,7 +213,7 @@ impl Solid {
     }
 }
 
-/// The point of a triangle nearest to another (Ericson 2005, 5.1.5).
+/// The point of a triangle nearest to a given point (Ericson 2005, 5.1.5).
 fn closest([a, b, c]: &[DVec3; 3], p: DVec3) -> DVec3 {
     let (ab, ac, ap) = (b - a, c - a, p - a);
     let (d1, d2) = (ab.dot(ap), ac.dot(ap));

@@ -1,10 +1,11 @@
-//! Sums over all pairs of particles in f64: what a step reports, found again without an index, lists or lanes.
+//! Sums over all pairs of particles in f64: checks the reports of a step without an index, lists or lanes.
 
 use bevy_ecs::prelude::*;
 use glam::{DVec3, Vec3, Vec4};
 use overfall::{
     Phase, Simulation, Step,
     index::BoundarySamples,
+    pressure::implicit::Iterates,
     sampling::beside_wall,
     scene::{BoundaryHandling, Dimension, PressureMethod, Scene, StateEquation, SurfaceTension},
     state::{
@@ -13,7 +14,7 @@ use overfall::{
     },
 };
 
-/// Density in single precision is off by so much \[-].
+/// Tolerance of densities in single precision \[-].
 const ROUNDING: f64 = 1e-6;
 
 /// The columns at the end of the pressure phase.
@@ -24,9 +25,11 @@ pub(crate) struct Columns {
     predicted: Vec<DVec3>,
     velocities: Vec<DVec3>,
     densities: Vec<f32>,
+    /// Accelerations of pressure, and the terms p/ρ² whose they are, of methods that solve a linear system.
+    pressure: Vec<(DVec3, f64)>,
 }
 
-/// Lets every step leave its columns.
+/// Makes every step copy its columns.
 pub(crate) fn watch(simulation: &mut Simulation) {
     fn take(
         mut out: ResMut<Columns>,
@@ -36,6 +39,7 @@ pub(crate) fn watch(simulation: &mut Simulation) {
         velocities: Res<Velocities>,
         densities: Res<Densities>,
         forces: (Res<Accelerations>, Res<PressureAccelerations>),
+        terms: Option<Res<Iterates>>,
     ) {
         let rows = positions.rows();
         let points = |column: &[Vec4]| -> Vec<DVec3> {
@@ -44,6 +48,8 @@ pub(crate) fn watch(simulation: &mut Simulation) {
         };
         let dt = f64::from(clock.dt);
         let force = |row: usize| (forces.0.0[row] + forces.1.0[row]).as_dvec3();
+        let terms = terms.iter().flat_map(|terms| &terms.0);
+        let pressure = terms.zip(&forces.1.0);
         let velocities = points(&velocities.0).into_iter().enumerate();
         *out = Columns {
             dt,
@@ -51,6 +57,9 @@ pub(crate) fn watch(simulation: &mut Simulation) {
             predicted: points(&predicted.0),
             velocities: velocities.map(|(row, v)| v + dt * force(row)).collect(),
             densities: densities.0.clone(),
+            pressure: pressure
+                .map(|(term, a)| (a.as_dvec3(), term.acted.into()))
+                .collect(),
         };
     }
     let world = simulation.world_mut();
@@ -60,7 +69,7 @@ pub(crate) fn watch(simulation: &mut Simulation) {
     });
 }
 
-/// The cubic spline as Monaghan 1992 writes it, with support h.
+/// The cubic spline as in Monaghan 1992, with support h.
 #[derive(Debug, Clone, Copy)]
 struct Kernel {
     h: f64,
@@ -106,25 +115,25 @@ impl Kernel {
 /// The fluid's constants, and the walls.
 pub(crate) struct BruteForce {
     kernel: Kernel,
-    /// Of a particle \[kg; kg/m in 2-D].
+    /// Mass of a particle \[kg; kg/m in 2-D].
     pub(crate) mass: f64,
     rest_density: f64,
     walls: Vec<(DVec3, f64)>,
     push: f64,
 }
 
-/// What was found.
+/// Results.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Errors {
-    /// Largest difference of a particle's density from the engine's, over the rest density.
+    /// Largest difference from the engine's density, divided by the rest density.
     pub(crate) density: f64,
-    /// Largest compression that remains, and the mean.
+    /// Largest and mean remaining compression.
     pub(crate) largest: f64,
     pub(crate) mean: f64,
 }
 
 impl BruteForce {
-    /// Of a scene in its simulation; and by how much volumes of walls differ from their definition, at most.
+    /// Sums for a scene in its simulation, and the largest difference of wall volumes from their definition.
     pub(crate) fn new(scene: &Scene, simulation: &Simulation) -> (Self, f64) {
         let material = *simulation.world().resource::<Material>();
         let kernel = Kernel::new(scene);
@@ -167,15 +176,25 @@ impl BruteForce {
         wrong.fold(0.0, f64::max)
     }
 
-    /// Everything that a step should have reported.
+    /// All values that a step should have reported.
     pub(crate) fn errors(&self, scene: &Scene, columns: &Columns) -> Errors {
         let Columns {
             positions,
             predicted,
             velocities,
+            pressure,
             ..
         } = columns;
         let rows = positions.len();
+        let share = match scene.pressure {
+            PressureMethod::Iisph(of) => f64::from(of.stabilisation),
+            PressureMethod::Dfsph(of) => f64::from(of.stabilisation),
+            _ => 0.0,
+        };
+        let stabilisation = |i: usize, j: usize, x: DVec3| {
+            let [(a_i, t_i), (a_j, t_j)] = [pressure[i], pressure[j]];
+            share * columns.dt * (2.0 * self.rest_density * (t_i - t_j) + (a_i + a_j).dot(x))
+        };
         let own = self.mass * self.kernel.value(0.0);
         let (mut density, mut rate, mut after) =
             (vec![own; rows], vec![0.0; rows], vec![own; rows]);
@@ -190,6 +209,11 @@ impl BruteForce {
                 let value = self.mass * self.kernel.value(r);
                 let change =
                     self.mass * self.kernel.slope(r) * x.dot(velocities[i] - velocities[j]);
+                if share > 0.0 {
+                    let slope = self.mass * self.kernel.slope(r);
+                    rate[i] += slope * stabilisation(i, j, x);
+                    rate[j] += slope * stabilisation(j, i, -x);
+                }
                 let later = self.mass * self.kernel.value(predicted[i].distance(predicted[j]));
                 for k in [i, j] {
                     density[k] += value;
@@ -226,8 +250,8 @@ impl BruteForce {
         }
     }
 
-    /// All energy of positions and velocities \[J; J/m in 2-D]: of motion and in gravity, of cohesion, and what an
-    /// equation of state stores.
+    /// Total energy of positions and velocities \[J; J/m in 2-D]: kinetic and potential energy, cohesion, and the
+    /// energy stored by an equation of state.
     pub(crate) fn energy(
         &self,
         scene: &Scene,
@@ -264,7 +288,7 @@ impl BruteForce {
         self.mass * energy
     }
 
-    /// Energy of the speeds that push the compression at the start of a step out within it \[J; J/m in 2-D].
+    /// Energy of the speeds that remove the initial compression within one step \[J; J/m in 2-D].
     pub(crate) fn pushed_out(&self, columns: &Columns) -> f64 {
         let speed = |rho: &f32| {
             let compression = (f64::from(*rho) / self.rest_density - 1.0).max(ROUNDING);
@@ -274,18 +298,18 @@ impl BruteForce {
         0.5 * self.mass * squares.sum::<f64>()
     }
 
-    /// What a particle so far from the origin \[m] stores whose density is off by rounding \[J; J/m in 2-D].
+    /// Energy of a particle at a distance from the origin \[m] whose density is affected by rounding \[J; J/m in 2-D].
     fn rounding(&self, scene: &Scene, farthest: f64) -> f64 {
         let PressureMethod::Sesph(sesph) = scene.pressure else {
             return 0.0;
         };
-        // Coordinates far from the origin are off by more, and densities with them.
+        // Coordinates far from the origin have larger rounding errors, and so have densities.
         let off = ROUNDING + f64::from(f32::EPSILON) * farthest / f64::from(scene.spacing);
         let density = (1.0 + 10.0 * off) * self.rest_density;
         self.mass * stored(sesph.equation, density, self.rest_density)
     }
 
-    /// What a rise of energy is compared with: motion and fall at the start, and what is stored \[J; J/m in 2-D].
+    /// Reference for a rise of energy: initial kinetic and potential energy, and stored energy \[J; J/m in 2-D].
     pub(crate) fn energy_scale(
         &self,
         scene: &Scene,
@@ -315,7 +339,7 @@ impl BruteForce {
     }
 }
 
-/// `∫ p/ρ² dρ` from the rest density on, where p is not below zero \[J/kg].
+/// `∫ p/ρ² dρ` from the rest density, over positive p \[J/kg].
 fn stored(equation: StateEquation, density: f64, rest: f64) -> f64 {
     if density <= rest {
         return 0.0;
@@ -333,7 +357,7 @@ fn stored(equation: StateEquation, density: f64, rest: f64) -> f64 {
     }
 }
 
-/// Energy of a pair that attracts, by its distance: the integral of κ r W(max(r, spacing)), by the trapezium rule.
+/// Energy of an attracting pair over its distance: the integral of κ r W(max(r, spacing)), by the trapezium rule.
 struct Cohesion {
     table: Vec<f64>,
     step: f64,

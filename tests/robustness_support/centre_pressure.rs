@@ -3,10 +3,10 @@
 //! With `u = (−A x, A y)` in an ellipse of semi-axes a and b the pressure is `p0 (1 − x²/a² − y²/b²)`,
 //! `p0 = ρ A² a² b²/(a² + b²)`, and `A' = A² (a² − b²)/(a² + b²)`, `a' = −A a`, `b' = A b`.
 
-/// Part of the ellipse, by `x²/a² + y²/b²`, that counts as around the centre.
+/// Region around the centre, by `x²/a² + y²/b²`.
 const CENTRE: f64 = 0.1;
 
-/// The drop of a radius of 1 m.
+/// The drop with an initial radius of 1 m.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct CentrePressure {
     /// A \[1/s].
@@ -16,7 +16,7 @@ pub(crate) struct CentrePressure {
 }
 
 impl CentrePressure {
-    /// At the start, with a rate A \[1/s].
+    /// The initial state with a rate A \[1/s].
     pub(crate) fn new(rate: f64) -> Self {
         Self {
             rate,
@@ -24,14 +24,14 @@ impl CentrePressure {
         }
     }
 
-    /// p/ρ \[m²/s²] at a place around the centre; none elsewhere.
+    /// p/ρ \[m²/s²] at a point near the centre; `None` elsewhere.
     pub(crate) fn at(&self, [x, y]: [f64; 2]) -> Option<f64> {
         let [a, b] = self.axes.map(|axis| axis * axis);
         let off = x * x / a + y * y / b;
         (off < CENTRE).then(|| self.rate.powi(2) * a * b / (a + b) * (1.0 - off))
     }
 
-    /// A step by the midpoint rule, in parts.
+    /// A step by the midpoint rule, in substeps.
     pub(crate) fn advance(&mut self, dt: f64) {
         let parts = 20;
         let dt = dt / f64::from(parts);

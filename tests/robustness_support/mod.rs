@@ -1,5 +1,5 @@
-//! Runs that have to end with water at rest, with energy that does not rise, or with a known answer: for
-//! `benches/robustness.rs`, which prints them all, and for the tests, which run what they can afford.
+//! Runs that should end with water at rest, with an energy that does not rise, or with a known answer.
+//! `benches/robustness.rs` prints them all; the tests run the affordable ones.
 #![allow(
     dead_code,
     reason = "every crate that has this module uses a part of it"
@@ -15,14 +15,14 @@ use crate::support::{METHODS, Method};
 
 const GRAVITY: f64 = 9.81;
 
-/// What is run.
+/// Kind of a run.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Kind {
-    /// Water at rest in a tank, for a time \[s].
+    /// Water at rest in a tank, for a duration \[s].
     Tank { depth: f64, time: f64 },
-    /// A column that collapses, for a time \[s].
+    /// A collapsing column, for a duration \[s].
     Column { height: f64, time: f64 },
-    /// What sloshes after a column collapsed, from a time to another \[s].
+    /// Sloshing water after a column collapsed, from one time to another \[s].
     Slosh { from: f64, to: f64 },
     /// The elliptic drop of Monaghan 1994.
     Drop,
@@ -41,19 +41,19 @@ pub(crate) struct Case {
     sound_speed: f64,
 }
 
-/// What came of it.
+/// Result of a run.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Outcome {
     pub(crate) steps: u32,
     pub(crate) iterations: u64,
-    /// Why it ended early.
+    /// Reason why it ended early.
     pub(crate) failure: Option<String>,
     /// Figures by name.
     pub(crate) figures: Vec<(&'static str, f64)>,
 }
 
 impl Outcome {
-    /// A figure by its name; not a number if it was not measured.
+    /// A figure by its name; NaN if it was not measured.
     pub(crate) fn figure(&self, name: &str) -> f64 {
         let found = self.figures.iter().find(|(found, _)| *found == name);
         found.map_or(f64::NAN, |(_, value)| *value)
@@ -80,7 +80,7 @@ fn tank_scene(name: &str, counts: [u32; 3], spacing: f64, extra: &str) -> String
     )
 }
 
-/// A tank of water at rest of so many spacings.
+/// A tank of water at rest with these numbers of spacings.
 pub(crate) fn tank(method: Method, counts: [u32; 3], time: f64) -> Case {
     let [x, y, z] = counts;
     let spacing = 0.02;
@@ -99,7 +99,7 @@ pub(crate) fn tank(method: Method, counts: [u32; 3], time: f64) -> Case {
     }
 }
 
-/// Half a metre of water with all defaults, 0.025 m of spacing in 3-D and so many rows in 2-D.
+/// Half a metre of water with all defaults: a spacing of 0.025 m in 3-D, this number of rows in 2-D.
 pub(crate) fn pond(method: Method, rows: u32, volume: bool) -> Case {
     let spacing = 0.5 / f64::from(rows);
     let counts = if volume {
@@ -119,7 +119,7 @@ pub(crate) fn pond(method: Method, rows: u32, volume: bool) -> Case {
     }
 }
 
-/// The dam break of Koshizuka & Oka: a column of so many rows and a height of twice its width.
+/// The dam break of Koshizuka & Oka: a column with this number of columns of particles, twice as high as wide.
 pub(crate) fn column(method: Method, rows: u32, step: &str, time: f64) -> Case {
     let height = 0.292;
     let spacing = height / f64::from(rows);
@@ -172,7 +172,7 @@ pub(crate) fn slosh(method: Method, rows: u32, volume: bool) -> Case {
     }
 }
 
-/// The elliptic drop with so many particles along a radius.
+/// The elliptic drop with this number of particles per radius.
 pub(crate) fn drop(method: Method, radius: u32) -> Case {
     let spacing = 1.0 / f64::from(radius);
     let scene = format!(
@@ -190,7 +190,7 @@ pub(crate) fn drop(method: Method, radius: u32) -> Case {
     }
 }
 
-/// A standing wave with so many rows.
+/// A standing wave with this number of rows.
 pub(crate) fn wave(method: Method, rows: u32) -> Case {
     let spacing = 1.0 / f64::from(rows);
     Case {
@@ -202,10 +202,10 @@ pub(crate) fn wave(method: Method, rows: u32) -> Case {
     }
 }
 
-/// Every case, the longest left out if it is to be quick.
+/// Every case; `quick` omits the longest.
 pub(crate) fn cases(quick: bool) -> Vec<Case> {
     let mut cases = Vec::new();
-    // Of the equations of state Tait's.
+    // Tait's, among the equations of state.
     for method in METHODS.into_iter().skip(1) {
         for y in [10, 40, 60, 120, 240] {
             for x in [8, 18, 30, 100] {

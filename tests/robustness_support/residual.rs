@@ -1,4 +1,4 @@
-//! How far pressure alternates from particle to particle: what is left of it beside a plane through the neighbours.
+//! Alternating pressure: the residual of each particle's pressure from a plane fitted to its neighbours.
 
 use std::collections::HashMap;
 
@@ -9,13 +9,13 @@ use crate::support::Particle;
 /// Sums over frames of deep fluid.
 #[derive(Debug, Default)]
 pub(crate) struct Residual {
-    /// Frames, and per frame the share of the mean pressure and the correlation at one spacing.
+    /// Number of frames; per frame the ratio to the mean pressure, and the correlation at one spacing.
     frames: f64,
     share: f64,
     correlation: f64,
 }
 
-/// Particles within three spacings above which a particle counts as deep in the fluid, of 28 and 122 on a lattice.
+/// Number of particles within three spacings above which a particle is in deep fluid; a lattice has 28 and 122.
 fn deep_from(volume: bool) -> usize {
     if volume { 105 } else { 24 }
 }
@@ -26,7 +26,7 @@ impl Residual {
         [self.share, self.correlation].map(|sum| sum / self.frames)
     }
 
-    /// Takes the pressures of a step, `volume` in 3-D. Frames with less than 50 particles in deep fluid do not count.
+    /// Adds the pressures of a step, in 3-D if `volume`. Frames with fewer than 50 particles in deep fluid are ignored.
     pub(crate) fn add(&mut self, particles: &[Particle], spacing: f32, volume: bool) {
         let reach = 3.0 * spacing;
         let cell = |x: Vec3| (x / reach).floor().as_ivec3();
@@ -86,7 +86,7 @@ impl Residual {
     }
 }
 
-/// Pressure of a particle less that of the plane through its neighbours \[Pa].
+/// Pressure of a particle minus that of the plane through its neighbours \[Pa].
 fn beside_plane(particles: &[Particle], i: usize, near: &[usize], volume: bool) -> f64 {
     let own = particles[i];
     let (mut matrix, mut right) = (DMat4::ZERO, DVec4::ZERO);

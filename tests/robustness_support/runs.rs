@@ -1,4 +1,4 @@
-//! Runs of the cases, and what is measured in them.
+//! Runs of the cases, and their measurements.
 
 use bevy_ecs::prelude::*;
 use glam::Vec3;
@@ -15,7 +15,7 @@ use overfall::{
 use super::{GRAVITY, Outcome, centre_pressure::CentrePressure, residual::Residual};
 use crate::support::{particles_of, reference};
 
-/// Steps to a time; ends with what went wrong.
+/// Takes steps to a time; returns an error message on failure.
 fn run(
     simulation: &mut Simulation,
     time: f64,
@@ -39,9 +39,9 @@ fn run(
     outcome
 }
 
-/// Largest speed at any time and at the end, root mean square at the end, in sqrt(g H); energy gained in m g H.
-/// Pressure of the lowest row over what the water above it weighs, its mean and its deviation in time and along the
-/// floor, over the second half.
+/// Largest speed at any time and at the end, root mean square at the end, in sqrt(g H); energy gained in m g H. Over
+/// the second half: pressure of the lowest row divided by that of the water above it, its mean and its deviations in
+/// time and along the floor.
 pub(super) fn at_rest(
     simulation: &mut Simulation,
     scene: &Scene,
@@ -68,7 +68,7 @@ pub(super) fn at_rest(
         fastest = fastest.max(last);
         error = error.max(f64::from(report.max_density_error));
         let total = report.kinetic_energy + report.potential_energy;
-        // The centre is half as high as the surface.
+        // The height of the centre is half that of the surface.
         let start = *energy.get_or_insert(total);
         gained = gained.max((total - start) / start.abs());
         let mass = report.particles as f64;
@@ -77,7 +77,7 @@ pub(super) fn at_rest(
             early = rms;
         }
     });
-    // Of a particle's mass: the mean speed does not depend on how it is counted.
+    // Per mass of a particle: the mean speed does not depend on the number of particles.
     let mass = particle_mass(simulation).sqrt();
     outcome.figures = vec![
         ("fastest", fastest),
@@ -99,7 +99,7 @@ fn particle_mass(simulation: &Simulation) -> f64 {
     f64::from(simulation.world().resource::<Material>().particle_mass)
 }
 
-/// Rise of energy from its least, and the front at 0.2 s.
+/// Rise of energy above its minimum, and the front at 0.2 s.
 pub(super) fn collapse(simulation: &mut Simulation, height: f64, time: f64) -> Outcome {
     let (mut least, mut rise, mut step_rise, mut start) = (f64::INFINITY, 0.0f64, 0.0f64, None);
     let (mut front, mut before, mut error) = (f64::NAN, f64::NAN, 0.0f64);
@@ -131,8 +131,8 @@ pub(super) fn collapse(simulation: &mut Simulation, height: f64, time: f64) -> O
     outcome
 }
 
-/// What pressure in deep fluid is less a plane through its neighbours, over the mean pressure, and how it is correlated
-/// at a distance of one spacing.
+/// Pressure in deep fluid minus a plane through its neighbours, over the mean pressure, and its correlation at one
+/// spacing.
 pub(super) fn sloshing(
     simulation: &mut Simulation,
     scene: &Scene,
@@ -151,8 +151,8 @@ pub(super) fn sloshing(
     outcome
 }
 
-/// Semi-major axis at 7.6 ms over the known, the energy's change, and pressure around the centre over the exact one, in
-/// the second half.
+/// Semi-major axis at 7.6 ms over the exact one, the change of energy, and the pressure around the centre over the
+/// exact one, in the second half.
 pub(super) fn elliptic_drop(simulation: &mut Simulation) -> Outcome {
     let world = simulation.world_mut();
     let mut particles = world.query_filtered::<(&Position, &mut Velocity), With<Fluid>>();
@@ -171,7 +171,7 @@ pub(super) fn elliptic_drop(simulation: &mut Simulation) -> Outcome {
     let mut ends = [[f64::NAN; 2]; 2];
     let (mut exact, mut pressures) = (CentrePressure::new(100.0), [0.0; 2]);
     let mut outcome = run(simulation, 0.0076, |simulation, report| {
-        // Pressures are those of the step's start.
+        // Pressures are those of the start of the step.
         if report.time > 0.0038 {
             for particle in particles_of(simulation) {
                 let known = exact.at([particle.position.x, particle.position.y].map(f64::from));
@@ -203,10 +203,10 @@ pub(super) fn elliptic_drop(simulation: &mut Simulation) -> Outcome {
     outcome
 }
 
-/// Part of the mode's energy lost per period.
+/// Fraction of the mode's energy that is lost per period.
 ///
-/// The mode is the displacement of linear theory; its amplitude is the projection of the particles' displacement from
-/// the lattice on the surface's cosine, its energy the square of the peaks.
+/// The mode is the displacement of linear theory. Its amplitude is the projection of the particles' displacements from
+/// the lattice on the cosine of the surface; its energy is the square of the peaks.
 pub(super) fn standing_wave(simulation: &mut Simulation) -> Outcome {
     let k = std::f64::consts::PI;
     let amplitude = 0.05;

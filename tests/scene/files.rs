@@ -1,4 +1,4 @@
-//! The shipped scenes load, and a scene needs little text.
+//! The shipped scenes load, and a scene needs only a short text.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -29,7 +29,7 @@ fn every_shipped_scene_loads_and_has_the_particles_its_comment_says() {
     let mut found = BTreeMap::new();
     for entry in std::fs::read_dir(scenes()).expect("the folder of the scenes") {
         let path = entry.expect("an entry").path();
-        // Beside the scenes lies the folder of their meshes.
+        // The folder of the meshes is beside the scenes.
         if path.is_dir() {
             continue;
         }

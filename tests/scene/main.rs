@@ -1,4 +1,4 @@
-//! Scenes and the files that they name: what is read, what is refused and with which words.
+//! Scenes and the files that they name: what is accepted, and what is refused with which message.
 
 #[path = "../mesh_support/mod.rs"]
 mod mesh_support;

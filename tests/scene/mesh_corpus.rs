@@ -1,4 +1,4 @@
-//! The corpus of mesh files, `tests/meshes`: one solid written in many ways, shells, and files that are damaged.
+//! The corpus of mesh files, `tests/meshes`: one solid in many notations, shells, and damaged files.
 
 use glam::{DVec3, EulerRot, Quat, Vec3};
 use overfall::mesh::Mesh;
@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use super::mesh_files::scene;
 use crate::mesh_support::{Files, Surface};
 
-/// Where the corpus is: one solid written in many ways, and what is no solid.
+/// The corpus: one solid in many notations, and files that are not solids.
 const CORPUS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/meshes");
 
 fn corpus() -> Vec<(String, Vec<u8>)> {
@@ -24,7 +24,7 @@ fn corpus() -> Vec<(String, Vec<u8>)> {
     files
 }
 
-/// Reads a file of the corpus as one that is closed, or a file that a test has written.
+/// Reads a file of the corpus, or one that a test has written, as a closed mesh.
 fn load(file: &str, rest: &str, spacing: f32) -> Result<Mesh, String> {
     let path = std::path::Path::new(CORPUS)
         .join(file)
@@ -34,9 +34,9 @@ fn load(file: &str, rest: &str, spacing: f32) -> Result<Mesh, String> {
     Mesh::load(&boundary, spacing).map_err(|error| error.to_string())
 }
 
-/// Every way in which a file may say the same is read as it: the format's own rules (lines that go on, comments, byte
-/// order marks, solids without names), and what programs write (NaN for normals, seams in the last digits, coordinates
-/// of a map).
+/// All notations of the same surface are read as that surface: the rules of the formats (continued lines, comments,
+/// byte order marks, solids without names), and the habits of programs (NaN for normals, seams in the last digits, map
+/// coordinates).
 #[test]
 fn one_block_written_in_many_ways_is_read_as_one_block() {
     let mut read = 0;
@@ -54,7 +54,7 @@ fn one_block_written_in_many_ways_is_read_as_one_block() {
         let tolerance = if place.is_empty() { 2e-6 } else { 2e-9 };
         let far = DVec3::new(0.2, 0.3, 0.4);
         if file == "block_map.stl" {
-            // Its text has other digits; what counts is that the face is where it is written.
+            // Its text has other digits; only the position of the face matters.
             assert!((high.x - 0.2).abs() < tolerance, "{file}: {low} {high}");
             read += 1;
             continue;
@@ -124,8 +124,8 @@ fn shells_bound_solids_and_cavities_or_are_refused() {
     }
 }
 
-/// Two blocks, one of them turned about, moved over and about the other: refused if they meet or if one is in the other
-/// and wound alike; otherwise each is solid, however they are wound. Asked at the corners of a lattice.
+/// Two blocks, one of them rotated, translated and inverted: refused if they intersect, or if one is inside the other
+/// with the same orientation. Otherwise each is solid, whatever its orientation. Tested at the points of a lattice.
 #[test]
 fn two_blocks_anywhere_are_two_solids_or_refused() {
     let files = Files::new();
@@ -155,7 +155,7 @@ fn two_blocks_anywhere_are_two_solids_or_refused() {
                 .map(|face| face.iter().map(|row| row + 8).collect()),
         );
         both.vertices.extend(&second.vertices);
-        // How deep a point of one is in the other.
+        // Depth of a point of one block inside the other.
         let lattice = || {
             (0..9261)
                 .map(|k| Vec3::new((k % 21) as f32, (k / 21 % 21) as f32, (k / 441) as f32) / 20.0)
@@ -206,7 +206,7 @@ fn next_random(state: &mut u32) -> u32 {
     *state
 }
 
-/// How a file of the corpus is damaged.
+/// Kinds of damage to a file of the corpus.
 #[derive(Debug, Clone)]
 enum Damage {
     Byte(usize, u8),
@@ -260,7 +260,7 @@ fn damaged(mut bytes: Vec<u8>, damages: &[Damage]) -> Vec<u8> {
                 let part = bytes[at % length..(at % length + count).min(length)].to_vec();
                 bytes.splice(at % length..at % length, part);
             }
-            // In the place of the word that is there.
+            // Replaces the existing word.
             Damage::Word(at, word) => {
                 let is_space = |byte: &u8| byte.is_ascii_whitespace();
                 let start = bytes[..at % length]
@@ -281,7 +281,7 @@ fn damaged(mut bytes: Vec<u8>, damages: &[Damage]) -> Vec<u8> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Whatever a file holds, it is a mesh of finite numbers or an error that names the file.
+    /// Whatever a file contains, the result is a mesh of finite numbers or an error that names the file.
     #[test]
     fn damaged_files_are_read_or_refused(
         which in any::<prop::sample::Index>(),
@@ -297,7 +297,7 @@ proptest! {
             Ok(mesh) => {
                 let (low, high) = mesh.bounds();
                 prop_assert!(low.is_finite() && high.is_finite() && low.cmple(high).all());
-                // All the way to samples, unless that is refused for its size or place.
+                // Also sampled, unless the mesh is refused for its size or position.
                 let _refused_or_not = scene(&file, &format!("side: {side}, translation: (9, 9, 9)"))
                     .map(|scene| sample(&scene));
             }

@@ -1,5 +1,4 @@
-//! Mesh files: all formats give the same boundary, and what cannot be one is refused with the file and what would be
-//! right.
+//! Mesh files: all formats give the same boundary, and invalid meshes are refused with the file and the remedy.
 
 use glam::Vec3;
 use overfall::sampling::sample;
@@ -27,7 +26,7 @@ fn obj_and_stl_in_text_and_binary_give_the_same_boundary() {
     let tank = tank();
     let written = [
         files.put("tank.obj", tank.obj()),
-        // Indices from the end, texture and normal indices that are not there, objects, materials.
+        // Indices from the end, missing texture and normal indices, objects, materials.
         files.put(
             "other.OBJ",
             tank.obj()
@@ -55,7 +54,8 @@ fn obj_and_stl_in_text_and_binary_give_the_same_boundary() {
 fn a_mesh_is_scaled_turned_and_moved() {
     let files = Files::new();
     let file = files.put("tank.obj", tank().obj());
-    // Half as large, its height along +z, then along +x: (x, y, z) → (x, −z, y) → … in metres about (1, 2, 3).
+    // Scaled by one half, with its height along +z, then along +x: (x, y, z) → (x, −z, y) → … in metres about (1, 2,
+    // 3).
     let place = "side: Inside, scale: 0.5, rotation: (90, 0, 90), translation: (1, 2, 3)";
     let text = format!(
         "(name: \"mesh\", spacing: 0.025, boundaries: [Mesh((file: {file:?}, {place}))],
@@ -96,18 +96,22 @@ fn a_file_is_looked_for_beside_the_scene() {
     assert!(error.is_ok(), "{error:?}");
 }
 
-#[test]
-fn files_that_are_no_boundary_are_refused_with_what_would_be_right() {
-    let files = Files::new();
-    let tank = tank();
-    let obj = tank.obj();
+/// The mesh with one side of its solid missing.
+fn without_a_side(obj: &str) -> String {
     let open = obj.replace("f 3 7 8 4\n", "");
     assert_ne!(open, obj);
+    open
+}
+
+/// Names and contents of invalid files, and parts of their messages.
+fn invalid_files() -> Vec<(&'static str, String, &'static [&'static str])> {
+    let tank = tank();
+    let obj = tank.obj();
+    let open = without_a_side(&obj);
     let twisted = obj.replace("f 3 7 8 4", "f 4 8 7 3");
-    // A fin: a third triangle on one edge.
+    // A fin: a third triangle at one edge.
     let fin = format!("{obj}v 0 0 9\nf 1 5 9\n");
-    let cut = &tank.stl_binary(b"")[..200];
-    let cases: [(&str, String, &[&str]); 14] = [
+    vec![
         (
             "missing.obj",
             String::new(),
@@ -125,7 +129,7 @@ fn files_that_are_no_boundary_are_refused_with_what_would_be_right() {
         ),
         (
             "open.obj",
-            open.clone(),
+            open,
             &["not closed", "4 of its edges", "side: Front"],
         ),
         (
@@ -170,8 +174,13 @@ fn files_that_are_no_boundary_are_refused_with_what_would_be_right() {
             "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 zero\n".to_owned(),
             &["line 4", "three numbers"],
         ),
-    ];
-    for (name, contents, words) in cases {
+    ]
+}
+
+#[test]
+fn files_that_are_no_boundary_are_refused_with_what_would_be_right() {
+    let files = Files::new();
+    for (name, contents, words) in invalid_files() {
         let file = files.put(name, contents);
         if name == "missing.obj" {
             std::fs::remove_file(&file).expect("removed");
@@ -185,11 +194,17 @@ fn files_that_are_no_boundary_are_refused_with_what_would_be_right() {
             assert!(error.contains(word), "{error}");
         }
     }
-    let file = files.put("cut.stl", cut);
+    let file = files.put("cut.stl", &tank().stl_binary(b"")[..200]);
     let error = scene(&file, "side: Inside").expect_err("cut short");
     assert!(error.contains("cut short"), "{error}");
-    // What is open may be a sheet.
-    let file = files.put("open.obj", open);
+}
+
+#[test]
+fn meshes_that_overlap_the_fluid_are_refused() {
+    let files = Files::new();
+    let obj = tank().obj();
+    // An open mesh may be a sheet.
+    let file = files.put("open.obj", without_a_side(&obj));
     let error = scene(&file, "side: Both").expect_err("water in the sheet");
     assert!(
         error.contains("overlaps the mesh `boundaries.0`"),

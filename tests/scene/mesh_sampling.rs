@@ -1,4 +1,4 @@
-//! Samples of meshes: as even and as complete as those of the built-in shapes, and where these have theirs.
+//! Samples of meshes: as even and complete as those of the built-in shapes, and at the same positions.
 
 use std::f32::consts::PI;
 
@@ -11,7 +11,7 @@ use crate::support::measured;
 
 const DX: f32 = 0.05;
 
-/// A scene with nothing but boundaries to speak of: its fluid is out of their way.
+/// A scene that consists of boundaries; its fluid is far from them.
 fn scene(boundaries: &str) -> Scene {
     let text = format!(
         "(name: \"samples\", spacing: {DX},
@@ -27,7 +27,7 @@ fn samples(boundaries: &str) -> Vec<BoundarySample> {
     sample(&scene(boundaries)).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Distances of every sample to the nearest other one of its side, in spacings: least, mean, largest.
+/// Distance of every sample from the nearest other sample of its side \[spacings]: least, mean, largest.
 fn evenness(samples: &[BoundarySample]) -> [f32; 3] {
     let mut nearest: Vec<f32> = samples
         .iter()
@@ -45,7 +45,7 @@ fn evenness(samples: &[BoundarySample]) -> [f32; 3] {
     [nearest[0], mean, nearest[nearest.len() - 1]]
 }
 
-/// Distance of the point of a surface that is farthest from all samples that face its way, in spacings.
+/// Distance of the point of a surface that is farthest from all samples facing its way \[spacings].
 fn largest_hole(surface: &Surface, samples: &[BoundarySample], flip: f32) -> f32 {
     let mut largest = 0.0_f32;
     for [a, b, c] in surface.triangles() {
@@ -71,7 +71,7 @@ fn mesh(file: &str, side: &str) -> String {
     format!("Mesh((file: {file:?}, side: {side}))")
 }
 
-/// A surface, its name, which side of it is solid, and its area \[m²].
+/// A surface, its name, its solid side, and its area \[m²].
 struct Shape {
     name: &'static str,
     surface: Surface,
@@ -92,7 +92,7 @@ fn shapes() -> Vec<Shape> {
         })
         .collect();
     let ball = Surface::turned(&arc, 48);
-    // Its edge is sharp: 17°.
+    // Its edge is acute: 17°.
     let wedge = Surface::prism(&[(0.0, 0.0), (1.0, 0.0), (0.0, 0.3)], 0.4);
     let wedge_area = 0.4 * (1.3 + 1.09f32.sqrt()) + 0.3;
     let plate = Surface::block(Vec3::ZERO, Vec3::new(0.7, 0.01, 0.5));
@@ -136,13 +136,14 @@ fn samples_lie_evenly_and_leave_no_hole() {
             found.len()
         );
         measured(&figures);
-        // In an acute edge each face has samples of its own: 17° here.
+        // At an acute edge, here 17°, each face has samples of its own.
         let least_allowed = if name == "groove" { 0.3 } else { 0.85 };
         assert!(
             least > least_allowed && largest < 1.2 && (0.95..1.02).contains(&mean),
             "{figures}"
         );
-        // A built-in tank leaves 0.90 and a box 1.04, its corners. Samples are 0.6 deep; contact looks 1.15 sideways.
+        // A built-in tank leaves 0.90 and a box 1.04, at its corners. Samples are 0.6 deep; contact considers 1.15
+        // along a face.
         assert!(hole < 1.2, "{figures}");
         // The layer of an obstacle is smaller than its surface, that of a tank larger; a sheet is sampled twice.
         let expected = match side {

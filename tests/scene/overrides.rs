@@ -1,10 +1,10 @@
-//! `--set PATH=VALUE`: the same as the field in the file, or refused in its own words.
+//! `--set PATH=VALUE` has the same effect as the field in the file, or is refused with the same message.
 
 use overfall::{loading::Override, scene::Scene};
 
 use super::errors::SCENE;
 
-/// The scene with overrides; the message if one is refused.
+/// The scene with overrides, or the message if one is refused.
 fn set(overrides: &[&str]) -> Result<Scene, String> {
     let overrides: Result<Vec<_>, _> = overrides.iter().map(|text| Override::parse(text)).collect();
     Scene::parse(SCENE, "s.ron", &overrides.map_err(|e| e.to_string())?).map_err(|e| e.to_string())
@@ -12,7 +12,7 @@ fn set(overrides: &[&str]) -> Result<Scene, String> {
 
 #[test]
 fn an_override_is_the_same_as_the_field_in_the_file() {
-    // One case a line: the columns are read together.
+    // One case per line, so that the columns can be read together.
     #[rustfmt::skip]
     let cases: &[(&[&str], &str, &str)] = &[
         (&["spacing=0.05"], "spacing: 0.1", "spacing: 0.05"),
@@ -53,7 +53,7 @@ fn an_override_is_the_same_as_the_field_in_the_file() {
 
 #[test]
 fn a_wrong_override_is_refused_in_its_own_words() {
-    // One case a line: the columns are read together.
+    // One case per line, so that the columns can be read together.
     #[rustfmt::skip]
     let cases: &[(&str, &[&str])] = &[
         ("spacing", &["expected PATH=VALUE"]),

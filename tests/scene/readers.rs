@@ -1,7 +1,7 @@
-//! Whatever is in a file or an override, it is read or refused: no reader panics, and none goes on for ever.
+//! Any content of a file or an override is read or refused: no reader panics or runs for ever.
 //!
-//! Texts of `tests/corpus` and of the shipped files are changed at random, the same way in every run; `PROPTEST_CASES`
-//! asks for more of them. What once broke a reader belongs into the corpus.
+//! Texts of `tests/corpus` and of the shipped files are modified at random, identically in every run; `PROPTEST_CASES`
+//! sets the number. Texts that once broke a reader belong into the corpus.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -15,10 +15,10 @@ use overfall::{
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngSeed, TestCaseError, TestRunner};
 
-/// Changed texts a reader; as many again are cheap.
+/// Modified texts per reader; twice as many would still be cheap.
 const CASES: u32 = 400;
 
-/// What texts are changed with: brackets, numbers at their limits, names that mean something.
+/// Insertions: brackets, extreme numbers, names with a meaning.
 const TOKENS: [&str; 40] = [
     "(",
     ")",
@@ -62,7 +62,7 @@ const TOKENS: [&str; 40] = [
     "=",
 ];
 
-/// The texts of a folder in the repository, by name.
+/// The texts in a folder of the repository, by name.
 fn texts(folder: &str) -> Vec<String> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
     let mut files: Vec<PathBuf> = fs::read_dir(&root)
@@ -75,7 +75,7 @@ fn texts(folder: &str) -> Vec<String> {
     files.iter().map(read).collect()
 }
 
-/// A change of a text; places are parts of its length.
+/// A modification of a text; positions are fractions of its length.
 #[derive(Debug, Clone)]
 enum Change {
     Remove(f64, usize),
@@ -132,7 +132,7 @@ fn changed(mut text: Vec<char>, changes: &[Change], corpus: &[String]) -> String
     text.into_iter().collect()
 }
 
-/// Gives every text of a corpus to a reader as it is, and then changed.
+/// Passes every text of a corpus to a reader, unmodified and then modified.
 fn try_texts(corpus: &[String], read: impl Fn(&str)) {
     assert!(!corpus.is_empty());
     corpus.iter().for_each(|text| read(text));
@@ -144,7 +144,7 @@ fn try_texts(corpus: &[String], read: impl Fn(&str)) {
     let input = (0..corpus.len(), prop::collection::vec(change(), 1..6));
     let tried = runner.run(&input, |(number, changes)| {
         let text = changed(corpus[number].chars().collect(), &changes, corpus);
-        // The text itself is worth more than the changes that led to it.
+        // The text itself is more useful than the modifications that led to it.
         std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| read(&text)))
             .map_err(|_| TestCaseError::fail(format!("the reader panics for {text:?}")))
     });
@@ -156,7 +156,7 @@ fn cases() -> u32 {
     asked.and_then(|cases| cases.parse().ok()).unwrap_or(CASES)
 }
 
-/// An error says where and what, in one line.
+/// An error gives place and reason in one line.
 #[track_caller]
 fn assert_says_something(message: &str) {
     assert!(message.contains(": "), "{message}");
@@ -172,10 +172,10 @@ fn scenes_are_read_or_refused() {
     let corpus = [texts("tests/corpus/scenes"), texts("assets/scenes")].concat();
     try_texts(&corpus, |text| match parse(text, &[]) {
         Err(error) => assert_says_something(&error.to_string()),
-        // What is read can be written, and is the same again.
+        // A text that is read can be written and read back as the same.
         Ok(scene) => {
             let mut written = parse(&scene.to_ron().expect("a text"), &[]).expect("a scene");
-            // Paths are relative to the file they stand in.
+            // Paths are relative to the file that contains them.
             let mut names: Vec<String> =
                 scene.clone().files_mut().map(|name| name.clone()).collect();
             for (file, name) in written.files_mut().zip(names.drain(..)) {
@@ -244,7 +244,7 @@ fn tables_of_figures_are_read_or_refused() {
     });
 }
 
-/// A line of a text in the sources that goes on without a backslash leaves a run of spaces in what people read.
+/// In a text of several source lines, a missing backslash leaves a run of spaces in the message.
 #[test]
 fn texts_have_no_runs_of_spaces() {
     fn files(folder: &Path, out: &mut Vec<PathBuf>) {
@@ -268,7 +268,7 @@ fn texts_have_no_runs_of_spaces() {
         for (number, line) in text.lines().enumerate() {
             let line = line.trim();
             let is_comment = line.starts_with("//");
-            // Words, a run of three spaces, words, within quotation marks.
+            // Within quotation marks: words, a run of three spaces, words.
             let mut parts = line.split("   ");
             let before = parts.next().unwrap_or_default();
             let after = parts.last().unwrap_or_default().trim_start();

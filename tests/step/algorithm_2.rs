@@ -1,4 +1,4 @@
-//! PCISPH with and without the correction that the paper's Algorithm 2 makes after its last prediction.
+//! PCISPH with and without the correction after the last prediction in the paper's Algorithm 2.
 
 use overfall::{
     pressure::pressure_force,
@@ -25,7 +25,7 @@ fn the_last_correction_acts_only_where_the_scene_asks_for_it() {
         run(&mut simulation, 5);
         let world = simulation.world_mut();
         assert!(world.resource::<Pressures>().0.iter().any(|&p| p > 0.0));
-        // The columns still hold the step's positions, beside them the pressures as corrected last.
+        // The columns still contain the positions of the step, with the last corrected pressures.
         let acted = world.resource::<PressureAccelerations>().0.clone();
         world.run_system_cached(pressure_force).expect("it runs");
         let corrected = &world.resource::<PressureAccelerations>().0;

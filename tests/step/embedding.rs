@@ -1,30 +1,25 @@
-//! What a host does with a scene: takes it out and installs it again, advances by frames, asks at points, lends threads,
-//! adds stages and systems.
+//! A host's use of a scene: removes it and installs it again, advances by frames, queries points, lends threads, adds
+//! stages and systems.
 
 use std::sync::Arc;
 
 use bevy_ecs::prelude::*;
 use glam::Vec3;
 use overfall::{
-    Execution, Phase, Simulation, Step, advance,
-    gauge::{Gauges, SnapshotError},
-    install,
-    particle::{Density, Fluid, ParticleId, Position, Pressure, Velocity},
+    Execution, Phase, Simulation, Step, advance, install,
+    particle::{Fluid, ParticleId, Position, Velocity},
     scene::{
-        Adaptive, BoundaryShape, Bounds, Dimension, FluidBody, Gauge, GaugeKind, GaugeReference,
-        MeshBoundary, Rate, Scene, Shape, TimeStep,
+        Adaptive, BoundaryShape, Bounds, FluidBody, Gauge, GaugeKind, GaugeReference, MeshBoundary,
+        Rate, Scene, Shape, TimeStep,
     },
-    step::{
-        Accelerations, Clock, FailureCause, InstallError, Product, Stage, StageError, Stages,
-        UninstallError, Velocities,
-    },
+    step::{Clock, FailureCause, UninstallError},
     take_step, uninstall,
 };
 
-use super::orders::{STAGES, ordered, unordered};
+use super::orders::unordered;
 use crate::common::{bits, bits_after, dam, methods, run, simulation};
 
-/// The bits of positions and velocities, by the particles' numbers.
+/// The bits of positions and velocities, by particle number.
 fn bits_by_number(world: &mut World) -> Vec<(ParticleId, [u32; 6])> {
     let mut fluid = world.query_filtered::<(&ParticleId, &Position, &Velocity), With<Fluid>>();
     let bits = fluid.iter(world).map(|(id, x, v)| {
@@ -39,7 +34,7 @@ fn bits_by_number(world: &mut World) -> Vec<(ParticleId, [u32; 6])> {
 #[derive(Resource, Debug, PartialEq)]
 struct Score(u32);
 
-/// Scenes that between them bring every resource, component and schedule that the engine has.
+/// Scenes that together use every resource, component and schedule of the engine.
 fn all_kinds() -> Vec<Scene> {
     let with = |change: fn(&mut Scene)| {
         let mut scene = dam();
@@ -79,7 +74,7 @@ fn a_scene_that_is_taken_out_leaves_nothing_and_the_next_runs_as_in_a_new_world(
     world.insert_resource(Execution::new(2).expect("threads"));
     world.insert_resource(Score(7));
     let own = world.spawn(Position(Vec3::ONE)).id();
-    // Bevy's own list of schedules stays where a schedule was.
+    // bevy's own list of schedules remains after a schedule is removed.
     world.init_resource::<Schedules>();
     let before = names(&world);
     for scene in all_kinds() {
@@ -171,7 +166,7 @@ fn a_time_that_is_none_is_an_error_and_nothing_happens() {
         matches!(error.cause, FailureCause::NotInstalled { .. }),
         "{error}"
     );
-    // A step that fails ends it, and its time is not asked for again.
+    // A failing step ends the call, and its time is not requested again.
     simulation.world_mut().resource_mut::<Clock>().next_dt = f32::NAN;
     let error = simulation.advance(0.1).expect_err("no time step");
     assert!(
@@ -197,317 +192,6 @@ fn a_pool_of_the_hosts_gives_the_same_bits() {
         assert!(Arc::ptr_eq(execution.pool(), &pool));
         assert_eq!(execution.threads(), threads);
     }
-}
-
-/// Particles nearer than h to a point, by looking at each.
-fn near(world: &mut World, point: Vec3, h: f32) -> Vec<Entity> {
-    let mut fluid = world.query_filtered::<(Entity, &Position), With<Fluid>>();
-    let found = fluid.iter(world).filter(|(_, x)| x.0.distance(point) < h);
-    let mut found: Vec<Entity> = found.map(|found| found.0).collect();
-    found.sort_unstable();
-    found
-}
-
-#[test]
-fn neighbours_are_those_that_looking_at_each_particle_finds() {
-    let flat = Scene {
-        dimension: Dimension::Two,
-        bodies: vec![FluidBody::new(Shape::cuboid([0.0; 3], [0.5, 0.4, 0.0]))],
-        ..Scene::new("flat", 0.02)
-    };
-    for scene in [dam(), flat] {
-        let mut simulation = simulation(&scene);
-        let h = scene.support_radius();
-        // Before the first step, after it, and with what a host did since.
-        for moment in 0..3 {
-            match moment {
-                1 => run(&mut simulation, 25),
-                2 => {
-                    let far = Position(Vec3::new(900.0, 0.1, 0.0));
-                    simulation.world_mut().spawn((Fluid, far));
-                }
-                _ => {}
-            }
-            let snapshot = simulation.snapshot().expect("a scene");
-            let particles = snapshot.particles().to_vec();
-            for k in 0..20 {
-                let particle = particles[k * (particles.len() - 1) / 19];
-                let at = simulation
-                    .world()
-                    .get::<Position>(particle)
-                    .expect("a particle")
-                    .0;
-                let point = at + 0.3 * h * Vec3::new(1.0, -1.0, 0.0);
-                let of_point = simulation.neighbours_of(point).expect("a scene");
-                assert!(of_point.is_sorted_by(|a, b| a.distance <= b.distance));
-                let mut found: Vec<Entity> = of_point.iter().map(|n| n.particle).collect();
-                found.sort_unstable();
-                assert_eq!(found, near(simulation.world_mut(), point, h));
-                let of_particle = simulation.neighbours_of(particle).expect("a scene");
-                let mut found: Vec<Entity> = of_particle.iter().map(|n| n.particle).collect();
-                found.push(particle);
-                found.sort_unstable();
-                assert_eq!(found, near(simulation.world_mut(), at, h));
-            }
-        }
-        let nobody = simulation.world_mut().spawn_empty().id();
-        let error = simulation.neighbours_of(nobody).expect_err("no place");
-        assert_eq!(error, SnapshotError::NoPlace { entity: nobody });
-    }
-}
-
-#[test]
-fn a_constant_is_interpolated_exactly_and_a_linear_field_within_the_fluid() {
-    let mut simulation = simulation(&Scene {
-        bodies: vec![FluidBody::new(Shape::cuboid([0.0; 3], [0.4; 3]))],
-        ..Scene::new("cube", 0.02)
-    });
-    let world = simulation.world_mut();
-    let mut fluid = world.query::<(&Position, &mut Pressure, &mut Density, &mut Velocity)>();
-    for (x, mut p, mut rho, mut v) in fluid.iter_mut(world) {
-        p.0 = 9810.0 * (0.4 - x.0.y);
-        rho.0 = 998.0;
-        v.0 = Vec3::new(1.0, 2.0 * x.0.x, 0.0);
-    }
-    let inside: Vec<Vec3> = (0..20)
-        .map(|k| Vec3::splat(0.1 + 0.01 * k as f32))
-        .collect();
-    let pressures = simulation
-        .interpolate::<Pressure>(&inside)
-        .expect("a scene");
-    let velocities = simulation
-        .interpolate::<Velocity>(&inside)
-        .expect("a scene");
-    for ((at, p), v) in inside.iter().zip(pressures).zip(velocities) {
-        assert!(p.neighbours > 20 && p.neighbours == v.neighbours);
-        // A lattice is not the same on all sides of a point between its nodes.
-        let (p, v) = (p.value.expect("fluid").0, v.value.expect("fluid").0);
-        assert!(
-            (p - 9810.0 * (0.4 - at.y)).abs() < 9810.0 * 0.001,
-            "{at}: {p}"
-        );
-        assert!(
-            (v - Vec3::new(1.0, 2.0 * at.x, 0.0)).length() < 0.002,
-            "{at}: {v}"
-        );
-    }
-    // Beside a surface, at it and beyond.
-    for x in [0.005, 0.0, -0.02, -0.03, -0.05, 1e6, f32::NAN] {
-        let found = simulation.interpolate::<Density>(&[Vec3::new(x, 0.2, 0.2)]);
-        let found = found.expect("a scene")[0];
-        assert_eq!(found.value.is_some(), found.neighbours > 0);
-        assert_eq!(found.neighbours > 0, x > -0.03, "{x}: {}", found.neighbours);
-        assert!(found.value.is_none_or(|rho| (rho.0 - 998.0).abs() < 1e-3));
-    }
-}
-
-#[test]
-fn a_gauge_at_the_same_place_shows_the_same() {
-    let at = Vec3::new(0.1, 0.1, 0.1);
-    let scene = Scene {
-        gauges: vec![Gauge::new("p", GaugeKind::Pressure { at, radius: None })],
-        reorder_interval: 0,
-        ..dam()
-    };
-    let mut simulation = simulation(&scene);
-    run(&mut simulation, 10);
-    let found = simulation.interpolate::<Pressure>(&[at]).expect("a scene")[0];
-    let gauges = simulation.world().resource::<Gauges>();
-    let gauge = gauges.get("p").expect("a gauge");
-    let pressure = gauge.value("pressure_Pa").expect("fluid");
-    assert!((f64::from(found.value.expect("fluid").0) / pressure - 1.0).abs() < 1e-5);
-    assert_eq!(gauge.value("neighbours"), Some(found.neighbours.into()));
-}
-
-#[test]
-fn rows_and_particles_name_each_other() {
-    let mut simulation = simulation(&dam());
-    let particles = simulation.snapshot().expect("a scene").particles().to_vec();
-    assert_eq!(simulation.row_of(particles[0]), None);
-    run(&mut simulation, 3);
-    for &particle in particles.iter().step_by(97) {
-        let row = simulation.row_of(particle).expect("a row");
-        assert_eq!(simulation.entity_of(row), Some(particle));
-    }
-    assert_eq!(simulation.entity_of(particles.len()), None);
-    assert_eq!(simulation.row_of(Entity::PLACEHOLDER), None);
-}
-
-#[derive(Resource, Default)]
-struct Blown(u32);
-
-fn blow(velocities: Res<Velocities>, mut a: ResMut<Accelerations>, mut blown: ResMut<Blown>) {
-    // Gravity was there before, and pressure comes after.
-    assert!(a.0.iter().all(|a| a.y < -1.0));
-    a.0.iter_mut()
-        .zip(&velocities.0)
-        .for_each(|(a, v)| a.x += 50.0 - v.x);
-    blown.0 += 1;
-}
-
-const MY_WIND: Stage = Stage {
-    needs: &[Product::Columns],
-    makes: &[Product::Forces],
-    install: |world, _| _ = world.init_resource::<Blown>(),
-    ..Stage::new("my_wind", Phase::Forces, |_| blow.into_configs())
-};
-
-fn with_wind(stages: &str) -> Result<Simulation, InstallError> {
-    let (scene, _folder) = ordered(stages);
-    let mut world = World::new();
-    let mut known = Stages::default();
-    known.register(MY_WIND).expect("a new name");
-    world.insert_resource(known);
-    Simulation::in_world(world, &scene)
-}
-
-#[test]
-fn a_stage_of_the_hosts_runs_where_the_order_names_it() {
-    let between = STAGES.replace(r#"Run("pressure")"#, r#"Run("my_wind"), Run("pressure")"#);
-    let mut windy = with_wind(&format!("(stages: [{between}])")).expect("an order");
-    run(&mut windy, 10);
-    assert_eq!(windy.world().resource::<Blown>().0, 10);
-    let mut calm = simulation(&unordered());
-    run(&mut calm, 10);
-    let mean = |simulation: &mut Simulation| {
-        let world = simulation.world_mut();
-        let mut fluid = world.query_filtered::<&Velocity, With<Fluid>>();
-        fluid.iter(world).map(|v| v.0.x).sum::<f32>() / 1200.0
-    };
-    assert!(mean(&mut windy) > mean(&mut calm) + 0.05);
-    // The stages are the host's and stay; what one of them brought goes with the scene.
-    uninstall(windy.world_mut()).expect("a scene");
-    assert!(windy.world().contains_resource::<Stages>());
-    assert!(!windy.world().contains_resource::<Blown>());
-
-    let every_other = STAGES.replace(
-        r#"Run("pressure")"#,
-        r#"Every(2, [Run("my_wind")]), Run("pressure")"#,
-    );
-    let left_out = format!(r#"(stages: [{STAGES}], leave_out: ["my_wind"])"#);
-    let mut without = with_wind(&left_out).expect("an order");
-    run(&mut without, 10);
-    assert!(bits(without.world_mut()) == bits(calm.world_mut()));
-    for (order, says) in [
-        // Not named, too early, in vain, made for every second step alone.
-        (format!("(stages: [{STAGES}])"), "my_wind"),
-        (
-            format!(r#"(stages: [Run("my_wind"), {STAGES}])"#),
-            "my_wind",
-        ),
-        (format!("(stages: [{every_other}])"), "stale"),
-        (between.replace("my_wind", "my_wnd"), "my_wnd"),
-    ] {
-        let order = if order.starts_with('(') {
-            order
-        } else {
-            format!("(stages: [{order}])")
-        };
-        let error = with_wind(&order).err().map(|error| error.to_string());
-        assert!(
-            error.as_ref().is_some_and(|error| error.contains(says)),
-            "{order}: {error:?}"
-        );
-    }
-}
-
-#[test]
-fn a_stage_needs_a_name_of_its_own() {
-    let mut stages = Stages::default();
-    stages.register(MY_WIND).expect("a new name");
-    let taken = |name| Err(StageError::NameIsTaken { name });
-    assert_eq!(stages.register(MY_WIND), taken("my_wind"));
-    let named = |name| Stage { name, ..MY_WIND };
-    assert_eq!(stages.register(named("pressure")), taken("pressure"));
-    for name in ["", "my wind", "a-b", "a\n"] {
-        assert_eq!(
-            stages.register(named(name)),
-            Err(StageError::NoName { name })
-        );
-    }
-}
-
-fn push(mut fluid: Query<&mut Velocity, With<Fluid>>) {
-    if let Some(mut v) = fluid.iter_mut().next() {
-        v.0.x += 0.01;
-    }
-}
-
-fn lift(mut fluid: Query<&mut Position, With<Fluid>>) {
-    if let Some(mut x) = fluid.iter_mut().next() {
-        x.0.y += 1e-4;
-    }
-}
-
-fn heat(mut fluid: Query<&mut Pressure, With<Fluid>>) {
-    if let Some(mut p) = fluid.iter_mut().next() {
-        p.0 += 1.0;
-    }
-}
-
-#[test]
-fn what_a_step_would_overwrite_is_refused_by_name() {
-    type Add = fn(&mut Schedule, Phase, Phase);
-    let writers: [(&str, Add); 3] = [
-        ("Velocity", |step, after, before| {
-            _ = step.add_systems(push.after(after).before(before))
-        }),
-        ("Position", |step, after, before| {
-            _ = step.add_systems(lift.after(after).before(before))
-        }),
-        ("Pressure", |step, after, before| {
-            _ = step.add_systems(heat.after(after).before(before))
-        }),
-    ];
-    for phases in Phase::ALL.windows(2) {
-        for (name, add) in writers {
-            let mut simulation = simulation(&dam());
-            run(&mut simulation, 1);
-            let world = simulation.world_mut();
-            world.schedule_scope(Step, |_, step| add(step, phases[0], phases[1]));
-            let before = simulation.time();
-            let is_safe = phases[0] >= Phase::Integrate;
-            for _ in 0..2 {
-                match simulation.step() {
-                    Ok(_) => assert!(is_safe, "{name} after {phases:?}"),
-                    Err(error) => {
-                        assert!(!is_safe, "{phases:?}: {error}");
-                        assert!(
-                            matches!(error.cause, FailureCause::Overwritten { component } if component == name),
-                            "{error}"
-                        );
-                        assert!(error.particle.is_some() && simulation.time() == before);
-                    }
-                }
-            }
-        }
-    }
-    // Before the first phase it is what the step starts from.
-    let mut simulation = simulation(&dam());
-    simulation.world_mut().schedule_scope(Step, |_, step| {
-        step.add_systems((push, lift, heat).chain().before(Phase::RebuildIndex));
-    });
-    run(&mut simulation, 3);
-}
-
-#[test]
-fn systems_that_conflict_are_an_error_that_names_them() {
-    let mut simulation = simulation(&dam());
-    run(&mut simulation, 1);
-    simulation.world_mut().schedule_scope(Step, |_, step| {
-        step.add_systems(push);
-    });
-    for _ in 0..2 {
-        let error = simulation.step().expect_err("a conflict").to_string();
-        assert!(
-            error.contains("push") && error.contains("Velocity"),
-            "{error}"
-        );
-    }
-    // The scene can be taken out, and is well in the next world.
-    uninstall(simulation.world_mut()).expect("a scene");
-    install(simulation.world_mut(), &dam()).expect("a scene");
-    run(&mut simulation, 2);
 }
 
 #[test]
@@ -541,7 +225,7 @@ fn a_scene_from_code_is_the_one_that_its_file_gives() {
         let text = full.to_ron().expect("RON");
         assert_eq!(Scene::parse(&text, "full.ron", &[]).expect("a scene"), full);
     }
-    // What a file may leave out is what a constructor leaves out.
+    // A constructor omits the same fields as a file may.
     let parse = |text| Scene::parse(text, "x.ron", &[]).expect("a scene");
     let file = parse(
         r#"(name: "x", spacing: 0.1, bodies: [(shape: Box(min: (0, 0, 0), max: (1, 1, 1)))],

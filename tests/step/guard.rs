@@ -1,4 +1,4 @@
-//! The failure guard: a step that goes wrong says why and where, and leaves the last good state.
+//! The failure guard: a failing step reports reason and place, and keeps the last good state.
 
 use bevy_ecs::prelude::*;
 use glam::Vec3;
@@ -16,7 +16,7 @@ use overfall::{
 
 use crate::common::{self, bits, dam, methods, run, sesph, simulation};
 
-/// The step fails, names a particle where it is, changes nothing, and fails again in the same way.
+/// Asserts that the step fails, names a particle at its place, changes nothing, and fails again in the same way.
 fn assert_refused(simulation: &mut Simulation) -> StepError {
     let before = bits(simulation.world_mut());
     let clock = *simulation.world().resource::<Clock>();
@@ -123,7 +123,7 @@ fn a_particle_that_leaves_the_domain_is_refused() {
     };
     assert_eq!(error.cause, FailureCause::LeftDomain);
     assert_eq!(assert_refused(&mut simulation), error);
-    // All particles are still inside.
+    // All particles are still inside the domain.
     for (_, x, _) in common::state(simulation.world_mut()) {
         assert!(x.y >= -0.001, "{x}");
     }
@@ -145,7 +145,7 @@ fn compression_beyond_the_limit_is_refused() {
     }
 }
 
-/// Three iterations for an error that they cannot reach.
+/// Three iterations for a limit that they cannot reach.
 fn hopeless(criterion: Criterion, not_converged: NotConverged) -> [Scene; 3] {
     [
         PressureMethod::Pcisph(Pcisph {
@@ -203,7 +203,8 @@ fn pressure_that_does_not_converge_may_be_accepted() {
         for step in 1..=10 {
             let report = simulation.step().expect("accepted");
             assert_eq!((report.step, report.iterations), (step, 3));
-            // Warm starts may leave an error of the other sign: too little, which the criterion counts, too.
+            // Warm starts may leave an error of the other sign, a density that is too low; the criterion counts it,
+            // too.
             let compressed = report.max_density_error > 1e-6;
             assert!(compressed || !matches!(scene.pressure, PressureMethod::Pcisph(_)));
             assert!(report.mean_density_error <= report.max_density_error);

@@ -1,5 +1,5 @@
-//! What a host may do wrong: every step is refused with the reason and the right particle, nothing is lost, and the
-//! next step can be taken.
+//! Misuse by a host: every step is refused with the reason and the right particle, nothing is lost, and the next step
+//! can be taken.
 
 use std::collections::HashMap;
 
@@ -23,16 +23,16 @@ use overfall::{
 
 use crate::common::{self, DAM_PARTICLES, bits, dam, methods, run, sesph, simulation, state};
 
-/// A component of the host's own.
+/// A component of the host.
 #[derive(Component)]
 pub(super) struct Tag;
 
-/// A particle in the middle of the fluid.
+/// A particle inside the fluid.
 pub(super) fn culprit(simulation: &mut Simulation) -> Entity {
     state(simulation.world_mut())[DAM_PARTICLES / 2 + 55].0
 }
 
-/// Takes a step that must fail, and leave everything as it was.
+/// Takes a step that must fail and must not change anything.
 fn refused(simulation: &mut Simulation) -> StepError {
     let before = bits(simulation.world_mut());
     let clock = *simulation.world().resource::<Clock>();
@@ -165,7 +165,7 @@ fn a_time_step_that_is_none_is_refused() {
                 matches!(error.cause, FailureCause::TimeStep { .. }),
                 "{error}"
             );
-            // A time to end at does not make it one.
+            // A time limit does not give the step a length.
             let until = simulation.time() + 0.5 * f64::from(good);
             let error = simulation.step_until(until).expect_err("no time step");
             assert!(
@@ -193,11 +193,11 @@ fn a_step_without_a_scene_is_an_error() {
     take_step(&mut world).expect_err("no scene still");
 }
 
-/// Entities, and whether there is a clock, before and after what fails.
+/// Entities, and whether there is a clock, before and after a failing installation.
 fn leaves_nothing(scene: &Scene) {
     let mut world = World::new();
     let count = |world: &mut World| world.query::<Entity>().iter(world).count();
-    // Bystanders stay.
+    // Entities of the host remain.
     world.spawn(Tag);
     let before = count(&mut world);
     install(&mut world, scene).expect_err("a scene that cannot be");
@@ -269,7 +269,7 @@ fn walls_that_a_host_spoilt_are_refused() {
     assert_eq!(named(&error), wall, "{error}");
     world.entity_mut(wall).insert(BoundaryVolume(0.0));
     refresh_boundary(&mut World::new(), &scene).expect_err("no scene");
-    // The step never saw any of it.
+    // The step never saw it.
     refresh_boundary(world, &scene).expect("the walls as they were");
     run(&mut simulation, 2);
     assert!(bits(simulation.world_mut()) == bits(expected.world_mut()));
@@ -284,7 +284,7 @@ fn a_number_in_a_frame_is_never_another_particles() {
         ..dam()
     };
     let mut world = World::new();
-    // Before the scene, too.
+    // Also before the scene is installed.
     let early = world
         .spawn((Fluid, Position(Vec3::new(0.35, 0.35, 0.1))))
         .id();

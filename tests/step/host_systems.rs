@@ -1,4 +1,4 @@
-//! What a host's systems may do wrong in the middle of a step: commands, panics, steps within the pool.
+//! Misuse by systems of a host in the middle of a step: commands, panics, steps within the pool.
 
 use std::{
     collections::HashMap,
@@ -20,7 +20,7 @@ use overfall::{
 use super::host::{Tag, culprit};
 use crate::common::{self, DAM_PARTICLES, bits, dam, run, simulation, state};
 
-/// What a host's system does in the middle of a step, once.
+/// An action of a host's system in the middle of a step, executed once.
 #[derive(Resource, Clone, Copy, PartialEq)]
 enum Deed {
     Nothing,
@@ -37,7 +37,7 @@ fn interfere(mut deed: ResMut<Deed>, mut commands: Commands) {
         Deed::Spawn => _ = commands.spawn(drop),
         Deed::Despawn(entity) => commands.entity(entity).despawn(),
         Deed::Tag(entity) => _ = commands.entity(entity).insert(Tag),
-        // As many as before.
+        // The same number as before.
         Deed::Both(entity) => {
             commands.entity(entity).despawn();
             commands.spawn(drop);
@@ -85,7 +85,7 @@ fn commands_within_a_step_are_refused_and_the_next_step_has_them() {
                 }
                 let report = simulation.step().expect("a step");
                 assert_eq!(report.particles, count, "{after:?}, {kind}");
-                // Everybody has gone on from where he was.
+                // Every particle has continued from its position.
                 for (entity, x, _) in state(simulation.world_mut()) {
                     if let Some(start) = earlier.get(&entity) {
                         assert!(x.distance(*start) < 0.01, "{entity}: {start} to {x}");
@@ -127,7 +127,7 @@ fn after_a_hosts_panic_the_next_step_is_taken_as_if_nothing_had_been() {
             };
             for k in 0..2 {
                 simulation.world_mut().resource_mut::<Armed>().0 = true;
-                // It shortens no step, and is not there for those that follow either.
+                // It shortens no step, and is removed for those that follow.
                 let far = simulation.time() + 1.0;
                 let panic = catch_unwind(AssertUnwindSafe(|| simulation.step_until(far)));
                 assert!(panic.is_err());
@@ -155,7 +155,7 @@ fn a_schedule_that_a_panic_lost_is_an_error() {
     world.schedule_scope(Step, |_, step| {
         step.add_systems(explode.after(Phase::Forces).before(Phase::Pressure));
     });
-    // Not by `take_step`, which would put it back.
+    // Not through `take_step`, which would restore the schedule.
     catch_unwind(AssertUnwindSafe(|| world.run_schedule(Step))).expect_err("armed");
     let error = simulation.step().expect_err("a lost schedule");
     assert!(

@@ -1,4 +1,4 @@
-//! The lists of every step of a dam break are those that brute force finds.
+//! The lists of every step of a dam break are identical to those of brute force.
 
 use overfall::{
     Simulation,
@@ -17,7 +17,7 @@ const SCENE: &str = r#"(
     boundaries: [Tank(min: (0, 0, 0), max: (0.9, 0.6, 0.5))],
 )"#;
 
-/// Steps until the water has struck the far wall and come back.
+/// Steps until the water has hit the far wall and returned.
 const STEPS: usize = 400;
 
 fn assert_same(found: &NeighbourLists, expected: &NeighbourLists, rows: usize, step: usize) {

@@ -9,12 +9,15 @@ mod determinism;
 mod embedding;
 mod guard;
 mod host;
+mod host_stages;
 mod host_systems;
 mod lists;
 mod orders;
 mod orders_refused;
+mod orders_stale;
 #[cfg(feature = "bevy_app")]
 mod plugin;
+mod queries;
 mod recompute;
 mod roll_back;
 mod tables;

@@ -6,7 +6,7 @@ use overfall::{Simulation, install, plan, scene::Scene, step::InstallError};
 use super::orders::{STAGES, ordered, unordered};
 use crate::common::bits_after;
 
-/// Stages with a replacement, and the rest of the order file.
+/// The stages with one replaced, and the rest of the order file.
 fn check(stages: &str, rest: &str, change: impl Fn(&mut Scene)) -> Result<(), String> {
     let (mut scene, _folder) = ordered(&format!("(stages: [{stages}]{rest})"));
     change(&mut scene);
@@ -54,7 +54,7 @@ fn counts_that_overflow_or_never_end_are_refused_at_once() {
         let error = check(&stages, "", |_| {}).expect_err(&stages);
         assert!(error.contains(reason), "{error}");
     }
-    // Nothing, very often.
+    // An empty list, very often.
     let mut empty = format!("Repeat({most}, [])");
     for _ in 0..20 {
         empty = format!("Repeat(2, [{empty}])");
@@ -92,7 +92,7 @@ fn what_is_left_over_by_row_does_not_outlive_a_reordering() {
             ),
         }
     }
-    // In one step, too.
+    // Also within one step.
     let within = STAGES.replace(
         r#"Run("density")"#,
         r#"Run("reorder"), Run("gather"), Run("rebuild_index"), Run("density")"#,
@@ -114,7 +114,7 @@ fn a_stage_that_the_scene_wants_is_missed_unless_it_is_left_out() {
         assert_eq!(check(&stages, &leave_out, |_| {}), Ok(()));
         let both = check(STAGES, &leave_out, |_| {}).expect_err("both");
         assert!(both.contains("remove one"), "{both}");
-        // A scene without a use for it misses nothing.
+        // A scene that does not need it misses nothing.
         let plain = |scene: &mut Scene| {
             scene.reorder_interval = 0;
             scene.fluid.viscosity = overfall::scene::Viscosity::None;

@@ -1,4 +1,4 @@
-//! The plugin in a headless `App` of bevy.
+//! The plugin in a headless bevy `App`.
 
 use std::time::Duration;
 
@@ -81,7 +81,7 @@ fn what_goes_wrong_is_told_once_and_the_app_goes_on() {
     let mut no_time = app(unordered(), Pace::Time);
     (0..3).for_each(|_| no_time.update());
     assert!(told(&no_time).len() == 1 && told(&no_time)[0].contains("TimePlugin"));
-    // A step that fails; then the level starts again.
+    // A failing step; then the level restarts.
     let scene = Scene {
         time_step: TimeStep::Fixed(1e-3),
         ..unordered()

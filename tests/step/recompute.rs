@@ -1,4 +1,4 @@
-//! Neighbours found again by every loop: the same results, without the memory of the lists.
+//! Neighbours recomputed by every loop: the same results, without the memory of the lists.
 
 use overfall::{
     neighbours::{BoundaryNeighbours, FluidNeighbours},
@@ -7,7 +7,7 @@ use overfall::{
 
 use crate::common::{bits, dam, methods, run, simulation};
 
-/// Steps both ways and compares the bits.
+/// Takes steps both ways and compares the bits.
 fn assert_same_bits(scene: &Scene, steps: usize) {
     let mut stored = simulation(&Scene {
         neighbours: Neighbours::Stored,
@@ -28,7 +28,7 @@ fn assert_same_bits(scene: &Scene, steps: usize) {
 #[test]
 fn recomputed_neighbours_give_the_bits_of_stored_ones() {
     for pressure in methods() {
-        // Over a reordering.
+        // Including a reordering.
         let scene = Scene {
             pressure,
             reorder_interval: 7,

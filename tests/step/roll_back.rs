@@ -1,4 +1,4 @@
-//! The time step that goes back: two steps are taken back where a shock came too fast, to the bit, and the run goes on.
+//! Roll-back of steps: after a shock that came too fast, two steps are rolled back to the bit, and the run continues.
 
 use bevy_ecs::prelude::*;
 use glam::Vec3;
@@ -14,7 +14,7 @@ use overfall::{
 
 use crate::common::{self, bits, dam, methods, pcisph, run, simulation};
 
-/// A drop is thrown into a pool at 6 m/s, with a first time step that its flight just allows.
+/// A drop is thrown into a pool at 6 m/s. The first time step is just short enough for its flight.
 fn splash(pressure: PressureMethod) -> Scene {
     let scene = Scene::parse(
         r#"(
@@ -64,7 +64,7 @@ fn scalars(simulation: &mut Simulation) -> Vec<(Entity, u32, u32)> {
     scalars
 }
 
-/// The next step goes wrong, whatever its length.
+/// Makes the next step fail, whatever its length.
 fn spoil(simulation: &mut Simulation) -> Entity {
     let entity = common::state(simulation.world_mut())[77].0;
     let world = simulation.world_mut();
@@ -76,7 +76,7 @@ fn spoil(simulation: &mut Simulation) -> Entity {
 fn a_violent_impact_takes_steps_back_and_ends_well() {
     for mut pressure in methods() {
         if let PressureMethod::Dfsph(dfsph) = &mut pressure {
-            // At its own limit it meets this impact without a jump.
+            // With its own limit it passes this impact without a jump.
             dfsph.max_density_error = 0.001;
         }
         let scene = splash(pressure);
@@ -84,7 +84,7 @@ fn a_violent_impact_takes_steps_back_and_ends_well() {
             panic!("an adaptive scene");
         };
         let mut simulation = simulation(&scene);
-        // The steps that stand.
+        // The steps that remain.
         let mut steps: Vec<StepReport> = Vec::new();
         let mut roll_backs = 0;
         for _ in 0..150 {
@@ -152,7 +152,8 @@ fn steps_taken_back_and_taken_again_give_the_same_bits() {
                 ..adaptive(dam())
             };
             scene.index.structure = structure;
-            // Gone back from step 9 with nothing in between, from step 11 over the reordering at the end of step 10.
+            // Rolled back from step 9 with nothing in between, and from step 11 across the reordering at the end of
+            // step 10.
             for wrong in [9, 11] {
                 let [mut straight, mut back] = [(); 2].map(|()| simulation(&scene));
                 run(&mut straight, wrong - 2);
@@ -177,7 +178,7 @@ fn steps_taken_back_and_taken_again_give_the_same_bits() {
                     (earlier_clock.step, earlier_clock.time)
                 );
 
-                // With the time step that it was taken with, and on over the next reordering.
+                // With the time step of the first attempt, and on across the next reordering.
                 back.world_mut().resource_mut::<Clock>().next_dt = earlier_clock.next_dt;
                 for _ in 0..8 {
                     run(&mut back, 1);
@@ -208,7 +209,7 @@ fn a_fluid_of_other_particles_is_gone_back_to_by_no_more_than_the_step_that_fail
         }
         let spoilt = spoil(&mut simulation);
         let (before, stood) = (bits(simulation.world_mut()), clock(&simulation));
-        // The cause stays: after so many shorter steps it is an error.
+        // The cause persists: after a number of shorter steps it becomes an error.
         for _ in 0..MOST_IN_A_ROW.min(9) {
             let report = simulation.step().expect("it goes back");
             assert_eq!(report.taken_back.map(|back| back.steps), Some(1));
@@ -266,7 +267,7 @@ fn where_nothing_happens_the_time_step_grows_to_its_limit_and_nothing_is_taken_b
         };
         let mut simulation = simulation(&scene);
         let mut dt = 0.0;
-        // Growing by 0.2 % it takes 145 steps from the first to the largest, and a few more where DFSPH starts with
+        // With a growth of 0.2 % it takes 145 steps from the first to the largest, and a few more if DFSPH starts with
         // many iterations.
         for _ in 0..250 {
             let report = simulation
@@ -346,7 +347,7 @@ fn a_step_ends_at_a_time_that_a_host_asks_for_and_the_next_has_its_length_again(
             }
             assert_eq!(simulation.time(), until);
         }
-        // The last was shortened a lot; the one that follows is not.
+        // The last step was shortened a lot; the next is not.
         let short = clock(&simulation).dt;
         let report = simulation.step().expect("a step");
         assert!(report.dt > 1.5 * short, "{} after {short}", report.dt);

@@ -1,4 +1,4 @@
-//! Particles in tables of the host's own: they come, go, rest and are sorted, and keep who they are.
+//! Particles in tables of the host: they are spawned, despawned, kept and sorted, and keep their identity.
 
 use bevy_ecs::{entity_disabling::Disabled, prelude::*};
 use glam::{IVec3, Vec3};
@@ -13,7 +13,7 @@ use crate::common::{
     self, DAM_PARTICLES, bits, dam, methods, pcisph, run, sesph, simulation, state,
 };
 
-/// Components of the host's own. Every set of table components is a table.
+/// Components of the host. Every set of table components has a table.
 #[derive(Component)]
 pub(super) struct Tag<const N: usize>;
 
@@ -24,7 +24,7 @@ pub(super) struct Start(pub(super) Vec3);
 #[component(storage = "SparseSet")]
 struct Sparse;
 
-/// The dam with the state equation, in which nothing is iterated.
+/// The dam with the equation of state, which does not iterate.
 fn sesph_dam(reorder_interval: u32) -> Scene {
     Scene {
         pressure: sesph(),
@@ -57,7 +57,7 @@ fn entities(simulation: &mut Simulation) -> Vec<Entity> {
     state.into_iter().map(|particle| particle.0).collect()
 }
 
-/// Lengths of the tables that hold fluid, and the keys of their rows.
+/// Lengths of the tables with fluid, and the keys of their rows.
 fn tables(world: &mut World) -> Vec<Vec<u64>> {
     let mut fluid = world.query_filtered::<&Position, With<Fluid>>();
     let grid = world.resource::<FluidIndex>().structure.grid();
@@ -128,7 +128,7 @@ fn tagging_between_steps_moves_no_particle() {
     );
 }
 
-/// A query that saw new tables in one go may go through them in another order than one that saw them in two.
+/// A query that saw several new tables at once may visit them in another order than one that saw them one by one.
 #[test]
 fn tables_that_appear_around_a_failed_step_keep_their_particles() {
     let scene = sesph_dam(4);
@@ -219,7 +219,7 @@ fn particles_come_and_go_between_steps() {
             victims.into_iter().for_each(|entity| {
                 world.despawn(entity);
             });
-            // Drops above the surface, one a corner, each in a table of its own.
+            // Drops above the surface, one at each corner, each in a table of its own.
             for corner in 0..4 {
                 let (i, k) = ((corner % 2) as f32, (corner / 2) as f32);
                 let place = Vec3::new(0.28 + 0.08 * i, 0.02 + 0.018 * step as f32, 0.04 + 0.1 * k);
@@ -290,7 +290,7 @@ fn reordering_keeps_every_entity_with_its_particle() {
 fn spawned_particles_are_sorted_in_with_the_next_reordering() {
     let scene = sesph_dam(4);
     let mut simulation = simulation(&scene);
-    // So that both sides of the reordering are met.
+    // So that both sides of the reordering are covered.
     for round in 0..3 {
         let world = simulation.world_mut();
         for k in 0..20 {

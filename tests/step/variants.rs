@@ -1,4 +1,4 @@
-//! Every variant of a scene has a schedule, and every index structure gives the same.
+//! Every variant of a scene has a valid schedule, and every index structure gives the same result.
 
 use glam::Vec3;
 use overfall::{
@@ -12,7 +12,7 @@ use overfall::{
 
 use crate::common::{self, dam, methods, run, sesph, simulation, state};
 
-/// Four particles a side, quick to set up.
+/// Four particles per side, quick to set up.
 fn small(flat: bool) -> Scene {
     let (dimension, depth) = if flat { (2, 0.0) } else { (3, 0.08) };
     let text = format!(
@@ -73,7 +73,7 @@ fn every_variant_of_a_scene_has_a_schedule_without_ambiguities() {
     let scenes = with(scenes, &lists, |scene, n| scene.neighbours = n);
     let steps = [TimeStep::default(), TimeStep::Fixed(1e-4)];
     let mut scenes = with(scenes, &steps, |scene, dt| scene.time_step = dt);
-    // The others, spread over the variants so far.
+    // The other variants, spread over the ones so far.
     for (k, scene) in scenes.iter_mut().enumerate() {
         scene.reorder_interval = [0, 1][k / 3 % 2];
         scene.executor = [Executor::SingleThreaded, Executor::Parallel][k / 5 % 2];
@@ -101,7 +101,7 @@ fn every_structure_gives_the_same_with_any_reordering() {
             scene.index.structure = structure;
             let mut simulation = simulation(&scene);
             run(&mut simulation, 12);
-            // A host in between: rows come, and go by swapping with the last.
+            // Changes by a host in between: rows are added, and removed by swapping with the last.
             let world = simulation.world_mut();
             let place = |k: u8| Vec3::new(0.3, 0.01 * f32::from(k), 0.1);
             world.spawn_batch((0..30).map(|k| (Fluid, Position(place(k)))));

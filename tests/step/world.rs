@@ -131,7 +131,7 @@ fn a_hosts_system_may_read_the_particles_beside_the_forces() {
     }
 }
 
-/// Where a host's system ran.
+/// The stage at which a host's system ran.
 #[derive(Resource, Default)]
 struct RanIn(Option<ThreadId>);
 
@@ -168,7 +168,7 @@ fn a_step_runs_in_the_pool_unless_the_host_has_data_bound_to_its_thread() {
     assert_eq!(world.resource::<RanIn>().0, here);
 }
 
-/// Rows and steps that a host's system saw.
+/// Rows and steps that a host's system observed.
 #[derive(Resource, Default)]
 struct Ran(Option<(usize, u64)>);
 
@@ -281,7 +281,7 @@ fn refreshed_walls_are_those_that_the_host_left() {
     let world = simulation.world_mut();
     let mut walls = world.query_filtered::<(Entity, &Position), With<Boundary>>();
     let walls: Vec<_> = walls.iter(world).map(|(e, x)| (e, *x)).collect();
-    // The far wall goes; the others lie in many tables.
+    // The far wall is removed; the others are in many tables.
     for (k, (entity, x)) in walls.into_iter().enumerate() {
         if x.0.x > 0.39 {
             world.despawn(entity);

@@ -83,7 +83,7 @@ pub(super) fn mass(scene: &Scene) -> Checked {
     let mass = scene.fluid.rest_density * volume;
     let is_usable = |x: f32| (SMALLEST..=LARGEST).contains(&x);
     ensure(
-        is_usable(volume) && is_usable(kernel.slope_factor),
+        is_usable(volume) && is_usable(kernel.gradient_scale),
         "spacing",
         || {
             format!(

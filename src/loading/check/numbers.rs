@@ -7,6 +7,7 @@ use crate::loading::spans::scan;
 use crate::pressure::{
     implicit::MAX_RELAXATION_WITH_MOMENTUM,
     solver::{Iterations, Requirement},
+    stabilisation::Stabilisation,
     warm_start::WarmStart,
 };
 use crate::scene::{
@@ -118,6 +119,7 @@ fn pressure(method: &PressureMethod) -> Checked {
             Requirement::Error(path, limit, what) => error_limit(path, what, limit),
             Requirement::Iterations(path, min, max) => iterations(path, min, max),
             Requirement::Relaxation(path, value, momentum) => relaxation(path, value, momentum),
+            Requirement::Stabilisation(share) => stabilisation(share),
         })
 }
 
@@ -173,6 +175,19 @@ fn relaxation(path: &str, relaxation: f32, momentum: bool) -> Checked {
             "the relaxation is {relaxation}; {with} momentum it must be above 0 and at most {most} ({usual} is usual)"
         )
     })
+}
+
+fn stabilisation(share: f32) -> Checked {
+    let most = Stabilisation::MOST;
+    ensure(
+        (0.0..=most).contains(&share),
+        "pressure.stabilisation",
+        || {
+            format!(
+                "the share of the compact Laplacian is {share}; it must be from 0 (none) to {most} (0.2 is usual)"
+            )
+        },
+    )
 }
 
 fn error_limit(path: &str, what: &str, limit: f32) -> Checked {

@@ -1,4 +1,4 @@
-//! A picture while it is drawn: linear light, and smooth lines over it.
+//! A picture while it is drawn: an image in linear light, with antialiased lines.
 
 use glam::{Vec2, Vec3, vec2};
 use rayon::prelude::*;
@@ -25,7 +25,7 @@ impl Canvas {
         }
     }
 
-    /// Blends a colour into a pixel; outside the picture nothing happens.
+    /// Blends a colour into a pixel; pixels outside the picture are ignored.
     pub(super) fn blend(&mut self, x: usize, y: usize, colour: Vec3, alpha: f32) {
         if x < self.width && y < self.height {
             let pixel = &mut self.pixels[y * self.width + x];
@@ -33,7 +33,7 @@ impl Canvas {
         }
     }
 
-    /// A line with round ends; `visible` weighs a pixel, given its place and the part of the way along the line.
+    /// A line with round ends. `visible` weights a pixel, given its position and the fraction of the line's length.
     pub(super) fn line(
         &mut self,
         [from, to]: [Vec2; 2],
@@ -44,7 +44,7 @@ impl Canvas {
         let along = to - from;
         let length_squared = along.length_squared().max(1e-12);
         let steep = along.y.abs() > along.x.abs();
-        // Walk along the longer side; across it the line is at most √2 as wide as it is.
+        // Walk along the longer side. Across it, the line is at most √2 times as wide as its width.
         let flip = |v: Vec2| if steep { vec2(v.y, v.x) } else { v };
         let (a, b) = (flip(from), flip(to));
         let (long, across) = if steep {
@@ -58,7 +58,7 @@ impl Canvas {
         for u in first..end {
             let centre_u = u as f32 + 0.5;
             let t = ((centre_u - a.x) / (b.x - a.x)).clamp(0.0, 1.0);
-            // A line of no length has no direction: t is not a number.
+            // A line of zero length has no direction: t is NaN.
             let v = if t.is_nan() {
                 a.y
             } else {
@@ -80,7 +80,7 @@ impl Canvas {
         }
     }
 
-    /// An edge in space, hidden behind what is nearer.
+    /// A line in space, hidden by nearer surfaces.
     pub(super) fn edge(
         &mut self,
         projection: &Projection,
@@ -89,7 +89,7 @@ impl Canvas {
         view: &View,
     ) {
         let mut ends = ends.map(|end| (end, projection.project(end).depth));
-        // Cut off what is behind the eye.
+        // Clip the part behind the eye.
         let near = 100.0 * NEAREST;
         if ends.iter().all(|end| !projection.sees(end.1 - near)) {
             return;

@@ -1,9 +1,9 @@
-//! Colours: linear light while drawing, sRGB in the file, OKLab to choose them in.
+//! Colours: linear light for drawing, sRGB in the file, OKLab for choosing them.
 
 use glam::{Vec3, vec3};
 
-/// Lightness, chroma and hue \[°] of the speed colours in OKLCh, evenly spaced. Lightness grows evenly, so equal
-/// steps of speed look equal, in print without colour too; from deep water to foam.
+/// Lightness, chroma and hue \[°] of the speed colours in OKLCh, evenly spaced, from deep water to foam. Lightness
+/// increases evenly, so that equal steps of speed look equal, also in greyscale print.
 const SPEED_STOPS: [[f32; 3]; 6] = [
     [0.47, 0.140, 257.0],
     [0.57, 0.145, 252.0],
@@ -26,9 +26,9 @@ impl SpeedColours {
         }))
     }
 
-    /// Colour at a place of the range, 0 to 1.
+    /// Colour at a position in the range, 0 to 1.
     pub(super) fn at(&self, place: f32) -> Vec3 {
-        // A place that is not a number becomes 0.
+        // NaN becomes 0.
         self.0[(place.clamp(0.0, 1.0) * 255.0 + 0.5) as usize]
     }
 }

@@ -6,7 +6,7 @@ use super::view::View;
 use super::{legend, shade};
 use crate::output::Frame;
 
-/// Draws a frame. Particles that are not at a finite place are left out.
+/// Draws a frame. Particles without a finite position are left out.
 pub fn draw(frame: &Frame, view: &View) -> Image {
     let (width, height) = view.size();
     let projection = view.projection();

@@ -33,7 +33,7 @@ impl Image {
         self.height
     }
 
-    /// Red, green and blue of a pixel, counted from the top left; none outside.
+    /// Red, green and blue of a pixel, counted from the top left; `None` outside.
     pub fn pixel(&self, x: usize, y: usize) -> Option<[u8; 3]> {
         if x >= self.width || y >= self.height {
             return None;
@@ -50,7 +50,7 @@ impl Image {
     /// Writes a PNG file, atomically.
     ///
     /// # Errors
-    /// When the system refuses.
+    /// If the operating system reports an error.
     pub fn write_png(&self, path: &Path) -> Result<(), OutputError> {
         write_atomically(path, |out| {
             // Sizes come from `u32` (see `View::with_size`) or are those of a sheet in memory.
@@ -65,7 +65,7 @@ impl Image {
         })
     }
 
-    /// The picture made smaller, every pixel the mean of those it covers.
+    /// The picture at a smaller size: every pixel is the mean of those it covers.
     pub(super) fn shrunk(&self, width: usize, height: usize) -> Self {
         let mut rgb = Vec::with_capacity(3 * width * height);
         for y in 0..height {
@@ -89,7 +89,7 @@ impl Image {
     }
 }
 
-/// The pixels of a row of `from` that the `i`th of `to` covers, at least one.
+/// The pixels of a row of `from` pixels that pixel `i` of `to` covers, at least one.
 fn span(i: usize, to: usize, from: usize) -> std::ops::Range<usize> {
     let start = i * from / to;
     start..((i + 1) * from / to).max(start + 1)

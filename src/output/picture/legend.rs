@@ -1,4 +1,4 @@
-//! Time and colour bar, in the corners below.
+//! Time and colour bar, in the lower corners.
 
 use glam::vec2;
 
@@ -40,7 +40,7 @@ pub(super) fn draw(canvas: &mut Canvas, frame: &Frame, view: &View) {
         let colour = colours.at((x as f32 + 0.5 - bar_left) / bar);
         rows.clone().for_each(|y| canvas.blend(x, y, colour, 1.0));
     }
-    // A thin frame keeps the white end from running into the background.
+    // A thin frame separates the white end from the background.
     let [left, right] = [columns.start, columns.end].map(|x| x as f32);
     let [top, bottom] = [rows.start, rows.end].map(|y| y as f32);
     let corners = [
@@ -55,7 +55,7 @@ pub(super) fn draw(canvas: &mut Canvas, frame: &Frame, view: &View) {
     }
 }
 
-/// A number with at most two decimals and no zeros that say nothing.
+/// A number with at most two decimals and no trailing zeros.
 fn number(value: f32) -> String {
     let text = format!("{value:.2}");
     text.trim_end_matches('0').trim_end_matches('.').to_owned()

@@ -1,12 +1,11 @@
 //! Pictures of frames: particles as shaded spheres, drawn in software.
 //!
-//! A picture is drawn in passes over samples, two by two a pixel: the nearest surface of every sample
-//! ([`raster`]), the same seen from the light, for shadows, then colour and light ([`shade`]), and over that the
-//! edges of tanks, the time and the colour bar ([`canvas`], [`legend`]). Bands of rows are independent of each
-//! other, so the bytes of a picture do not depend on the number of threads. 130 000 particles at 960 × 540 take
-//! about a quarter of a second on two cores.
+//! A picture is drawn in passes over samples, two by two per pixel: the nearest surface of every sample ([`raster`]);
+//! the same from the direction of the light, for shadows; colour and light ([`shade`]); finally the edges of tanks, the
+//! time and the colour bar ([`canvas`], [`legend`]). Bands of rows are independent of each other, so a picture does not
+//! depend on the number of threads. 130 000 particles at 960 × 540 take about a quarter of a second on two cores.
 //!
-//! The picture in 2-D is the plane z = 0 seen from +z, discs with little shading.
+//! In 2-D a picture shows the plane z = 0 seen from +z, with discs and little shading.
 
 mod canvas;
 mod colour;

@@ -1,4 +1,4 @@
-//! From space to the picture and back.
+//! Projection from space to the picture and back.
 
 use glam::{Vec2, Vec3, vec2, vec3};
 
@@ -12,11 +12,11 @@ pub(super) struct Projection {
     right: Vec3,
     up: Vec3,
     forward: Vec3,
-    /// Whether what is far is small.
+    /// Whether distant objects appear smaller.
     perspective: bool,
-    /// Pixels per metre; in perspective at 1 m from the eye.
+    /// Pixels per metre; with perspective, at a depth of 1 m.
     scale: f32,
-    /// The pixel the eye looks at.
+    /// The pixel that the eye looks at.
     centre: Vec2,
 }
 
@@ -26,12 +26,12 @@ pub(super) struct Projected {
     pub(super) at: Vec2,
     /// Distance from the eye along the direction of view \[m].
     pub(super) depth: f32,
-    /// Pixels per metre there.
+    /// Pixels per metre at this depth.
     pub(super) scale: f32,
 }
 
 impl Projection {
-    /// Looks from `eye` along `forward`, y up; any direction will do, zero looks along −z.
+    /// Looks from `eye` along `forward`, with y up. Any direction is valid; zero means −z.
     pub(super) fn new(
         eye: Vec3,
         forward: Vec3,
@@ -52,7 +52,7 @@ impl Projection {
         }
     }
 
-    /// The same with `factor` samples per pixel along each edge.
+    /// The same projection with `factor` samples per pixel along each edge.
     pub(super) fn magnified(&self, factor: f32) -> Self {
         Self {
             scale: self.scale * factor,
@@ -73,9 +73,9 @@ impl Projection {
         }
     }
 
-    /// Whether a depth lies before the eye.
+    /// Whether a depth is in front of the eye.
     pub(super) fn sees(&self, depth: f32) -> bool {
-        // A parallel projection looks at all of space.
+        // A parallel projection has no eye: every finite depth is visible.
         depth > NEAREST || (!self.perspective && depth.is_finite())
     }
 
@@ -101,7 +101,7 @@ impl Projection {
         right * self.right - down * self.up + away * self.forward
     }
 
-    /// A point by its place on the picture and its depth, as (right, down, away) from the eye \[m].
+    /// A point given by its position in the picture and its depth, as (right, down, away) from the eye \[m].
     pub(super) fn in_view(&self, at: Vec2, depth: f32) -> Vec3 {
         ((at - self.centre) / self.scale_at(depth)).extend(depth)
     }
@@ -124,7 +124,7 @@ impl Projection {
         }
     }
 
-    /// Depth at a part `t` of the way between two points on the picture.
+    /// Depth at fraction `t` of the distance between two points in the picture.
     pub(super) fn depth_between(&self, from: f32, to: f32, t: f32) -> f32 {
         if self.perspective {
             1.0 / ((1.0 - t) / from + t / to)

@@ -12,45 +12,45 @@ use super::solid::Solid;
 pub(super) const SAMPLES: usize = 2;
 /// Rows of samples that are drawn by one task.
 const BAND: usize = 16;
-/// A sphere is drawn at least this large \[samples], so that far particles do not fall between samples.
+/// Smallest radius of a drawn sphere \[samples], so that distant particles do not fall between samples.
 const SMALLEST_RADIUS: f32 = 0.75;
 
-/// [`Layer::surface`] where there is nothing.
+/// [`Layer::surface`] where there is no surface.
 pub(super) const NOTHING: u32 = u32::MAX;
 /// [`Layer::surface`] of the floor.
 pub(super) const FLOOR: u32 = u32::MAX - 1;
-/// [`Layer::surface`] of the first solid; the others count down from it. What is below is the row of a particle.
+/// [`Layer::surface`] of the first solid; further solids count down from it. Smaller numbers are rows of particles.
 const FIRST_SOLID: u32 = u32::MAX - 2;
-/// More are not drawn.
+/// Largest number of solids that are drawn.
 const MAX_SOLIDS: usize = 1 << 16;
 
 /// Particles to draw.
 pub(super) struct Spheres<'a> {
     /// Centres \[m].
     pub(super) positions: &'a [Vec3],
-    /// Radius of all \[m].
+    /// Common radius \[m].
     pub(super) radius: f32,
 }
 
-/// A sphere on the picture.
+/// A sphere, projected onto the picture.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Splat {
     pub(super) at: Vec2,
-    /// \[samples]; 0 if it is not on the picture.
+    /// \[samples]; 0 if it is outside the picture.
     pub(super) radius: f32,
     /// Depth of the centre \[m].
     depth: f32,
 }
 
-/// What is nearest to the eye, for every sample, rows from the top.
+/// The nearest surface of every sample, rows from the top.
 pub(super) struct Layer {
     pub(super) width: usize,
     pub(super) height: usize,
-    /// \[m]; infinity where there is nothing.
+    /// \[m]; infinity where there is no surface.
     pub(super) depth: Vec<f32>,
     /// Row of a particle, [`FLOOR`], [`NOTHING`], or a solid (see [`Layer::solid`]).
     pub(super) surface: Vec<u32>,
-    /// One a particle.
+    /// One per particle.
     pub(super) splats: Vec<Splat>,
 }
 
@@ -109,7 +109,7 @@ impl Layer {
         }
     }
 
-    /// The solid a surface belongs to, if it is one.
+    /// The number of the solid that a surface belongs to, if it is a solid.
     pub(super) fn solid(surface: u32) -> Option<usize> {
         (surface > FIRST_SOLID - MAX_SOLIDS as u32 && surface <= FIRST_SOLID)
             .then(|| (FIRST_SOLID - surface) as usize)
@@ -147,7 +147,7 @@ impl Bands {
     fn new(splats: &[Splat], height: usize) -> Self {
         let bands = height.div_ceil(BAND);
         let touched = |splat: &Splat| {
-            // A negative number becomes 0.
+            // The cast turns a negative number into 0.
             let first = (splat.at.y - splat.radius) as usize / BAND;
             let last = (splat.at.y + splat.radius) as usize / BAND;
             first..(last + 1).min(bands)
@@ -177,7 +177,7 @@ impl Bands {
     }
 }
 
-/// The samples that may see a solid.
+/// The samples in which a solid may be visible.
 struct Window {
     columns: Range<usize>,
     rows: Range<usize>,
@@ -190,14 +190,14 @@ impl Window {
             columns: 0..width,
             rows: 0..height,
         };
-        // With a corner behind the eye there is no saying where the rest appears.
+        // If a corner is behind the eye, the extent in the picture is unknown.
         if corners.iter().all(|corner| projection.sees(corner.depth)) {
             let (mut low, mut high) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
             for corner in corners {
                 low = low.min(corner.at);
                 high = high.max(corner.at);
             }
-            // Negative numbers become 0.
+            // The casts turn negative numbers into 0.
             window.columns = low.x as usize..(high.x.ceil() as usize).min(width);
             window.rows = low.y as usize..(high.y.ceil() as usize).min(height);
         }
@@ -205,7 +205,7 @@ impl Window {
     }
 }
 
-/// A band of rows being drawn.
+/// A band of rows while it is drawn.
 struct Target<'a> {
     first_row: usize,
     width: usize,
@@ -230,7 +230,7 @@ impl Target<'_> {
         }
     }
 
-    /// Casts a ray through every sample that may see the solid.
+    /// Casts a ray through every sample in which the solid may be visible.
     fn solid(&mut self, projection: &Projection, solid: &Solid, window: &Window, surface: u32) {
         let rows = self.depth.len() / self.width;
         let first = window.rows.start.saturating_sub(self.first_row);
@@ -247,7 +247,8 @@ impl Target<'_> {
         }
     }
 
-    /// Draws the front of a sphere. In perspective its outline is taken for a circle, which small ones nearly are.
+    /// Draws the front of a sphere. With perspective its outline is approximated by a circle, which is accurate for
+    /// small ones.
     fn sphere(&mut self, splat: &Splat, row: u32, radius: f32) {
         let rows = self.depth.len() / self.width;
         let r2 = splat.radius * splat.radius;

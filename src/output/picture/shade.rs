@@ -14,27 +14,27 @@ use super::raster::{FLOOR, Layer, NOTHING, SAMPLES};
 use super::view::View;
 use crate::output::Frame;
 
-/// Depths looked at around a pixel, shared out among its samples.
+/// Depths that are sampled around a pixel, distributed over its samples.
 const OCCLUSION_TAPS: usize = 16;
-/// How far occlusion reaches \[particle radii].
+/// Range of the occlusion \[particle radii].
 const OCCLUSION_REACH: f32 = 9.0;
 const OCCLUSION_STRENGTH: f32 = 1.9;
-/// Depths looked at in the light's layer for a pixel, shared out among its samples.
+/// Depths that are sampled in the light's layer per pixel, distributed over its samples.
 const SHADOW_TAPS: usize = 8;
-/// Ways to turn the places looked at, so that neighbouring pixels look at different ones.
+/// Number of rotations of the sampling pattern, so that neighbouring pixels sample different points.
 const TURNS: usize = 64;
 /// Width of a shadow's edge \[particle radii].
 const SHADOW_SOFTNESS: f32 = 3.0;
 /// [`Surface::shadow_bias`] of particles: they do not shade each other one by one.
 const PARTICLE_SHADOW_BIAS: f32 = 3.5;
-/// [`Surface::shadow_bias`] of solids, whose round sides the light's layer renders in steps.
+/// [`Surface::shadow_bias`] of solids: the light's layer shows their round sides as steps.
 const SOLID_SHADOW_BIAS: f32 = 2.5;
-/// [`Surface::shadow_bias`] of the floor, flat and right below its particles.
+/// [`Surface::shadow_bias`] of the floor, which is flat and directly below its particles.
 const FLOOR_SHADOW_BIAS: f32 = 0.8;
-/// How much of the key light a shadow takes.
+/// Fraction of the key light that a shadow removes.
 const SHADOW_STRENGTH: f32 = 0.75;
 
-/// What the light sees.
+/// The layer as seen from the light.
 pub(super) struct Shadow {
     pub(super) projection: Projection,
     pub(super) layer: Layer,
@@ -48,13 +48,13 @@ struct Colours {
     solid: Vec3,
 }
 
-/// A sample as the lights see it.
+/// A sample, as input to the lighting.
 struct Surface {
     at: Vec3,
     normal: Vec3,
     colour: Vec3,
     gloss: f32,
-    /// How far before it a blocker must lie to throw a shadow \[particle radii].
+    /// Least distance in front of the surface at which another surface casts a shadow on it \[particle radii].
     shadow_bias: f32,
 }
 
@@ -65,10 +65,10 @@ struct Shader<'a> {
     layer: &'a Layer,
     shadow: Option<&'a Shadow>,
     colours: Colours,
-    /// Towards the key light.
+    /// Direction towards the key light.
     light: Vec3,
-    /// Depth of the first sample of every pixel: what occlusion looks at. A quarter of the memory of the layer, it
-    /// stays in the cache.
+    /// Depth of the first sample of every pixel, for occlusion. It has a quarter of the layer's size and stays in the
+    /// cache.
     pixel_depth: Vec<f32>,
     occlusion_taps: Vec<Vec2>,
     shadow_taps: Vec<Vec2>,
@@ -79,7 +79,7 @@ struct Shader<'a> {
 struct Place {
     pixel: (usize, usize),
     sample: usize,
-    /// Samples from the top left.
+    /// Position in samples, from the top left.
     at: Vec2,
     /// Index in the layer.
     index: usize,
@@ -146,7 +146,7 @@ impl Shader<'_> {
             return self.flat(&surface);
         }
         if self.layer.surface[place.index] == FLOOR {
-            // The floor goes over into the background: no horizon.
+            // The floor fades into the background, so that there is no horizon.
             let haze = self.view.distance_haze(surface.at);
             if haze >= 1.0 {
                 return sky;
@@ -177,7 +177,7 @@ impl Shader<'_> {
         self.colours.sky_top.lerp(self.colours.sky_bottom, down)
     }
 
-    /// In 2-D a disc has its colour, a little darker towards its rim to tell it from its neighbours.
+    /// In 2-D a disc has its colour, slightly darker towards its rim to separate it from its neighbours.
     fn flat(&self, surface: &Surface) -> Vec3 {
         let towards = surface.normal.z.clamp(0.0, 1.0);
         surface.colour * (0.66 + 0.34 * towards.sqrt())
@@ -221,7 +221,7 @@ impl Shader<'_> {
         }
     }
 
-    /// How much of the surroundings is open, 0 to 1. Computed in the space of the view: right, down, away.
+    /// Unoccluded fraction of the surroundings, 0 to 1. Computed in view space: right, down, away.
     fn openness(&self, surface: &Surface, place: Place, turn: usize) -> f32 {
         let reach = OCCLUSION_REACH * self.view.particle_radius;
         let depth = self.layer.depth[place.index];
@@ -240,7 +240,7 @@ impl Shader<'_> {
                 continue;
             };
             let tap_depth = self.pixel_depth[i];
-            // What is far before the sample is another thing, not its surroundings; behind it is nothing.
+            // Surfaces far in front of the sample are unrelated objects; those far behind it do not occlude.
             if depth - tap_depth > 3.0 * reach || tap_depth - depth > reach {
                 continue;
             }
@@ -251,7 +251,7 @@ impl Shader<'_> {
         1.0 / (1.0 + OCCLUSION_STRENGTH * blocked / count as f32)
     }
 
-    /// How much of the key light is blocked, 0 to 1.
+    /// Blocked fraction of the key light, 0 to 1.
     fn shadow(&self, surface: &Surface, place: Place, turn: usize) -> f32 {
         let Some(Shadow { projection, layer }) = self.shadow else {
             return 0.0;
@@ -280,31 +280,31 @@ fn first_samples(layer: &Layer) -> Vec<f32> {
         .collect()
 }
 
-/// Places in the unit disc along a spiral, once for every turn of it, ordered for [`share`].
+/// Sampling points in the unit disc along a spiral, once for every rotation, in the order needed by [`share`].
 fn spirals(taps: usize) -> Vec<Vec2> {
     let samples = SAMPLES * SAMPLES;
     let tap = |turn: usize, i: usize| {
-        // Consecutive taps go to different samples: each sample has near and far ones.
+        // Consecutive taps belong to different samples: each sample gets near and far ones.
         let tap = (i % (taps / samples)) * samples + i / (taps / samples);
         let turn = turn as f32 / TURNS as f32;
         let part = (tap as f32 + 0.25 + 0.5 * turn) / taps as f32;
-        // Seven turns of the spiral; with 16 places no two neighbours fall together.
+        // Seven revolutions of the spiral; with 16 points no two neighbours coincide.
         let angle = std::f32::consts::TAU * (turn + 7.0 * part);
         part * vec2(angle.cos(), angle.sin())
     };
     (0..TURNS * taps).map(|i| tap(i / taps, i % taps)).collect()
 }
 
-/// The part of the places of a turn that falls to a sample.
+/// The sampling points of a rotation that belong to a sample.
 fn share(places: &[Vec2], taps: usize, turn: usize, sample: usize) -> &[Vec2] {
     let each = taps / (SAMPLES * SAMPLES);
     &places[turn * taps + sample * each..][..each]
 }
 
-/// A turn that differs between neighbouring pixels and is evenly spread over any few of them
+/// A rotation that differs between neighbouring pixels and is evenly distributed over any small group of them
 /// (interleaved gradient noise; J. Jimenez, "Next generation post processing in Call of Duty", 2014).
 fn turn((x, y): (usize, usize)) -> usize {
-    // Not `f32::fract`: that is a call of a function where the target knows no rounding instruction.
+    // Not `f32::fract`: it is a function call on targets without a rounding instruction.
     let fraction = |value: f32| value - (value as i32) as f32;
     let inner = 0.067_110_56 * x as f32 + 0.005_837_15 * y as f32;
     (fraction(52.982_918 * fraction(inner)) * TURNS as f32) as usize % TURNS

@@ -1,15 +1,15 @@
-//! A sheet of the pictures of a run.
+//! A contact sheet of a run's pictures.
 
 use super::image::Image;
 
-/// Widest sheet \[pixels]; larger pictures are made smaller.
+/// Largest width of a sheet \[pixels]; larger pictures are scaled down.
 const MAX_WIDTH: usize = 1920;
 /// Space between pictures \[pixels].
 const GAP: usize = 4;
 
-/// Puts pictures side by side, row after row, in cells of the first picture's shape. All are made small enough
-/// for the sheet to be at most 1920 pixels wide; draw them at the size of a cell to keep their text sharp. No
-/// pictures give an empty image.
+/// Arranges pictures in rows, in cells with the aspect ratio of the first. All are scaled down so that the sheet is at
+/// most 1920 pixels wide; pictures that are drawn at the size of a cell keep their text sharp. Without pictures the
+/// image is empty.
 pub fn contact_sheet(images: &[Image], columns: usize) -> Image {
     let columns = columns.clamp(1, images.len().max(1));
     let Some(first) = images.first().filter(|i| i.width > 0 && i.height > 0) else {
@@ -39,7 +39,7 @@ pub fn contact_sheet(images: &[Image], columns: usize) -> Image {
     sheet
 }
 
-/// At most `count` indices out of `0..total`, evenly spaced, with the first and the last.
+/// At most `count` evenly spaced indices of `0..total`, including the first and the last.
 pub fn evenly_spaced(total: usize, count: usize) -> Vec<usize> {
     if total <= count || count < 2 {
         return (0..total.min(count)).collect();

@@ -1,4 +1,4 @@
-//! Obstacles: where a ray meets them, and how they are turned there.
+//! Obstacles: their intersection with a ray, and their normal there.
 
 use std::sync::Arc;
 
@@ -8,7 +8,7 @@ use super::projection::{NEAREST, Ray};
 use crate::mesh::Mesh;
 use crate::scene::{Bounds, MeshSide};
 
-/// A solid thing in the picture.
+/// A solid object in the picture.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Solid {
     /// An axis-aligned box.
@@ -26,21 +26,21 @@ pub enum Solid {
         center: Vec3,
         /// Direction from the solid into the fluid.
         normal: Vec3,
-        /// From the centre to the middle of two neighbouring edges \[m].
+        /// Vectors from the centre to the midpoints of two adjacent edges \[m].
         half_edges: [Vec3; 2],
     },
-    /// A triangle mesh. Its thin parts, as the walls of a glass, and what is seen from behind are looked through: of
-    /// such walls the farthest is drawn, so that fluid between them is seen.
+    /// A triangle mesh. Thin parts, such as the walls of a glass, and back faces are transparent. Of several thin walls
+    /// only the farthest is drawn, so that fluid between them is visible.
     Mesh {
         /// The surface.
         mesh: Arc<Mesh>,
-        /// Less along the line of sight is thin \[m].
+        /// Largest thickness of a thin part along the line of sight \[m].
         thin: f32,
     },
 }
 
 impl Solid {
-    /// Depth at which a ray enters \[m]; infinity if it misses, or starts inside.
+    /// Depth at which a ray enters the solid \[m]; infinity if it misses or starts inside.
     pub(super) fn hit(&self, ray: &Ray) -> f32 {
         let depth = match *self {
             Self::Box(bounds) => hit_box(&bounds, ray),
@@ -59,7 +59,7 @@ impl Solid {
         }
     }
 
-    /// Corners of a box around it.
+    /// Corners of a box around the solid.
     pub(super) fn corners(&self) -> [Vec3; 8] {
         let bounds = match *self {
             Self::Box(bounds) => bounds,
@@ -80,7 +80,7 @@ impl Solid {
         corners(&bounds)
     }
 
-    /// Unit normal at a point of the surface, outwards; a mesh's towards where a ray comes from.
+    /// Unit normal at a point of the surface, outwards; for a mesh, towards the origin of the ray.
     pub(super) fn normal(&self, at: Vec3, direction: Vec3) -> Vec3 {
         match *self {
             Self::Box(bounds) => {
@@ -107,7 +107,7 @@ impl Solid {
     }
 }
 
-/// The corners of a box: bit 0 of the index chooses x, bit 1 y, bit 2 z.
+/// The corners of a box: bit 0 of the index selects x, bit 1 y, bit 2 z.
 pub(super) fn corners(bounds: &Bounds) -> [Vec3; 8] {
     std::array::from_fn(|i| {
         let pick = |axis: usize| {
@@ -130,7 +130,7 @@ pub(super) fn around(center: Vec3, reach: Vec3) -> Bounds {
 }
 
 fn hit_box(bounds: &Bounds, ray: &Ray) -> f32 {
-    // Directions of zero give infinities, which compare as they should.
+    // Zero components of the direction give infinities, which compare correctly.
     let to_min = (bounds.min - ray.origin) / ray.direction;
     let to_max = (bounds.max - ray.origin) / ray.direction;
     let enter = to_min.min(to_max).max_element();

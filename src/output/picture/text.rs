@@ -1,4 +1,4 @@
-//! Text: a 5 × 7 dot font whose dots are joined by strokes, so that it is smooth at any size.
+//! Text: a 5 × 7 dot matrix font whose dots are connected by strokes, so that it is smooth at any size.
 
 use glam::{Vec2, Vec3, vec2};
 
@@ -33,9 +33,9 @@ const FONT: [[u8; 5]; 95] = [
     [0x00,0x00,0x7f,0x00,0x00],[0x00,0x41,0x36,0x08,0x00],[0x08,0x04,0x08,0x10,0x08],
 ];
 
-/// Dots in the height of a capital.
+/// Height of a capital \[dots].
 const HEIGHT: f32 = 7.0;
-/// Half the width of a stroke, in dots.
+/// Half the width of a stroke \[dots].
 const STROKE: f32 = 0.5;
 
 /// Width of a text \[pixels] whose capitals are `height` high \[pixels].
@@ -61,13 +61,13 @@ pub(super) fn write(canvas: &mut Canvas, text: &str, at: Vec2, height: f32, colo
 
 fn glyph(c: char) -> [u8; 5] {
     let index = (c as usize).wrapping_sub(' ' as usize);
-    // What the font lacks shows as a question mark.
+    // Characters outside the font become question marks.
     *FONT
         .get(index)
         .unwrap_or(&FONT['?' as usize - ' ' as usize])
 }
 
-/// Empty columns at the left. Digits keep their cell, so that a time that runs does not jitter.
+/// Empty columns to remove on the left. Digits keep their full cell, so that a changing time does not jitter.
 fn indent(c: char, glyph: [u8; 5]) -> f32 {
     let empty = glyph.iter().take_while(|column| **column == 0).count();
     if c.is_ascii_digit() || empty == 5 {
@@ -86,7 +86,7 @@ fn advance(c: char, glyph: [u8; 5]) -> f32 {
     }
 }
 
-/// The strokes between dots that touch; a dot alone is a stroke of no length.
+/// Calls `draw` with the strokes between adjacent dots; an isolated dot is a stroke of zero length.
 fn strokes(glyph: [u8; 5], mut draw: impl FnMut(Vec2, Vec2)) {
     let lit = |x: i32, y: i32| {
         let column = usize::try_from(x).ok().and_then(|x| glyph.get(x));
@@ -97,7 +97,7 @@ fn strokes(glyph: [u8; 5], mut draw: impl FnMut(Vec2, Vec2)) {
         for y in (0..8).filter(|&y| lit(x, y)) {
             let mut alone = true;
             for (dx, dy) in [(1, 0), (0, 1), (1, 1), (-1, 1)] {
-                // A diagonal only where no corner joins the two already.
+                // A diagonal is drawn only where no corner dot already connects the two.
                 let corner = dx != 0 && dy != 0 && (lit(x + dx, y) || lit(x, y + dy));
                 if lit(x + dx, y + dy) && !corner {
                     draw(centre(x, y), centre(x + dx, y + dy));

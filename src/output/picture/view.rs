@@ -1,4 +1,4 @@
-//! What a picture shows, and from where.
+//! Content and viewpoint of a picture.
 
 use std::sync::Arc;
 
@@ -10,49 +10,49 @@ use crate::mesh::Mesh;
 use crate::scene::shapes::wall_axes;
 use crate::scene::{BoundaryShape, Bounds, Camera, Dimension, Scene, Shape};
 
-/// Direction from which an unset camera looks at the scene: from the front, a little from the right and above.
+/// Direction from the scene to the default camera: from the front, slightly from the right and above.
 const DEFAULT_DIRECTION: Vec3 = vec3(0.40, 0.38, 1.0);
-/// Vertical angle of view of an unset camera \[°].
+/// Vertical field of view of the default camera \[°].
 const DEFAULT_FIELD_OF_VIEW: f32 = 26.0;
-/// Part of the picture, in the units −1 to 1 from edge to edge, that an unset camera fills: left, right, bottom, top.
+/// Part of the picture that the default camera fills, from −1 to 1 between the edges: left, right, bottom, top.
 const FILLED: [f32; 4] = [-0.93, 0.93, -0.80, 0.90];
-/// Walls of meshes that are thinner are looked through \[spacings].
+/// Thickness below which walls of meshes are transparent \[spacings].
 const THIN: f32 = 3.0;
 /// Samples along an edge of the light's layer.
 const SHADOW_SIZE: usize = 1024;
 
-/// What a picture shows, and from where. The same view for all frames of a series makes them comparable.
+/// Content and viewpoint of a picture. The same view for all frames of a series makes them comparable.
 #[derive(Debug, Clone, PartialEq)]
 pub struct View {
     /// Width \[pixels].
     pub width: u32,
     /// Height \[pixels].
     pub height: u32,
-    /// 2-D scenes are seen as a plane; the camera has no say then.
+    /// 2-D scenes are shown as a plane, without the camera.
     pub dimension: Dimension,
     /// The camera; if absent, one that fills the picture with [`bounds`](Self::bounds).
     pub camera: Option<Camera>,
-    /// What should be in the picture.
+    /// The region that should be visible.
     pub bounds: Bounds,
-    /// Radius of a particle as drawn \[m].
+    /// Radius of drawn particles \[m].
     pub particle_radius: f32,
-    /// Speeds at the ends of the colours \[m/s].
+    /// Speeds at the two ends of the colour range \[m/s].
     pub speed_range: (f32, f32),
-    /// Height of the floor \[m]; none if absent.
+    /// Height of the floor \[m]; `None` for no floor.
     pub floor: Option<f32>,
-    /// Edges of tanks and walls: ends of lines \[m].
+    /// Edges of tanks and walls: end points of lines \[m].
     pub edges: Vec<[Vec3; 2]>,
     /// Obstacles.
     pub solids: Vec<Solid>,
-    /// Whether time and colour bar are written.
+    /// Whether time and colour bar are drawn.
     pub legend: bool,
 }
 
 impl View {
     /// A view of 960 × 540 pixels of all bodies and boundaries of a scene, by the scene's camera if it has one.
     ///
-    /// The colours reach to the speed of a free fall through the height of the scene (and that of the bodies at
-    /// the start on top), which few particles pass.
+    /// The colour range ends at the speed of free fall through the height of the scene, plus the initial speed of the
+    /// bodies. Few particles exceed it.
     pub fn from_scene(scene: &Scene) -> Self {
         let flat = scene.dimension == Dimension::Two;
         let mut view = Self {
@@ -107,13 +107,13 @@ impl View {
         view
     }
 
-    /// The same view in another size \[pixels].
+    /// The same view at another size \[pixels].
     pub fn with_size(mut self, width: u32, height: u32) -> Self {
         (self.width, self.height) = (width, height);
         self
     }
 
-    /// The same view with other speeds \[m/s] at the ends of the colours.
+    /// The same view with other speeds \[m/s] at the ends of the colour range.
     pub fn with_speed_range(mut self, low: f32, high: f32) -> Self {
         self.speed_range = (low, high);
         self
@@ -140,7 +140,7 @@ impl View {
             } => {
                 self.include(Bounds { min, max });
                 if flat {
-                    // Give it the thickness of a particle, or there is no face to see.
+                    // A plane gets the thickness of a particle; otherwise it has no visible face.
                     (min.z, max.z) = (-0.5 * spacing, 0.5 * spacing);
                 }
                 self.solids.push(Solid::Box(Bounds { min, max }));
@@ -175,7 +175,7 @@ impl View {
                 });
             }
             BoundaryShape::Mesh(ref mesh) => {
-                // A file that has gone since the scene was checked is no reason not to draw the rest.
+                // If the file was removed since the scene was checked, the rest is still drawn.
                 let Ok(mesh) = Mesh::load(mesh, spacing) else {
                     return;
                 };
@@ -200,18 +200,18 @@ impl View {
         (self.width.max(1) as usize, self.height.max(1) as usize)
     }
 
-    /// Where in the colours a speed lies: 0 to 1 within the range.
+    /// Position of a speed in the colour range, 0 to 1.
     pub(super) fn place_of_speed(&self, speed: f32) -> f32 {
         let (low, high) = self.speed_range;
         (speed - low) / (high - low).max(f32::MIN_POSITIVE)
     }
 
-    /// Towards the key light: from the left, above and before the scene.
+    /// Direction towards the key light: from the left, above and in front of the scene.
     pub(super) fn light(&self) -> Vec3 {
         vec3(-0.45, 1.0, 0.40).normalize()
     }
 
-    /// How far the floor has gone over into the background, 0 to 1.
+    /// Degree to which the floor has faded into the background, 0 to 1.
     pub(super) fn distance_haze(&self, at: Vec3) -> f32 {
         let size = self.bounds.max - self.bounds.min;
         let beyond = (at - at.clamp(self.bounds.min, self.bounds.max)).length();
@@ -252,7 +252,7 @@ impl View {
         )
     }
 
-    /// A camera that fills the picture with the bounds: moved until all corners are where they should be.
+    /// A camera that fills the picture with the bounds, found by iteration.
     fn fitting_camera(&self, size: Vec2) -> Camera {
         let [left, right, bottom, top] = FILLED;
         let tan = (0.5 * DEFAULT_FIELD_OF_VIEW.to_radians()).tan();
@@ -260,7 +260,7 @@ impl View {
         let mut target = 0.5 * (self.bounds.min + self.bounds.max);
         let diagonal = (self.bounds.max - self.bounds.min).length();
         let mut distance = diagonal.max(self.particle_radius) / tan;
-        // The fit of the last round is off by what the round moved; it shrinks tenfold a round.
+        // Each iteration reduces the error of the fit about tenfold.
         for _ in 0..12 {
             let view = Projection::new(
                 target + distance * direction,
@@ -290,7 +290,7 @@ impl View {
         }
     }
 
-    /// A parallel projection from the light on all that is shown; none in 2-D.
+    /// A parallel projection of all visible objects from the direction of the light; `None` in 2-D.
     pub(super) fn shadow_projection(&self) -> Option<(Projection, usize)> {
         if self.is_flat() {
             return None;

@@ -1,7 +1,7 @@
-//! The check of an order: two steps are walked through, stage by stage, with what is current at each.
+//! Checks an order: walks through two steps, stage by stage, and tracks which products are current.
 //!
-//! The first is one in which all stages run. The second is one after a reordering of the rows: of the stages within
-//! `Every` only those run that surely do then.
+//! All stages run in the first step. The second step follows a reordering of the rows: of the stages within `Every`,
+//! only those run that are due in every such step.
 
 use super::{
     error::OrderError,
@@ -14,16 +14,16 @@ use crate::{
     state::{Product, Stage},
 };
 
-/// What a stage reads, and how old it may be.
+/// A product that a stage reads, and how old it may be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Read {
-    /// What.
+    /// The product.
     pub(crate) product: Product,
-    /// Steps that it is old at most; 0 if it is of this step.
+    /// Its greatest age \[steps]; 0 if it is made in the same step.
     pub(crate) age: u64,
 }
 
-/// Checks that every stage the scene wants is there and finds what it needs. Says what each stage reads.
+/// Checks that every stage that the scene asks for is in the order and finds its inputs. Returns what each stage reads.
 pub(crate) fn check(
     order: &Order,
     events: &[Event],
@@ -78,25 +78,25 @@ pub(crate) fn check(
     Ok(reads)
 }
 
-/// What a step has made so far.
+/// Products made so far.
 struct Checker<'a> {
     scene: &'a Scene,
     stages: &'a Stages,
     allow_stale: bool,
     current: Vec<Product>,
-    /// With the steps between two runs of the stage that made it.
+    /// Each with the number of steps between two runs of the stage that made it.
     made: Vec<(Product, u64)>,
-    /// What was made before the rows moved.
+    /// Products made before rows were reordered.
     moved: Vec<Product>,
     reorders: bool,
-    /// Whether this is the second step.
+    /// Whether the walk is in the second step.
     is_later: bool,
     reads: Vec<Vec<Read>>,
 }
 
 impl Checker<'_> {
     fn step(&mut self, events: &[Event]) -> Result<(), Misplaced> {
-        // What was current before each group, and whether it is left over from its end on.
+        // For each open group: the products that were current before it, and whether its own are stale after its end.
         let mut groups: Vec<(Vec<Product>, bool)> = Vec::new();
         let mut skipped = 0;
         let mut outer = vec![1];
@@ -116,7 +116,7 @@ impl Checker<'_> {
                     outer.pop();
                     skipped = skipped.max(1) - 1;
                     if let Some((before, true)) = groups.pop() {
-                        // In the steps between, what these stages make is left over.
+                        // In steps where the group does not run, what its stages made earlier is stale.
                         self.current.retain(|product| before.contains(product));
                     }
                 }
@@ -157,9 +157,9 @@ impl Checker<'_> {
         Ok(())
     }
 
-    /// Finds a product that a stage needs; none if nothing makes it in this scene.
+    /// Finds a product that a stage needs; `None` if no stage makes it in this scene.
     fn need(&self, stage: &Stage, product: Product) -> Result<Option<Read>, OrderError> {
-        // What no stage makes in this scene (lists, where neighbours are recomputed) no stage lacks.
+        // A stage does not lack a product that no stage makes in this scene (lists, if neighbours are recomputed).
         let makes = |stage: &&Stage| stage.makes.contains(&product) && (stage.wanted)(self.scene);
         let Some(maker) = self.stages.iter().find(makes) else {
             return Ok(None);
@@ -181,7 +181,7 @@ impl Checker<'_> {
         if matches!(self.scene.time_step, TimeStep::Adaptive(_)) {
             return Err(OrderError::CannotGoBack { stage, product });
         }
-        // What a divergence solve leaves are velocities, which go with their particles.
+        // The divergence solve changes velocities, which move with their particles when rows are reordered.
         if self.reorders && self.moved.contains(&product) && product != Product::Divergence {
             return Err(OrderError::RowsMove {
                 stage,

@@ -2,14 +2,14 @@
 
 use crate::state::Product;
 
-/// Stages of a step at most: the time to build a schedule grows with the square of their number.
+/// Largest number of stages in a step: the time to build a schedule grows with its square.
 pub(super) const MOST_STAGES: u64 = 256;
 
 /// Why an order is refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum OrderError {
-    /// The file is no order.
+    /// The file is not a valid order.
     #[error("{message}")]
     Syntax {
         /// Line, from 1.
@@ -24,7 +24,7 @@ pub enum OrderError {
     UnknownStage {
         /// The name.
         name: String,
-        /// Names that there are.
+        /// The names that exist.
         known: Vec<&'static str>,
     },
     /// A count of zero.
@@ -33,7 +33,7 @@ pub enum OrderError {
         /// `Every` or `Repeat`.
         item: &'static str,
     },
-    /// A stage lacks what another would make.
+    /// A stage lacks a product that another stage makes.
     #[error(
         "stage `{stage}` needs {product}, {}; stage `{maker}` makes it and must come before{}",
         if *.stale { "left over from an earlier step there" } else { "which nothing has made" },
@@ -42,14 +42,14 @@ pub enum OrderError {
     Lacks {
         /// The stage.
         stage: &'static str,
-        /// What it lacks.
+        /// The product that is missing.
         product: Product,
         /// The stage that makes it.
         maker: &'static str,
         /// Whether it exists but is out of date.
         stale: bool,
     },
-    /// A stage uses what is left over, and steps may be taken back.
+    /// A stage uses a product of an earlier step, which `Adaptive` may have rolled back.
     #[error(
         "stage `{stage}` uses {product} left over from an earlier step, which `time_step: Adaptive` may have taken \
          back; use `Cfl` or `Fixed`"
@@ -57,10 +57,10 @@ pub enum OrderError {
     CannotGoBack {
         /// The stage.
         stage: &'static str,
-        /// What is left over.
+        /// The stale product.
         product: Product,
     },
-    /// A stage uses what an earlier step left behind by row, and rows have moved since.
+    /// A stage uses a product of an earlier step by row, and rows have been reordered since.
     #[error(
         "stage `{stage}` uses {product} left over from an earlier step, and `reorder`, every {period} steps, gives \
          the rows to other particles in between; run `{maker}` in every step or in every n-th, where n divides \
@@ -69,7 +69,7 @@ pub enum OrderError {
     RowsMove {
         /// The stage.
         stage: &'static str,
-        /// What is left over.
+        /// The stale product.
         product: Product,
         /// The stage that makes it.
         maker: &'static str,
@@ -79,28 +79,28 @@ pub enum OrderError {
     /// No stage moves the particles.
     #[error("the order never runs `integrate`: time would stand still")]
     NeverIntegrates,
-    /// Time advances in some steps alone.
+    /// Time would advance only in some steps.
     #[error(
         "`integrate` is inside `Every({count}, …)`: it alone counts the steps, so after the first no step would be \
          due; move it out of `Every`, or choose another `time_step`"
     )]
     WaitsForItself {
-        /// Steps between two runs.
+        /// Number of steps between two runs.
         count: u64,
     },
-    /// Nested `Every` multiply to more than a step's number.
+    /// The counts of nested `Every` multiply to more than a step number can hold.
     #[error(
         "the stages within nested `Every` would run in every {count}th step; at most {} is a count",
         u32::MAX
     )]
     TooRare {
-        /// The product, or the largest number that can be told.
+        /// The product of the counts, saturated.
         count: u64,
     },
-    /// More stages than a schedule is meant for.
+    /// More stages than [`MOST_STAGES`].
     #[error("a step would run {count} stages; at most {MOST_STAGES} are possible, so repeat less")]
     TooManyStages {
-        /// How many.
+        /// Their number.
         count: u64,
     },
     /// Reordering has two intervals.
@@ -109,10 +109,10 @@ pub enum OrderError {
          reordered; move it out of `Every`"
     )]
     TwoIntervals {
-        /// Steps between two runs.
+        /// Number of steps between two runs.
         count: u64,
     },
-    /// A stage that the scene asks for is not in the order.
+    /// The order lacks a stage that the scene asks for.
     #[error(
         "the order never runs `{stage}`, which the scene asks for; add `Run(\"{stage}\")`, or say `leave_out: \
          [\"{stage}\"]` if it is to be missing"
@@ -121,7 +121,7 @@ pub enum OrderError {
         /// The stage.
         stage: &'static str,
     },
-    /// A stage is run and left out.
+    /// The order both runs a stage and names it in `leave_out`.
     #[error("the order runs `{stage}` and names it in `leave_out`; remove one")]
     RunsAndLeavesOut {
         /// The stage.

@@ -1,4 +1,4 @@
-//! An order as the list of what happens in a step: the only walk through its items.
+//! An order as the list of events in a step: the only code that walks through its items.
 
 use super::{
     error::{MOST_STAGES, OrderError},
@@ -10,34 +10,34 @@ use crate::{
     state::{Clock, Stage},
 };
 
-/// What happens in a step.
+/// An event in a step.
 #[derive(Debug, Clone)]
 pub(crate) enum Event {
-    /// A stage runs that the scene asks for.
+    /// A stage of this scene runs.
     Run {
         /// The stage.
         stage: Stage,
-        /// Steps between two runs.
+        /// Number of steps between two runs.
         every: u64,
         /// Path of its item in the file.
         path: String,
     },
     /// A group begins.
     Begin {
-        /// Steps between two runs of the group, if it is an `Every`; else it is a `Repeat`.
+        /// Number of steps between two runs of the group if it is an `Every`; `None` for a `Repeat`.
         every: Option<u64>,
-        /// How often it is run in a step, and which time this is.
+        /// How many times it runs in a step, and the index of this repetition.
         times: (u32, u32),
     },
-    /// It ends.
+    /// The group ends.
     End,
 }
 
-/// A refusal, with the path of the item that it is about.
+/// An error, with the path of the item that caused it.
 pub(crate) type Misplaced = (OrderError, String);
 
 impl Order {
-    /// What happens in a step of a scene, unchecked but for names and counts.
+    /// The events in a step of a scene. Only names and counts are checked here.
     pub(crate) fn events(&self, scene: &Scene, stages: &Stages) -> Result<Vec<Event>, Misplaced> {
         let count = count(&self.stages);
         if count > MOST_STAGES {
@@ -53,7 +53,7 @@ impl Order {
     }
 }
 
-/// Stages that items run in a step at most.
+/// Upper bound of the number of stages that the items run in a step.
 fn count(items: &[OrderItem]) -> u64 {
     let of_item = |item: &OrderItem| match item {
         OrderItem::Run(_) => 1,
@@ -83,7 +83,7 @@ impl Walk<'_> {
             OrderItem::Every(0, _) => Err((OrderError::ZeroCount { item: "Every" }, path)),
             OrderItem::Repeat(0, _) => Err((OrderError::ZeroCount { item: "Repeat" }, path)),
             OrderItem::Every(count, items) => {
-                // Both are u32 at most.
+                // Both factors are at most u32::MAX.
                 let every = every * u64::from(*count);
                 if every > u64::from(u32::MAX) {
                     return Err((OrderError::TooRare { count: every }, path));
@@ -91,7 +91,7 @@ impl Walk<'_> {
                 self.group(items, every, (Some(u64::from(*count)), (1, 0)), &path)
             }
             OrderItem::Repeat(times, items) => {
-                // Without a stage in it it is gone through once, for its names.
+                // A group without stages is walked through once, to check its names.
                 let runs = if count(items) == 0 { 1 } else { *times };
                 let mut runs = 0..runs;
                 runs.try_for_each(|k| self.group(items, every, (None, (*times, k)), &path))
@@ -129,7 +129,7 @@ impl Walk<'_> {
     }
 }
 
-/// Whether stages that run in every `every`-th step are due.
+/// Whether a stage that runs every `every` steps is due.
 pub(crate) fn is_due(every: u64, clock: &Clock, rows_changed: bool) -> bool {
     clock.step.is_multiple_of(every) || rows_changed
 }

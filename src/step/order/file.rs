@@ -1,4 +1,4 @@
-//! The order that a scene names.
+//! Reads the order file that a scene names.
 
 use std::path::PathBuf;
 
@@ -11,7 +11,7 @@ use crate::{
     step::error::InstallError,
 };
 
-/// The order of a scene, checked against these stages.
+/// The order of a scene, checked against `stages`.
 pub(in crate::step) fn order_of(
     scene: &Scene,
     stages: &Stages,
@@ -48,7 +48,7 @@ pub(in crate::step) fn order_of(
         })
 }
 
-/// Refuses an order file that cannot be.
+/// Refuses an invalid order file.
 pub(crate) fn check_order(scene: &Scene) -> Result<(), InstallError> {
     order_of(scene, &Stages::default()).map(|_| ())
 }

@@ -1,4 +1,4 @@
-//! An order file, as it is written.
+//! The types of an order file.
 
 use serde::{Deserialize, Serialize};
 
@@ -14,10 +14,10 @@ use crate::{
 pub struct Order {
     /// The stages, one after the other.
     pub stages: Vec<OrderItem>,
-    /// Whether a stage may use what was current in an earlier step: an experiment, not an error.
+    /// Whether a stage may use products of an earlier step. This is an experiment and not refused.
     #[serde(default)]
     pub allow_stale: bool,
-    /// Stages that the scene asks for and that do not run: what they add is missing.
+    /// Stages that the scene asks for but that do not run: their effect is missing.
     #[serde(default)]
     pub leave_out: Vec<String>,
 }
@@ -28,10 +28,10 @@ pub struct Order {
 pub enum OrderItem {
     /// A stage by its name.
     Run(String),
-    /// Stages that run in step 0 and in every n-th step after; and in a step that finds other particles in the rows,
-    /// since a host spawned, despawned or tagged some.
+    /// Stages that run in step 0 and in every n-th step after it. They also run in a step whose rows hold other
+    /// particles than before, because the host spawned, despawned or tagged some.
     Every(u32, Vec<OrderItem>),
-    /// Stages that run so many times in a row.
+    /// Stages that run this many times in a row.
     Repeat(u32, Vec<OrderItem>),
 }
 

@@ -1,4 +1,4 @@
-//! An order, checked, for one scene: what its schedule and its descriptions are made from.
+//! A checked order for one scene: the source of its schedule and of its descriptions.
 
 use super::{
     check::{Read, check},
@@ -16,7 +16,7 @@ use crate::{
 #[derive(Debug, Clone)]
 pub(crate) struct PlannedOrder {
     events: Vec<Event>,
-    /// What each stage reads, in their order.
+    /// What each stage reads, in the order of the stages.
     reads: Vec<Vec<Read>>,
 }
 
@@ -25,18 +25,18 @@ pub(crate) struct PlannedOrder {
 pub(crate) struct PlannedStage {
     /// The stage.
     pub(crate) stage: Stage,
-    /// Steps between two runs.
+    /// Number of steps between two runs.
     pub(crate) every: u64,
 }
 
 impl Order {
-    /// Checks that every stage of the engine's that the scene asks for is there and finds what it needs.
+    /// Checks that every built-in stage that the scene asks for is in the order and finds its inputs.
     pub fn check(&self, scene: &Scene) -> Result<(), OrderError> {
         let planned = self.plan(scene, &Stages::default());
         planned.map(|_| ()).map_err(|(error, _)| error)
     }
 
-    /// Checks the order for a scene. Refuses one in which a stage is missing or lacks what it needs.
+    /// Checks the order for a scene. Fails if a stage is missing or lacks an input.
     pub(crate) fn plan(&self, scene: &Scene, stages: &Stages) -> Result<PlannedOrder, Misplaced> {
         let events = self.events(scene, stages)?;
         let reads = check(self, &events, scene, stages)?;
@@ -56,7 +56,7 @@ impl PlannedOrder {
         })
     }
 
-    /// The stages, each once.
+    /// The stages in the order of their first run, without duplicates.
     pub(crate) fn installed(&self) -> Vec<Stage> {
         let mut installed: Vec<Stage> = Vec::new();
         for PlannedStage { stage, .. } in self.stages() {
@@ -67,13 +67,13 @@ impl PlannedOrder {
         installed
     }
 
-    /// Whether the phases are gone through in their order.
+    /// Whether the stages run in the order of their phases.
     pub(crate) fn keeps_phases(&self) -> bool {
         self.stages().map(|planned| planned.stage.phase).is_sorted()
     }
 
-    /// Whether the stage `second` follows `first` in every step, both run once, and no more than forces are made
-    /// between them.
+    /// Whether stage `second` follows `first` in every step, both run once, and only stages that add forces run between
+    /// them.
     pub(crate) fn follows(&self, second: &str, first: &str) -> bool {
         let mut depth = 0;
         let mut open = false;
@@ -106,8 +106,8 @@ impl PlannedOrder {
         between && found == [1, 1]
     }
 
-    /// The stages by phase. A group of one stage is written `every 2 steps: a`, a longer one `every 2 steps { a` to
-    /// `b }`, over as many phases as it goes through.
+    /// Descriptions of the stages by phase. A group of one stage is written `every 2 steps: a`, a longer one `every 2
+    /// steps { a` to `b }`, possibly across several phases.
     pub(crate) fn lines(&self) -> Vec<(Phase, Vec<String>)> {
         let mut lines = self.group(&mut 0);
         let mut out: Vec<(Phase, Vec<String>)> = Vec::new();
@@ -120,7 +120,7 @@ impl PlannedOrder {
         out
     }
 
-    /// The lines of the events from `at` on, up to the end of their group.
+    /// Lines of the events from index `at` to the end of their group.
     fn group(&self, at: &mut usize) -> Vec<(Phase, String)> {
         let mut lines = Vec::new();
         while let Some(event) = self.events.get(*at) {
@@ -133,7 +133,7 @@ impl PlannedOrder {
                     let label = match (every, times) {
                         (Some(every), _) => format!("every {every} steps"),
                         (None, (times, 0)) => format!("{times} times"),
-                        // Written with the first.
+                        // Described at its first repetition.
                         (None, _) => continue,
                     };
                     match inner.as_mut_slice() {
@@ -151,7 +151,7 @@ impl PlannedOrder {
         lines
     }
 
-    /// The flow of data: every stage with what it reads and how old that may be, and what it makes.
+    /// The data flow: what every stage reads, how old that may be, and what it makes.
     pub(crate) fn flow(&self) -> Vec<Flow> {
         let of = |(planned, reads): (PlannedStage, &Vec<Read>)| Flow {
             stage: planned.stage.name,
@@ -168,10 +168,10 @@ impl PlannedOrder {
 pub struct Flow {
     /// Name of the stage.
     pub stage: &'static str,
-    /// Steps between two runs.
+    /// Number of steps between two runs.
     pub every: u64,
-    /// What it reads, and the steps that it is old at most.
+    /// Products that it reads, each with its greatest age \[steps].
     pub reads: Vec<(Product, u64)>,
-    /// What it writes.
+    /// Products that it writes.
     pub writes: Vec<Product>,
 }

@@ -1,4 +1,4 @@
-//! Ratios to the baseline as bars, ours above the reference's, a panel for each column.
+//! Ratios to the baseline as bars, ours above the reference's, one panel per column.
 
 use plotters::prelude::*;
 
@@ -12,13 +12,13 @@ use crate::study::{Order, Table};
 const ROW: i32 = 38;
 /// Height of one bar \[px].
 const BAR: i32 = 14;
-/// Above a panel's rows: its heading \[px].
+/// Space for a panel's heading, above its rows \[px].
 const HEADING: i32 = 34;
-/// Below a panel's rows: its axis \[px].
+/// Space for a panel's axis, below its rows \[px].
 const AXIS: i32 = 34;
-/// Above the panels: title and legend \[px].
+/// Space for title and legend, above the panels \[px].
 const TOP: i32 = 62;
-/// Room for the figures behind the longest bar \[px].
+/// Space for the figures, right of the longest bar \[px].
 const FIGURES: i32 = 170;
 const HERE: RGBColor = COLOURS[0];
 const REFERENCE: RGBColor = COLOURS[4];
@@ -125,7 +125,7 @@ fn draw_panel(root: &Area, table: &Table, panel: &Panel, top: i32) -> Drawn {
         let y = first + k as i32 * ROW + 4;
         text(root, label, (left - 8, y + BAR), 14.0, At::Right)?;
         let unit = table.columns[column].measure.unit();
-        // The figures stand behind the bar and whatever `end` reaches beyond it.
+        // The figures are right of the bar and of its error bar, which ends at `end`.
         let bar = |y: i32, ratio: f64, end: i32, value: f64, colour: RGBColor| -> Drawn {
             rectangle(root, (left, y), (at(ratio), y + BAR), colour)?;
             let words = match unit {
@@ -155,7 +155,7 @@ fn draw_panel(root: &Area, table: &Table, panel: &Panel, top: i32) -> Drawn {
     line(root, (left, first), (left, last), BLACK)
 }
 
-/// Round numbers from 0 to `greatest`, about five.
+/// About five round numbers from 0 to `greatest`.
 fn ticks(greatest: f64) -> impl Iterator<Item = f64> {
     let raw = greatest / 5.0;
     let power = 10_f64.powf(raw.log10().floor());

@@ -5,7 +5,7 @@ use plotters::prelude::*;
 /// Width of a chart \[px].
 pub(super) const WIDTH: u32 = 960;
 pub(super) const FONT: &str = "sans-serif";
-/// Colours that people with any colour vision tell apart (Okabe & Ito 2008).
+/// Colours that are distinguishable with any colour vision (Okabe & Ito 2008).
 pub(super) const COLOURS: [RGBColor; 6] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -17,13 +17,13 @@ pub(super) const COLOURS: [RGBColor; 6] = [
 pub(super) const INK: RGBColor = RGBColor(40, 40, 40);
 pub(super) const GRID: RGBColor = RGBColor(225, 225, 225);
 
-/// Why there is no chart.
+/// Why a chart cannot be drawn.
 #[derive(Debug, thiserror::Error)]
 pub enum ChartError {
     /// No row has the figures.
     #[error("no row has figures for it")]
     Empty,
-    /// The drawing library refused.
+    /// The drawing library failed.
     #[error("{0}")]
     Drawing(String),
 }
@@ -35,7 +35,7 @@ pub(super) fn drawing(error: impl std::fmt::Display) -> ChartError {
     ChartError::Drawing(error.to_string())
 }
 
-/// Draws on a white canvas with the table's title, which a text of one size stands on.
+/// Draws on a white canvas, with the table's title at the top.
 pub(super) fn on_canvas(
     title: &str,
     height: u32,
@@ -52,7 +52,7 @@ pub(super) fn on_canvas(
     Ok(svg)
 }
 
-/// What of a text is at its place.
+/// The part of a text that is at its position.
 #[derive(Clone, Copy)]
 pub(super) enum At {
     Left,
@@ -73,7 +73,7 @@ pub(super) fn text(area: &Area, words: &str, place: (i32, i32), size: f64, at: A
         .map_err(drawing)
 }
 
-/// Width that a text takes, about \[px]: there is no font to ask.
+/// Estimated width of a text \[px]: no font is available to measure it.
 pub(super) fn width_of(words: &str, size: f64) -> i32 {
     (0.56 * size * words.chars().count() as f64).ceil() as i32
 }

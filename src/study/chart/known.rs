@@ -1,4 +1,4 @@
-//! A gauge beside what is known, as SVG.
+//! A gauge beside reference data, as SVG.
 
 use plotters::prelude::*;
 
@@ -9,15 +9,15 @@ use crate::measure::Curve;
 
 /// Height of title and legend \[px].
 const HEAD: u32 = 54;
-/// Height of the chart, notes left out \[px].
+/// Height of the chart without notes \[px].
 const HEIGHT: u32 = 480;
 /// Height of a line of notes \[px].
 const LINE: u32 = 16;
 const NOTE: f64 = 11.0;
-/// Characters of a note that fit.
+/// Largest number of characters in a note.
 const LONGEST: usize = 150;
 
-/// Draws figures over time \[s] as a line, beside the points of a known curve. Notes of the curve stand below. Fails
+/// Draws figures over time \[s] as a line, beside the points of a reference curve. The curve's notes stand below. Fails
 /// without figures.
 pub fn draw(
     title: &str,
@@ -28,8 +28,8 @@ pub fn draw(
     draw_runs(title, ["t [s]", column], &[("measured", measured)], known)
 }
 
-/// Draws the figures of several runs, each with its name, as lines over axes of these names, beside the points of a known
-/// curve. Notes of the curve stand below. Fails without figures.
+/// Draws the figures of several named runs as lines over axes with these names, beside the points of a reference curve.
+/// The curve's notes stand below. Fails without figures.
 pub fn draw_runs(
     title: &str,
     axes: [&str; 2],
@@ -56,7 +56,7 @@ pub fn draw_runs(
 
 fn curves(plot: &Area, [x, y]: [&str; 2], runs: &[(&str, &[(f64, f64)])], known: &Curve) -> Drawn {
     let measured = || runs.iter().flat_map(|run| run.1);
-    // What is known of other times is not to be seen.
+    // Reference data outside the measured times are not shown.
     let end = measured().fold(0.0, |end: f64, point| end.max(point.0));
     let start = measured().fold(0.0, |start: f64, point| start.min(point.0));
     let points: Vec<_> = known.points.iter().filter(|point| point.0 <= end).collect();
@@ -98,7 +98,7 @@ fn curves(plot: &Area, [x, y]: [&str; 2], runs: &[(&str, &[(f64, f64)])], known:
     Ok(())
 }
 
-/// A line under the title.
+/// The legend, a line below the title.
 fn legend(root: &Area, runs: &[(&str, &[(f64, f64)])]) -> Drawn {
     const Y: i32 = 42;
     let mut x = 16;

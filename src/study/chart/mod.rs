@@ -1,4 +1,4 @@
-//! A table as a picture: SVG by plotters, whose texts are texts, so that no font is needed to write it.
+//! A table as an SVG picture, drawn by plotters. Its texts stay texts, so no font is needed to write it.
 
 mod bars;
 mod canvas;

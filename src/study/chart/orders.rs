@@ -1,4 +1,5 @@
-//! Errors against resolution as SVG: a panel a quantity, logarithmic axes with ticks at 1, 2 and 5 times powers of ten.
+//! Errors over resolution as SVG: one panel per quantity, logarithmic axes with ticks at 1, 2 and 5 times powers of
+//! ten.
 
 use std::ops::Range;
 
@@ -16,16 +17,16 @@ const HEIGHT: u32 = 300;
 const COLUMNS: usize = 2;
 const TICK: f64 = 12.0;
 
-/// The errors of a quantity.
+/// Errors of one quantity.
 pub struct ErrorPanel {
     /// The quantity.
     pub title: String,
-    /// Names and points, resolution and absolute error \[-]; what is not above zero is not drawn.
+    /// Names and points: resolution and absolute error \[-]. Points with an error of zero are not drawn.
     pub series: Vec<(String, Vec<(f64, f64)>)>,
 }
 
-/// Draws panels over the resolution, `across` saying what it counts. Series of one name have one colour. Fails without
-/// points.
+/// Draws panels over the resolution; `across` says what the resolution counts. Series with the same name share a
+/// colour. Fails without points.
 pub fn draw(title: &str, across: &str, panels: &[ErrorPanel]) -> Result<String, ChartError> {
     let full: Vec<&ErrorPanel> = panels
         .iter()
@@ -51,7 +52,7 @@ pub fn draw(title: &str, across: &str, panels: &[ErrorPanel]) -> Result<String, 
     })
 }
 
-/// The points that a logarithm is taken of.
+/// The points that have a logarithm.
 fn points(panel: &ErrorPanel) -> impl Iterator<Item = (f64, f64)> + use<'_> {
     panel.series.iter().flat_map(|(_, points)| drawn(points))
 }
@@ -130,7 +131,8 @@ fn line(root: &Area, from: (i32, i32), to: (i32, i32), colour: RGBColor) -> Draw
         .map_err(drawing)
 }
 
-/// 1, 2 and 5 times powers of ten within a range of logarithms; powers alone where there are more than nine of them.
+/// Ticks at 1, 2 and 5 times powers of ten within a range of logarithms; only at powers if there are more than nine of
+/// these.
 fn ticks(logs: &Range<f64>) -> Vec<f64> {
     let powers = logs.start.floor() as i32..=logs.end.ceil() as i32;
     let all = powers.flat_map(|power| [1.0, 2.0, 5.0].map(|part| (part, power)));
@@ -151,7 +153,7 @@ fn tick(value: f64) -> String {
     }
 }
 
-/// A line under the title.
+/// The legend, a line below the title.
 fn legend(root: &Area, names: &[&str]) -> Drawn {
     const Y: i32 = 42;
     let mut x = 22;

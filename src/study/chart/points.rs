@@ -1,4 +1,4 @@
-//! One column against another, a point a row, on logarithmic axes.
+//! One column over another, one point per row, on logarithmic axes.
 
 use plotters::prelude::*;
 
@@ -16,7 +16,7 @@ const LABEL: f64 = 13.0;
 /// Radius of a point \[px].
 const RADIUS: i32 = 5;
 
-/// Points of one colour, joined in their order.
+/// Points of one colour, connected in their order.
 struct Series {
     name: String,
     points: Vec<(f64, f64, String)>,
@@ -102,7 +102,7 @@ fn panel(
             labels.push((at, label.clone()));
         }
     }
-    // Of the canvas, not of the plot: `map_coordinate` counts from its corner.
+    // The range of the canvas, not of the plot: `map_coordinate` counts from the canvas's corner.
     let (columns, rows) = area.get_pixel_range();
     let bounds = Frame {
         left: columns.start,
@@ -128,8 +128,8 @@ fn axis(table: &Table, column: usize) -> String {
     }
 }
 
-/// The rows with both figures above zero, by series in the order of the study. A series without such a row is there,
-/// too, so that it has the same colour in all panels.
+/// The rows whose figures are both above zero, by series, in the order of the study. A series without such a row is
+/// kept, so that each series has the same colour in all panels.
 fn series(table: &Table, x: usize, y: usize) -> Vec<Series> {
     let mut all: Vec<Series> = Vec::new();
     for (k, row) in table.rows.iter().enumerate() {
@@ -148,7 +148,7 @@ fn series(table: &Table, x: usize, y: usize) -> Vec<Series> {
         if row.failure.is_some() || x.value <= 0.0 || y.value <= 0.0 {
             continue;
         }
-        // The legend names the series; its point need not.
+        // The legend already names the series, so the labels of its points need not.
         let label = row.label();
         let label = match label.strip_prefix(&name).map(str::trim) {
             Some("") | None => label,
@@ -193,7 +193,7 @@ impl Frame {
     }
 }
 
-/// A place for a label beside its point, away from points and labels that are there, if there is one.
+/// A free position for a label beside its point, away from other points and labels, if there is one.
 fn free_place((x, y): (i32, i32), label: &str, taken: &[Frame], bounds: Frame) -> Frame {
     let (width, height) = (width_of(label, LABEL), LABEL as i32 + 2);
     let gap = RADIUS + 4;
@@ -223,7 +223,7 @@ fn free_place((x, y): (i32, i32), label: &str, taken: &[Frame], bounds: Frame) -
     places.find(is_free).unwrap_or(first)
 }
 
-/// A line under the title.
+/// The legend, a line below the title.
 fn legend(root: &Area, series: &[Series]) -> Drawn {
     const Y: i32 = 42;
     let mut x = 22;
@@ -241,7 +241,7 @@ fn legend(root: &Area, series: &[Series]) -> Drawn {
     Ok(())
 }
 
-/// A number on an axis, without noise of binary fractions.
+/// A number on an axis, without rounding noise of binary fractions.
 fn tick(value: f64) -> String {
     let text = format!("{value:.6}");
     text.trim_end_matches('0').trim_end_matches('.').to_owned()

@@ -1,4 +1,4 @@
-//! A table as SVG, as its study wants it shown.
+//! A table as SVG, in the form that its study selects.
 
 use super::canvas::ChartError;
 use super::{bars, points};

@@ -1,4 +1,4 @@
-//! Collapsing columns: front and height against experiments, and the bound of shallow water.
+//! Collapsing columns: front and height compared with experiments, and with the bound of shallow water theory.
 //!
 //! Lengths in widths L of the column, times in `T = t sqrt(2 g/L)`.
 
@@ -42,14 +42,14 @@ const RITTER: &str = include_str!("../../../assets/reference/ritter_1892_front.c
 /// Ten times 2 sqrt(g H) for H = 1 m \[m/s]; it goes with sqrt(H).
 const SOUND_SPEED_OF_A_METRE: f32 = 62.6;
 
-/// What others take the clock of Martin & Moyce to show, in T, when a column without a gate starts (see the file).
+/// Reading of Martin & Moyce's clock, in T, when a column without a gate starts, as others assume it (see the file).
 const CLOCK_AT_START: f64 = 0.175;
 
-/// What a run shows, against T \[L].
+/// Results of a run over T \[L].
 struct Collapse {
     front: Vec<(f64, f64)>,
     height: Vec<(f64, f64)>,
-    /// The front's way over Ritter's, at most.
+    /// Largest ratio of the front's distance to Ritter's.
     ritter: f64,
 }
 
@@ -66,7 +66,7 @@ fn collapse(scene: &Scene, dam: &mut Runner) -> Result<Collapse, Stopped> {
     dam.steps(f64::from(scene.duration), |_, _| {})?;
     let fronts = dam.readings("front", "front_m");
     let dx = f64::from(scene.spacing);
-    // The front starts from a lattice: it is known to a spacing.
+    // The front starts from a lattice: its position is known to a spacing.
     let ways = fronts
         .iter()
         .map(|&(t, x)| (x - width - dx) / at(&ritter.points, t));
@@ -82,7 +82,7 @@ fn collapse(scene: &Scene, dam: &mut Runner) -> Result<Collapse, Stopped> {
     })
 }
 
-/// The points of an experiment that a run came to, whose clock is `late` behind the experiment's \[T].
+/// The points of an experiment that a run reached, if its clock is `late` behind the experiment's \[T].
 fn reached<'a>(
     run: &'a [(f64, f64)],
     experiment: &'a Curve,
@@ -103,7 +103,7 @@ fn figures(what: &str, run: &[(f64, f64)], experiment: &Curve, late: f64) -> Vec
     reached(run, experiment, late).map(figure).collect()
 }
 
-/// Root mean square of the distance to an experiment \[L].
+/// Root mean square of the difference from an experiment \[L].
 fn distance(run: &[(f64, f64)], experiment: &Curve, late: f64) -> f64 {
     let squares = reached(run, experiment, late).map(|(_, a, b)| (a - b).powi(2));
     let (sum, count) = squares.fold((0.0, 0.0), |(sum, count), square| {
@@ -133,7 +133,7 @@ fn ritter(found: &Collapse) -> Figure {
 fn koshizuka_oka(scene: &Scene, dam: &mut Runner) -> Result<Findings, Stopped> {
     let mut known = reference(KO_FRONT, ["T", "Z"], |[t, z]| (t, z))?;
     let found = collapse(scene, dam)?;
-    // It starts where the column does.
+    // It starts at the edge of the column.
     let start = known.points.remove(0);
     let mut figures = figures("front", &found.front, &known, 0.0);
     let rms = distance(&found.front, &known, 0.0);
@@ -154,7 +154,7 @@ fn martin_moyce(scene: &Scene, dam: &mut Runner) -> Result<Findings, Stopped> {
     })?;
     let found = collapse(scene, dam)?;
     let mut all = figures("front", &found.front, &fronts, CLOCK_AT_START);
-    // The shift is known of the table of fronts alone: with it, the heights of every method are some 5 % above the
+    // The shift is known only for the table of fronts: with it, the heights of every method are about 5 % above the
     // table's.
     all.extend(figures("height", &found.height, &heights, 0.0));
     let shifts = (0..=100).map(|k| 0.005 * f64::from(k));

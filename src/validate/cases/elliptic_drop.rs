@@ -14,20 +14,20 @@ pub(in crate::validate) const CASE: Case = Case {
     across: "radius",
     resolution: 40,
     resolutions: [20, 40, 80],
-    // As Monaghan's.
+    // As in Monaghan's paper.
     sound_speed: 1400.0,
     measure,
 };
 
 const KNOWN: &str = include_str!("../../../assets/reference/elliptic_drop_analytic.csv");
-/// Until when pressures are compared \[s]: later there is none left in the runs.
+/// Time until which pressures are compared \[s]: later there is no pressure left in the runs.
 const PRESSURE_UNTIL: f64 = 0.0038;
 
-/// Semi-major axis at the published times, the area at the end, and the pressure in the centre by the mean up to the
-/// second of them: pressure waves run through the drop, and a step of an incompressible method is no instant.
+/// Semi-major axis at the published times, the area at the end, and the mean pressure in the centre up to the second of
+/// these times. A mean is used because pressure waves run through the drop.
 fn measure(scene: &Scene, drop: &mut Runner) -> Result<Findings, Stopped> {
     let axis = reference(KNOWN, ["t_s", "b"], |[t, b]| (t, b))?;
-    // Of a density of 1 kg/m³.
+    // For a density of 1 kg/m³.
     let centre = reference(KNOWN, ["t_s", "p_centre"], |[t, p]| (t, 1000.0 * p))?;
     let mut axes = vec![(0.0, 1.0)];
     let mut area = f64::NAN;

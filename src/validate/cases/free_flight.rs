@@ -1,4 +1,4 @@
-//! A thrown ball of fluid: nothing within it moves or turns the whole.
+//! A thrown ball of fluid: no internal process moves or turns the whole.
 
 use super::texts;
 use crate::{
@@ -17,7 +17,7 @@ pub(in crate::validate) const CASE: Case = Case {
     measure,
 };
 
-/// The centre against `x0 + v0 t + g t (t + dt)/2`, the parabola of semi-implicit Euler.
+/// The centre compared with `x0 + v0 t + g t (t + dt)/2`, the parabola of semi-implicit Euler.
 fn measure(scene: &Scene, ball: &mut Runner) -> Result<Findings, Stopped> {
     let start = rigid_motion(&particles_of(ball.world()));
     let g = scene.gravity.as_dvec3();

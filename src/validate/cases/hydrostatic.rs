@@ -1,8 +1,8 @@
 //! Still water in a tank: `p = ρ0 g (H − y)`, and nothing moves.
 //!
-//! Pressures and speeds are taken over the last half of the run, weighted with the time steps. Left out of the line of
-//! pressures are particles nearer than two spacings to the floor or the surface: there a kernel does not see a full
-//! neighbourhood. Energy is watched from the start, when the water falls onto pressure that is not there yet.
+//! Pressures and speeds are measured over the second half of the run, weighted with the time steps. The pressure
+//! profile excludes particles within two spacings of the floor or the surface, where the neighbourhood is incomplete.
+//! Energy is measured from the start, when the water falls onto a pressure that has not built up yet.
 
 use super::texts;
 use crate::{
@@ -61,7 +61,7 @@ fn measure(scene: &Scene, tank: &mut Runner) -> Result<Findings, Stopped> {
                 squares += dt * f64::from(particle.velocity.length_squared());
                 weights += dt;
                 let (y, p) = (start.position.y, f64::from(particle.pressure));
-                // A reordering moves rows.
+                // A reordering changes rows.
                 if start.entity == particle.entity && y > 2.0 * dx && y < depth - 2.0 * dx {
                     fit.add(f64::from(y), p, dt);
                     let layer = &mut layers[(y / (2.0 * dx)) as usize];

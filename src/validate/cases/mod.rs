@@ -1,4 +1,4 @@
-//! The cases: how each is measured, and what it is compared with.
+//! The cases: measurements of each, and their references.
 
 pub(super) mod dam_break;
 pub(super) mod elliptic_drop;
@@ -10,7 +10,7 @@ pub(super) mod standing_wave;
 
 use crate::{measure::Curve, validate::Stopped};
 
-/// Two columns of a reference that is compiled in, made SI by `to_si`.
+/// Two columns of a compiled reference file, converted to SI by `to_si`.
 fn reference(
     text: &str,
     columns: [&str; 2],

@@ -1,4 +1,4 @@
-//! The rotating square patch (Colagrossi 2005): pressure below zero keeps it together.
+//! The rotating square patch (Colagrossi 2005), which negative pressure holds together.
 
 use super::{reference, texts};
 use crate::{
@@ -23,7 +23,7 @@ pub(in crate::validate) const CASE: Case = Case {
 };
 
 const KNOWN: &str = include_str!("../../../assets/reference/rotating_square_patch_p0.csv");
-/// The start, in which the pressure is that of the square \[s].
+/// Duration of the start, in which the pressure is that of the square \[s].
 const START: f64 = 0.1;
 /// Radius of the core \[m].
 const CORE: f32 = 0.25;

@@ -1,4 +1,4 @@
-//! SPHERIC benchmark 2 (Kleefsman et al. 2005): levels, and the pressure on the foot of the box.
+//! SPHERIC benchmark 2 (Kleefsman et al. 2005): levels, and the pressure near the foot of the box.
 
 use super::{reference, texts};
 use crate::{
@@ -28,7 +28,7 @@ const LEVELS: [(&str, &str, &str); 4] = [
     ("h1", "h_x2.724_m", "level [m] at x = 2.724 m"),
 ];
 
-/// A wall is wet where its pressure is above this part of its peak \[-].
+/// A sensor is wet if its pressure is above this fraction of its peak \[-].
 const WET: f64 = 0.1;
 
 fn up_to(curve: &Curve, end: f64) -> impl Iterator<Item = (f64, f64)> {
@@ -44,7 +44,7 @@ fn means(curve: &Curve) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// Peak, the time at which a tenth of it is first passed, and the mean from then to the end.
+/// Peak, the time at which a tenth of it is first exceeded, and the mean from then to the end.
 fn impact(pressures: &[(f64, f64)]) -> [f64; 3] {
     let peak = pressures.iter().map(|p| p.1).fold(f64::NAN, f64::max);
     let wet = pressures.iter().position(|p| p.1 > WET * peak);
@@ -61,7 +61,7 @@ fn measure(scene: &Scene, tank: &mut Runner) -> Result<Findings, Stopped> {
     for (gauge, column, y) in LEVELS {
         let known = reference(KNOWN, ["t_s", column], |[t, h]| (t, h))?;
         let mut level = tank.readings(gauge, "height_m");
-        // A column without fluid has no level: it is dry.
+        // A column without fluid has no level because it is dry.
         if level.first().is_none_or(|first| first.0 > 0.02) {
             let wet = level.first().map_or(end, |first| first.0);
             level.splice(0..0, [(0.0, 0.0), (wet - 1e-9, 0.0)]);

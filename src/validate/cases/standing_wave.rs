@@ -1,8 +1,8 @@
 //! A standing wave, by the amplitude of its mode.
 //!
-//! Every step the velocities are projected on the field of linear theory, `v = ∇(cos kx cosh ky)` up to a factor: that
-//! share starts at 1 and goes as `cos ωt exp(−2 ν k² t)`. Noise of single particles and the sound of the start, which are
-//! no part of the mode, hardly show.
+//! In every step the velocities are projected on the field of linear theory, `v = ∇(cos kx cosh ky)` up to a factor.
+//! The amplitude starts at 1 and follows `cos ωt exp(−2 ν k² t)`. Noise of single particles and the sound of the start
+//! are not part of the mode and hardly affect it.
 
 use std::f64::consts::PI;
 
@@ -62,7 +62,7 @@ fn mode(x: Vec3) -> DVec2 {
     scale * DVec2::new(x.sin() * y.cosh(), -x.cos() * y.sinh())
 }
 
-/// Share of the mode in the velocities \[-].
+/// Amplitude of the mode in the velocities \[-].
 fn share(particles: &[Particle]) -> f64 {
     let (mut along, mut whole) = (0.0, 0.0);
     for particle in particles {
@@ -76,9 +76,9 @@ fn share(particles: &[Particle]) -> f64 {
 /// The mode over time.
 struct Wave {
     share: Vec<(f64, f64)>,
-    /// Period, from the times at which the share is zero \[s].
+    /// Period, from the times at which the amplitude is zero \[s].
     period: f64,
-    /// The share's extremes between these times, half a period apart: times and absolute values.
+    /// Extremes of the amplitude between these times, half a period apart: times and absolute values.
     extremes: Vec<(f64, f64)>,
 }
 
@@ -94,7 +94,7 @@ fn watch(scene: &Scene, tank: &mut Runner) -> Result<Wave, Stopped> {
     for pair in share_of.windows(2) {
         let [(t0, a0), (t1, a1)] = [pair[0], pair[1]];
         if a0 * a1 <= 0.0 && a0 != 0.0 {
-            // Noise may cross zero again at once; a wave may not within a quarter of its period.
+            // Noise may cross zero again at once; a wave cannot within a quarter of its period.
             let zero = t0 + (t1 - t0) * a0 / (a0 - a1);
             let quarter = 0.5 * PI / frequency();
             if zeros.last().is_none_or(|last| zero - last > quarter) {
@@ -120,7 +120,7 @@ fn watch(scene: &Scene, tank: &mut Runner) -> Result<Wave, Stopped> {
     })
 }
 
-/// Rate at which the energy of the mode falls \[1/s], from its extremes a period apart.
+/// Decay rate of the mode's energy \[1/s], from its extremes one period apart.
 fn decay(wave: &Wave) -> f64 {
     match wave.extremes[..] {
         [first, _, third, ..] => 2.0 * (first.1 / third.1).ln() / (third.0 - first.0),

@@ -1,4 +1,4 @@
-//! Where the sums of a pass go: takers, one a chunk of rows, that are called with a row's place in the chunk and its
+//! Destinations of the sums of a pass: one sink per chunk of rows, called with the index of a row in the chunk and its
 //! sum.
 
 use std::ops::AddAssign;
@@ -7,24 +7,24 @@ use rayon::prelude::*;
 
 use crate::state::CHUNK;
 
-/// Takers that put sums into a column, which has one entry a row.
-pub fn putting<T: Send>(
+/// Sinks that store sums in a column with one entry per row.
+pub fn store<T: Send>(
     column: &mut [T],
 ) -> impl IndexedParallelIterator<Item = impl FnMut(usize, T) + Send> {
     let chunks = column.par_chunks_mut(CHUNK);
     chunks.map(|column| |k: usize, sum| column[k] = sum)
 }
 
-/// Takers that add sums to a column, which has one entry a row.
-pub fn adding<T: Send + AddAssign>(
+/// Sinks that add sums to a column with one entry per row.
+pub fn add<T: Send + AddAssign>(
     column: &mut [T],
 ) -> impl IndexedParallelIterator<Item = impl FnMut(usize, T) + Send> {
     let chunks = column.par_chunks_mut(CHUNK);
     chunks.map(|column| |k: usize, sum| column[k] += sum)
 }
 
-/// Takers of the sums of two passes in one.
-pub fn both<A, B>(
+/// Sinks for the sums of two fused passes.
+pub fn zip<A, B>(
     first: impl IndexedParallelIterator<Item = impl FnMut(usize, A) + Send>,
     second: impl IndexedParallelIterator<Item = impl FnMut(usize, B) + Send>,
 ) -> impl IndexedParallelIterator<Item = impl FnMut(usize, (A, B)) + Send> {

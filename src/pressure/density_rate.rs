@@ -1,0 +1,147 @@
+//! The rate of change of the density by velocities, `Dρ_i/Dt = Σ_j m (v_i − v_j)·∇W_ij + Σ_b ρ0 V_b (v_i −
+//! v_b)·∇W_ib`, alone or with the [`stabilisation`](super::stabilisation) of the pressure.
+
+use bevy_ecs::prelude::*;
+use glam::Vec4;
+
+use super::{
+    implicit::PredictedVelocities,
+    stabilisation::{Stabilisation, Stabilised},
+};
+use crate::{
+    boundary::sums::{BoundarySums, Walls},
+    pairs::{Pair, PairSum, PairsWithGradients, broadcast, difference, dot},
+    simd::Simd,
+    state::{Clock, Material, PressureAccelerations},
+};
+
+/// Dρ/Dt of the predicted velocities \[kg/(m³ s)].
+#[derive(Resource, Debug, Default)]
+pub struct DensityRates(pub Vec<f32>);
+
+/// Dρ/Dt of the predicted velocities.
+pub fn predict_rates(
+    rates: ResMut<DensityRates>,
+    predicted: Res<PredictedVelocities>,
+    accelerations: Res<PressureAccelerations>,
+    walls: Option<Res<BoundarySums>>,
+    pairs: PairsWithGradients,
+    material: Res<Material>,
+    stabilisation: Res<Stabilisation>,
+    clock: Res<Clock>,
+) {
+    let stabilised = stabilisation.of(&accelerations, clock.dt);
+    sum_rates(rates, &predicted, walls, &pairs, &material, stabilised);
+}
+
+/// Sums Dρ/Dt of the predicted velocities.
+pub(super) fn sum_rates(
+    mut rates: ResMut<DensityRates>,
+    predicted: &PredictedVelocities,
+    walls: Option<Res<BoundarySums>>,
+    pairs: &PairsWithGradients,
+    material: &Material,
+    stabilised: Option<Stabilised>,
+) {
+    rates.0.resize(pairs.positions().rows(), 0.0);
+    let walls = Walls::of(walls.as_deref());
+    let pass = DensityRate::<false>::new(material, &pairs.positions().0, &predicted.0, walls);
+    pairs.sum(&pass.stabilised(stabilised), &mut rates.0);
+}
+
+/// Sums Dρ/Dt, either in a `SHARED` pass with other sums or in its own pass.
+///
+/// In its own pass it sums `(v_i − v_j)·(x_i − x_j)` by components, which avoids transposing vectors: 19.9 ns per row
+/// instead of 22.4 with two threads. In a shared pass positions are already in lanes, and loading them again costs 2.6
+/// ns.
+#[derive(Clone, Copy)]
+pub struct DensityRate<'a, const SHARED: bool> {
+    positions: &'a [Vec4],
+    velocities: &'a [Vec4],
+    walls: Walls<'a>,
+    stabilised: Option<Stabilised<'a>>,
+    rest_density: f32,
+    /// m and the kernel's factor.
+    factor: f32,
+}
+
+impl<'a, const SHARED: bool> DensityRate<'a, SHARED> {
+    /// The sum over `velocities` at `positions`, which both end with a sentinel.
+    pub fn new(
+        material: &Material,
+        positions: &'a [Vec4],
+        velocities: &'a [Vec4],
+        walls: Walls<'a>,
+    ) -> Self {
+        debug_assert_eq!(positions.len(), velocities.len(), "one entry a row");
+        Self {
+            positions,
+            velocities,
+            walls,
+            stabilised: None,
+            rest_density: material.rest_density,
+            factor: material.particle_mass * material.kernel.gradient_scale,
+        }
+    }
+}
+
+impl<'a> DensityRate<'a, false> {
+    /// The sum with [`stabilisation`](super::stabilisation).
+    fn stabilised(self, stabilised: Option<Stabilised<'a>>) -> Self {
+        Self { stabilised, ..self }
+    }
+}
+
+/// A particle's position and velocity, and the sum.
+pub struct DensityRateSums<S: Simd> {
+    /// Its velocity for a shared pass: a neighbour in every lane.
+    velocity: [S::F; 3],
+    /// Its position and velocity for its own pass: a neighbour in each half.
+    own: [S::F; 2],
+    /// A number in every lane, or a vector in each half.
+    sum: S::F,
+    /// `Σ_b ρ0 V_b (v_i − v_b)·∇W_ib` \[kg/(m³ s)].
+    walls: f32,
+}
+
+impl<const SHARED: bool> PairSum for DensityRate<'_, SHARED> {
+    type Sums<S: Simd> = DensityRateSums<S>;
+    type Output = f32;
+    const GRADIENTS_ONLY: bool = !SHARED;
+
+    #[inline(always)]
+    fn start<S: Simd>(&self, simd: S, i: usize, own: Vec4) -> DensityRateSums<S> {
+        let mut velocity = self.velocities[i];
+        let mut of_pairs = velocity;
+        if let Some(stabilised) = &self.stabilised {
+            (velocity, of_pairs) = stabilised.own(i, velocity, self.rest_density);
+        }
+        DensityRateSums {
+            velocity: broadcast(simd, velocity),
+            own: [own, of_pairs].map(|vector| simd.splat_vector(vector)),
+            sum: simd.splat(0.0),
+            walls: self.rest_density * self.walls.rate(i, velocity.truncate()),
+        }
+    }
+
+    #[inline(always)]
+    fn fluid<S: Simd>(&self, simd: S, pair: &Pair<S>, j: S::Rows, sums: &mut DensityRateSums<S>) {
+        sums.sum = if SHARED {
+            let (v, _) = difference(simd, sums.velocity, self.velocities, j);
+            simd.mul_add(pair.grad_factor, dot(simd, v, pair.x_ij), sums.sum)
+        } else {
+            let tables = [self.positions, self.velocities];
+            simd.add_products(tables, sums.own, j, pair.grad_factor, sums.sum)
+        };
+    }
+
+    #[inline(always)]
+    fn finish<S: Simd>(&self, simd: S, _: usize, sums: DensityRateSums<S>) -> f32 {
+        let sum = if SHARED || self.stabilised.is_some() {
+            simd.sum(sums.sum)
+        } else {
+            simd.sum_vectors(sums.sum)
+        };
+        self.factor * sum + sums.walls
+    }
+}
