@@ -1,6 +1,6 @@
 //! Reads files that a user names. Devices, pipes and folders are refused before they are opened.
 
-use std::fs::{self, File, FileType};
+use std::fs::{self, File, FileType, Metadata};
 use std::io::{self, ErrorKind, Read};
 use std::path::Path;
 
@@ -48,13 +48,43 @@ pub(crate) fn without_mark(text: &str) -> &str {
     text.strip_prefix('\u{feff}').unwrap_or(text)
 }
 
-fn read_up_to(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+/// Opens a file to read it.
+///
+/// # Errors
+/// When the system refuses, or it is no file (a pipe, a device, a folder).
+pub fn open(path: &Path) -> io::Result<File> {
+    is_file(path)?;
+    File::open(path)
+}
+
+/// Why no file is at `path`, in a sentence; none if one is.
+pub(crate) fn no_file(path: &Path) -> Option<String> {
+    let shown = path.display();
+    match fs::metadata(path) {
+        Err(error) if error.kind() == ErrorKind::NotFound => {
+            Some(format!("there is no file `{shown}`"))
+        }
+        Err(error) => Some(format!("`{shown}` cannot be read: {error}")),
+        Ok(found) if found.is_file() => None,
+        Ok(found) => Some(format!(
+            "`{shown}` is {}; name a file",
+            kind_of(found.file_type())
+        )),
+    }
+}
+
+/// What the system knows of a file. Opening a pipe would wait for a writer, so it is asked before.
+fn is_file(path: &Path) -> io::Result<Metadata> {
     let found = fs::metadata(path)?;
-    // Opening a pipe would wait for a writer.
     if !found.is_file() {
         let what = kind_of(found.file_type());
         return Err(invalid(format!("it is {what}; name a file")));
     }
+    Ok(found)
+}
+
+fn read_up_to(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+    let found = is_file(path)?;
     let too_long = || invalid(format!("it is longer than {} MiB", most >> 20));
     if found.len() > most {
         return Err(too_long());
@@ -130,6 +160,19 @@ mod tests {
             let made = std::process::Command::new("mkfifo").arg(&pipe).status();
             assert!(made.is_ok_and(|status| status.success()));
             assert!(refusal(&pipe).contains("a pipe"));
+            let opened = open(&pipe).expect_err("refused").to_string();
+            assert!(opened.contains("a pipe"), "{opened}");
+            for (path, what) in [
+                (&*pipe, "is a pipe"),
+                (Path::new("/dev/zero"), "is a device"),
+                (folder.path(), "is a folder"),
+                (&folder.path().join("none"), "there is no file"),
+                (&long.join("none"), "cannot be read"),
+            ] {
+                let said = no_file(path).expect("no file");
+                assert!(said.contains(what), "{said}");
+            }
+            assert_eq!(no_file(&long), None);
         }
     }
 }

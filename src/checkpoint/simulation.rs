@@ -1,10 +1,9 @@
 //! Checkpoints of a [`Simulation`].
 
-use std::fs::File;
 use std::path::Path;
 
 use super::{error::CheckpointError, file::Checkpoint};
-use crate::{output::write_durably, step::Simulation};
+use crate::{input, output::write_durably, step::Simulation};
 
 impl Simulation {
     /// Writes the state of the run to a file: under a temporary name first, then flushed to the disk, then renamed. An
@@ -48,7 +47,7 @@ impl Simulation {
 
     /// As [`resume`](Self::resume), with a number of threads; 0 takes all cores.
     pub fn resume_with_threads(path: &Path, threads: usize) -> Result<Self, CheckpointError> {
-        let checkpoint = Checkpoint::read(&mut File::open(path)?)?;
+        let checkpoint = Checkpoint::read(&mut input::open(path)?)?;
         let mut simulation = Self::with_threads(&checkpoint.scene()?, threads)?;
         checkpoint.restore(simulation.world_mut())?;
         Ok(simulation)

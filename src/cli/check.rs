@@ -14,7 +14,7 @@ use super::{console, options};
 
 /// Prints the plan of a scene.
 pub(super) fn check(options: &options::Check) -> Result<Exit, Failure> {
-    let scene = options.scene.load()?;
+    let scene = waiting("reading the scene", false, || options.scene.load())?;
     let plan = waiting("counting", false, || overfall::plan(&scene));
     let plan = plan.map_err(|error| options.scene.refuse(&error))?;
     console::print(&text(&scene, &plan, options.scene.threads()))?;

@@ -1,11 +1,11 @@
 //! Checkpoints of a run: when one is due, what the run itself adds to it, and how a run resumes from one.
 
-use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::time::{Duration, Instant};
 
 use overfall::checkpoint::Checkpoint;
+use overfall::input;
 use overfall::output::RunTotals;
 use serde::{Deserialize, Serialize};
 
@@ -137,7 +137,7 @@ impl Resumed {
             path.to_owned()
         };
         let refused = |reason: String| Failure::Refused(format!("{}: {reason}", file.display()));
-        let opened = File::open(&file).map_err(|error| {
+        let opened = input::open(&file).map_err(|error| {
             let hint = if path.is_dir() {
                 " (a run keeps a checkpoint with --checkpoint, or when it is interrupted)"
             } else {

@@ -134,7 +134,17 @@ pub(super) fn is_there(path: &Path) -> bool {
 
 /// Creates a folder and its parents.
 pub(super) fn create_folder(path: &Path) -> Result<(), Failure> {
-    fs::create_dir_all(path).map_err(|error| failed("cannot create the folder", path, &error))
+    fs::create_dir_all(path).map_err(|error| {
+        let is_no_folder = |path: &&Path| path.exists() && !path.is_dir();
+        match path.ancestors().find(is_no_folder) {
+            Some(file) => Failure::Failed(format!(
+                "cannot create the folder {}: {} is no folder; choose another --out",
+                path.display(),
+                file.display()
+            )),
+            None => failed("cannot create the folder", path, &error),
+        }
+    })
 }
 
 /// An error of the operating system, in words.

@@ -12,6 +12,7 @@ mod exit;
 mod folder;
 mod gauges;
 mod interrupt;
+mod kinds;
 mod manifest;
 mod options;
 mod picture;

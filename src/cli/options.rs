@@ -7,12 +7,13 @@ use clap::{Args, ValueEnum, ValueHint};
 use overfall::step::InstallError;
 use overfall::{
     loading::Override,
-    scene::{FrameFormat, Scene, SceneError},
+    scene::{FrameFormat, Place, Scene, SceneError},
     validate::{METHODS, Method},
 };
 
 use super::checkpoints::Every;
 use super::exit::Failure;
+use super::kinds::{Kind, with_kind};
 
 /// A larger number of threads is a typing error.
 const MAX_THREADS: u64 = 4096;
@@ -188,7 +189,13 @@ impl SceneOptions {
             .map(|text| Override::parse(text))
             .collect::<Result<Vec<_>, _>>()
             .and_then(|overrides| Scene::load(&self.scene, &overrides))
-            .map_err(refused)
+            .map_err(|error| match error {
+                SceneError::Syntax {
+                    place: Place::File { .. },
+                    ..
+                } => Failure::Refused(with_kind(error.to_string(), &self.scene, Kind::Scene)),
+                error => refused(error),
+            })
     }
 
     /// The engine's refusal of the scene, in words for the user.

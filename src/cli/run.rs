@@ -31,9 +31,11 @@ const MOST_STEPS_TO_LEAVE: u64 = 100;
 /// Runs a scene and writes its results.
 pub(super) fn run(options: &options::Run) -> Result<Exit, Failure> {
     let started = Instant::now();
-    let scene = options.effective_scene()?;
+    let quiet = options.quiet;
+    let scene = waiting("reading the scene", quiet, || options.effective_scene())?;
     let threads = options.scene.threads();
-    let warnings = warnings(&scene).map_err(|error| options.scene.refuse(&error.into()))?;
+    let warnings = waiting("counting", quiet, || warnings(&scene))
+        .map_err(|error| options.scene.refuse(&error.into()))?;
     if !options.quiet {
         for warning in warnings {
             console::note(&format!("warning: {warning}"));

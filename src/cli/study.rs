@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use overfall::output::{OutputError, write_atomically};
+use overfall::scene::SceneError;
 use overfall::simd::InstructionSet;
 use overfall::study::{Event, Plan, StudyError, Table, chart, run};
 use serde::Serialize;
@@ -13,7 +14,9 @@ use serde::Serialize;
 use super::claims::{Claims, Writer};
 use super::exit::{Exit, Failure, cannot_write};
 use super::folder::{self, SUMMARY};
+use super::kinds::{Kind, with_kind};
 use super::stages::Display;
+use super::waiting::waiting;
 use super::{console, interrupt, options};
 
 /// Names in the folder, in addition to the summary's.
@@ -26,7 +29,18 @@ const LOOK_INTERVAL: Duration = Duration::from_secs(1);
 /// Runs a study and writes its results.
 pub(super) fn study(options: &options::Study) -> Result<Exit, Failure> {
     let started = Instant::now();
-    let plan = Plan::load(&options.study).map_err(|error| Failure::Refused(error.to_string()))?;
+    let plan = waiting("reading the study and its scenes", false, || {
+        Plan::load(&options.study)
+    });
+    let plan = plan.map_err(|error| {
+        let refusal = error.to_string();
+        Failure::Refused(match error {
+            StudyError::Scene(SceneError::Syntax { .. }) => {
+                with_kind(refusal, &options.study, Kind::Study)
+            }
+            _ => refusal,
+        })
+    })?;
     let root = folder::root(options.out.as_deref(), &plan.study.name);
     let writer = Writer {
         kind: "study",

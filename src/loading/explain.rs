@@ -4,7 +4,7 @@ use ron::error::{Error, SpannedError};
 use serde::de::DeserializeOwned;
 
 use super::ron_text::deserialize;
-use super::slips::{slip, slip_around};
+use super::slips::{slip, slip_around, slip_of_name, slip_within};
 use super::spans::{Kind, byte_at, is_name, line_column, scan};
 use crate::input::without_mark;
 use crate::scene::{Place, SceneError, unknown_name};
@@ -38,6 +38,15 @@ fn explain_in_file<T: DeserializeOwned>(
     let tree = scan(text);
     let mut message = explain(&error.code);
     let byte = match (&error.code, &tree) {
+        (Error::NoSuchEnumVariant { .. }, Some(tree)) => {
+            // What is no variant may be the value of one: `density` for `Run("density")`.
+            let node = tree.name_that_ends(end, text);
+            let slip = node.and_then(|node| slip_of_name::<T>(text, node.span.clone()));
+            if let (Some(slip), Some(node)) = (slip, node) {
+                message = slip.in_file(&text[node.span.clone()]);
+            }
+            start
+        }
         (Error::NoSuchStructField { .. } | Error::NoSuchEnumVariant { .. }, _) => start,
         (Error::DuplicateStructField { field, .. }, Some(tree)) => {
             tree.last_key(field, end).map_or(end, |key| key.start)
@@ -49,8 +58,13 @@ fn explain_in_file<T: DeserializeOwned>(
         }
         (_, Some(tree)) => match tree.innermost(end) {
             Some(node) => {
+                let around = tree.bracket(end).unwrap_or(node);
                 if let Some(slip) = slip::<T>(text, node.span.clone()) {
                     message = slip.in_file(&text[node.span.clone()]);
+                } else if let Some(slip) = slip_within::<T>(text, around.span.clone()) {
+                    message = slip.in_file(&text[around.span.clone()]);
+                } else if let Some(sign) = foreign_sign(&error.code, &text[..end], &text[end..]) {
+                    message = sign.to_owned();
                 } else if node.kind == Kind::Leaf
                     && node.span.end == end
                     && is_name(&text[node.span.clone()])
@@ -69,7 +83,12 @@ fn explain_in_file<T: DeserializeOwned>(
                 message = slip;
                 start
             }
-            None => end,
+            None => {
+                if let Some(sign) = foreign_sign(&error.code, &text[..end], &text[end..]) {
+                    message = sign.to_owned();
+                }
+                end
+            }
         },
     };
     let (line, column) = line_column(text, byte);
@@ -80,6 +99,21 @@ fn explain_in_file<T: DeserializeOwned>(
             column,
         },
         message,
+    }
+}
+
+/// A sign of another language right at the place of an error, and what would be right.
+fn foreign_sign(code: &Error, before: &str, rest: &str) -> Option<&'static str> {
+    let next = rest.trim_start().chars().next()?;
+    let last = before.trim_end().chars().next_back();
+    match (last, next) {
+        (_, '#') => Some("a comment begins with `//`"),
+        (_, '*' | '+') => Some("numbers are written out: there is no arithmetic"),
+        (_, ';') => Some("fields and values are separated by commas"),
+        (Some('(' | ','), '"' | '\'') if *code == Error::ExpectedIdentifier => {
+            Some("the name of a field has no quotes")
+        }
+        _ => None,
     }
 }
 
@@ -131,6 +165,11 @@ pub(super) fn explain(error: &Error) -> String {
             format!("expected `(…)` with the fields of `{expected}`, found `{found}`")
         }
         Error::ExpectedComma => "expected a comma".to_owned(),
+        // What ron does with one `/`, which could begin a comment.
+        Error::UnexpectedChar(found) => format!(
+            "unexpected `{found}` after `/`: numbers are written out, there is no division, and a comment begins with \
+             `//`"
+        ),
         Error::ExpectedMapColon => "expected a colon after the field's name".to_owned(),
         Error::Eof => "the text ends too early; a bracket is not closed".to_owned(),
         Error::TrailingCharacters => "text after the end; a bracket closes too early".to_owned(),

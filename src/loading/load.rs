@@ -8,7 +8,7 @@ use super::check::{self, Problem, Size};
 use super::explain::{place_of, read};
 use super::overrides::Override;
 use super::ron_text::{options, plain_names};
-use crate::input::{read_text, without_mark};
+use crate::input::{no_file, read_text, without_mark};
 use crate::scene::{BodyForce, BoundaryShape, Place, Scene, SceneError, VelocityField};
 
 impl Scene {
@@ -22,12 +22,13 @@ impl Scene {
         })?;
         let file_name = path.display().to_string();
         let scene = Self::parse(&text, &file_name, overrides)?;
-        match &scene.order {
-            Some(order) if !Path::new(order).is_file() => {
-                let problem = Problem::new("order", format!("there is no file `{order}`"));
+        let missing = scene.order.as_deref().map(Path::new).and_then(no_file);
+        match missing {
+            Some(reason) => {
+                let problem = Problem::new("order", reason);
                 Err(locate(problem, &text, &file_name, overrides))
             }
-            _ => Ok(scene),
+            None => Ok(scene),
         }
     }
 

@@ -11,7 +11,7 @@ use ron::error::SpannedError;
 use super::explain::explain;
 use super::ron_text::{deserialize, options, plain_names};
 use super::slips::slip;
-use super::spans::{Lost, scan};
+use super::spans::{Lost, Node, scan};
 use crate::scene::{Place, Scene, SceneError, unknown_name};
 
 /// A change to one field of a scene.
@@ -91,12 +91,22 @@ impl Override {
                         .map_or(message, |slip| slip.in_override(&self.path, &self.value))
                 })
                 .map_err(refuse),
-            Some(Lost::NoField { at, known }) => Err(refuse(unknown_name(
-                "field",
-                steps[done],
-                at.name.or(Some(&here)).filter(|name| !name.is_empty()),
-                &known,
-            ))),
+            Some(Lost::NoField { at, known }) => {
+                let of = at.name.or(Some(&here)).filter(|name| !name.is_empty());
+                let message = unknown_name("field", steps[done], of, &known);
+                let path = self.in_dots().or_else(|| {
+                    let meant = deeper(at, &steps[done..])?;
+                    let shown = [&steps[..done], &[meant.as_str()]].concat();
+                    Some(shown.join("."))
+                });
+                Err(refuse(match path {
+                    Some(path) => format!(
+                        "unknown field `{}`; did you mean `{path}={}`?",
+                        steps[done], self.value
+                    ),
+                    None => message,
+                }))
+            }
             Some(Lost::NoEntry { length }) => Err(refuse(format!(
                 "`{here}` has no entry `{}`; it has {length}, numbered from 0",
                 steps[done]
@@ -124,6 +134,12 @@ impl Override {
         }
     }
 
+    /// The path with dots for the brackets of another language, `bodies[0]`; none if it has no brackets.
+    fn in_dots(&self) -> Option<String> {
+        let has_brackets = self.path.contains('[');
+        has_brackets.then(|| self.path.replace('[', ".").replace(']', ""))
+    }
+
     /// Tries the value as RON, then as a text without its quotes; the message is that of the first.
     fn replace(
         &self,
@@ -141,6 +157,33 @@ impl Override {
                 .map_err(|_| message.clone())?;
             splice(&quoted).map_err(|_| message)
         })
+    }
+}
+
+/// The path within a value to the one place deeper in it that some steps lead to from somewhere; none if there are
+/// several.
+fn deeper(at: &Node, steps: &[&str]) -> Option<String> {
+    let mut found: Vec<String> = Vec::new();
+    let is_same = |(name, step): (&&str, &&str)| {
+        let axes = [("0", "x"), ("1", "y"), ("2", "z")];
+        name == step || axes.contains(&(name, step))
+    };
+    at.leaves("", &mut |path, _| {
+        let names: Vec<&str> = path.split('.').collect();
+        for start in 1..names.len() {
+            let end = start + steps.len();
+            let part = names.get(start..end);
+            if part.is_some_and(|part| part.iter().zip(steps).all(is_same)) {
+                let path = [&names[..start], steps].concat().join(".");
+                if !found.contains(&path) {
+                    found.push(path);
+                }
+            }
+        }
+    });
+    match &mut found[..] {
+        [only] => Some(std::mem::take(only)),
+        _ => None,
     }
 }
 

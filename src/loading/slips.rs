@@ -4,6 +4,8 @@
 //! its place; what can be read then was meant. We use 2: ron itself says which variants and fields there are, so a
 //! field that is added later is answered, too.
 
+mod spelling;
+
 use std::ops::Range;
 
 use ron::error::Error;
@@ -72,17 +74,35 @@ pub(super) fn slip<T: DeserializeOwned>(text: &str, span: Range<usize>) -> Optio
     let place = Place::of::<T>(text, span)?;
     let value = text[place.span.clone()].trim();
     number(&place, value)
+        .or_else(|| spelling::slip(&place, value))
         .or_else(|| quotes(&place, value))
         .or_else(|| brackets(&place, value))
         .or_else(|| variants(&place, value))
         .or_else(|| fields(&place, value))
         .or_else(|| named(&place, value))
+        .or_else(|| spelling::signs(&place, value))
+}
+
+/// The slip in a name that is no variant, if it is the value of one.
+pub(super) fn slip_of_name<T: DeserializeOwned>(text: &str, span: Range<usize>) -> Option<Slip> {
+    let place = Place::of::<T>(text, span)?;
+    spelling::text(&place, text[place.span.clone()].trim())
+}
+
+/// The slip in the values of a bracket, of which one has a decimal comma.
+pub(super) fn slip_within<T: DeserializeOwned>(text: &str, span: Range<usize>) -> Option<Slip> {
+    let place = Place::of::<T>(text, span)?;
+    let value = text[place.span.clone()].trim();
+    spelling::decimal_comma(&place, value)
 }
 
 /// The slip in the number around a byte of a text that is not even RON, and where it begins: `0,05` and `1 s` are two
 /// values without a name or a comma.
 pub(super) fn slip_around<T: DeserializeOwned>(text: &str, byte: usize) -> Option<(String, usize)> {
     let start = 1 + text.get(..byte)?.rfind([':', '(', '[', '\n'])?;
+    if let Some(found) = in_single_quotes::<T>(text, start) {
+        return Some(found);
+    }
     let is_part = |c: char| c.is_alphanumeric() || ",.+-% µ".contains(c);
     let rest = &text[start..];
     let value = &rest[..rest.find(|c| !is_part(c)).unwrap_or(rest.len())];
@@ -90,6 +110,16 @@ pub(super) fn slip_around<T: DeserializeOwned>(text: &str, byte: usize) -> Optio
     let value = value.trim().trim_end_matches([',', ' ']);
     let place = Place::of::<T>(text, start..start + value.len())?;
     Some((number(&place, value)?.in_file(value), start))
+}
+
+/// A text in single quotes that begins there, and where.
+fn in_single_quotes<T: DeserializeOwned>(text: &str, start: usize) -> Option<(String, usize)> {
+    let rest = text[start..].trim_start();
+    let length = rest.strip_prefix('\'')?.find('\'')? + 2;
+    let start = text.len() - rest.len();
+    let place = Place::of::<T>(text, start..start + length)?;
+    let value = &rest[..length];
+    Some((spelling::text(&place, value)?.in_file(value), start))
 }
 
 /// A place in a text that other values are tried in.
@@ -143,6 +173,13 @@ fn number(place: &Place, value: &str) -> Option<Slip> {
     let bare = value.trim_matches('"').trim();
     let digits = bare.trim_end_matches(|c: char| c.is_alphabetic() || c == '%');
     let (digits, unit) = (digits.trim_end(), bare[digits.len()..].trim());
+    // Units may have digits themselves: `m/s2`.
+    let (digits, unit) = match bare.find(|c: char| c.is_alphabetic() && !matches!(c, 'e' | 'E')) {
+        Some(start) if digits.contains(['/', '^', '²', '³']) => {
+            (bare[..start].trim_end(), &bare[start..])
+        }
+        _ => (digits, unit),
+    };
     let (whole, part) = digits.split_once(',').unwrap_or((digits, ""));
     let plain = if part.is_empty() {
         whole.to_owned()
@@ -172,11 +209,18 @@ fn number(place: &Place, value: &str) -> Option<Slip> {
     place.takes(&meant).then(|| Slip::value(what, meant))
 }
 
-/// A variant or `true` in quotes.
+/// A variant or `true` in quotes, in capitals or not.
 fn quotes(place: &Place, value: &str) -> Option<Slip> {
     let inner = value.strip_prefix('"')?.strip_suffix('"')?;
     let is_right = !inner.is_empty() && place.takes(inner);
-    is_right.then(|| Slip::value("no quotes belong here", inner.to_owned()))
+    let meant = if is_right {
+        inner.to_owned()
+    } else {
+        let same = |known: &&str| known.eq_ignore_ascii_case(inner);
+        let known = variants_of(place)?.into_iter().find(same)?;
+        place.takes(known).then(|| known.to_owned())?
+    };
+    Some(Slip::value("no quotes belong here", meant))
 }
 
 /// A list in place of a vector, one value in place of either, and three values without a bracket.
@@ -200,9 +244,7 @@ fn brackets(place: &Place, value: &str) -> Option<Slip> {
 
 /// Something in place of one of some variants.
 fn variants(place: &Place, value: &str) -> Option<Slip> {
-    let Error::NoSuchEnumVariant { expected, .. } = place.refusal(NOBODY)? else {
-        return None;
-    };
+    let expected = variants_of(place)?;
     let is_name = value.starts_with(|c: char| c.is_alphabetic());
     let mut meant = None;
     for variant in expected.iter().filter(|_| !is_name) {
@@ -223,6 +265,14 @@ fn variants(place: &Place, value: &str) -> Option<Slip> {
     (!is_name).then_some(Slip { what, meant })
 }
 
+/// The variants that belong in the place.
+fn variants_of(place: &Place) -> Option<Vec<&'static str>> {
+    match place.refusal(NOBODY)? {
+        Error::NoSuchEnumVariant { expected, .. } => Some(expected.to_vec()),
+        _ => None,
+    }
+}
+
 /// One value in place of a struct that has a field for it.
 fn fields(place: &Place, value: &str) -> Option<Slip> {
     let known = fields_of(place, &format!("({NOBODY}: 0)"))?;
@@ -233,10 +283,15 @@ fn fields(place: &Place, value: &str) -> Option<Slip> {
         "expected `(…)` with the fields {}, found `{value}`",
         known.join(", ")
     );
+    let bare = value.trim_matches('"');
     for field in &known {
         if place.takes(&format!("({field}: {value})")) {
             let meant = Some(Meant::Field((*field).to_owned()));
             return Some(Slip { what, meant });
+        }
+        let unquoted = format!("({field}: {bare})");
+        if bare != value && !bare.is_empty() && place.takes(&unquoted) {
+            return Some(Slip::value(what, unquoted));
         }
     }
     for field in &known {

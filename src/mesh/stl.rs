@@ -146,9 +146,14 @@ fn text(text: &str) -> Result<Soup, String> {
 fn skip_name(words: &mut Peekable<SplitWhitespace>) {
     let ahead: Vec<&str> = words.clone().collect();
     let is = |word: &str, one: &str| word.eq_ignore_ascii_case(one);
+    // A name may have these two words; a facet has a number behind them, which some programs write as `-nan(ind)`.
+    let is_number = |word: &str| {
+        let word = word.to_ascii_lowercase();
+        word.parse::<f64>().is_ok() || word.contains("nan") || word.contains('#')
+    };
     let goes_on = ahead
-        .windows(2)
-        .any(|pair| is(pair[0], "facet") && is(pair[1], "normal"));
+        .windows(3)
+        .any(|words| is(words[0], "facet") && is(words[1], "normal") && is_number(words[2]));
     let ends = |word: &str| {
         goes_on
             && ["facet", "endsolid", "solid"]

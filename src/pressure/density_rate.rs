@@ -2,18 +2,42 @@
 //! v_b)·∇W_ib`, alone or with the [`stabilisation`](super::stabilisation) of the pressure.
 
 use bevy_ecs::prelude::*;
-use glam::Vec4;
+use glam::{Vec3, Vec4};
 
-use super::{
-    implicit::PredictedVelocities,
-    stabilisation::{Stabilisation, Stabilised},
-};
+use super::stabilisation::{Stabilisation, Stabilised};
 use crate::{
     boundary::sums::{BoundarySums, Walls},
     pairs::{Pair, PairSum, PairsWithGradients, broadcast, difference, dot},
     simd::Simd,
-    state::{Clock, Material, PressureAccelerations},
+    state::{Clock, Execution, Material, PressureAccelerations, Velocities},
 };
+
+/// Velocities at the end of the step \[m/s]. A sentinel of zero ends them.
+#[derive(Resource, Debug, Default)]
+pub struct PredictedVelocities(pub Vec<Vec4>);
+
+impl PredictedVelocities {
+    /// Writes velocities as a function of row and pressure acceleration.
+    pub(super) fn write(
+        &mut self,
+        velocities: &Velocities,
+        pressure_accelerations: &PressureAccelerations,
+        execution: &Execution,
+        change: impl Fn(usize, Vec3) -> Vec3 + Sync,
+    ) {
+        let rows = pressure_accelerations.0.len();
+        self.0.resize(rows + 1, Vec4::ZERO);
+        self.0[rows] = Vec4::ZERO;
+        execution.for_each_chunk(&mut self.0[..rows], |first, predicted| {
+            let columns = velocities.0[first..]
+                .iter()
+                .zip(&pressure_accelerations.0[first..]);
+            for (row, (predicted, (v, a_p))) in (first..).zip(predicted.iter_mut().zip(columns)) {
+                *predicted = (v.truncate() + change(row, *a_p)).extend(0.0);
+            }
+        });
+    }
+}
 
 /// Dρ/Dt of the predicted velocities \[kg/(m³ s)].
 #[derive(Resource, Debug, Default)]

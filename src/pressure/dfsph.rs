@@ -20,10 +20,10 @@ use glam::Vec4;
 
 use super::{
     convergence::Convergence,
-    density_rate::{DensityRate, DensityRates, sum_rates},
+    density_rate::{DensityRate, DensityRates, PredictedVelocities, sum_rates},
     diagonal::{DensitiesAndDiagonals, InverseDiagonals},
     force::pressure_force,
-    implicit::{self, Iterate, Jacobi, PredictedVelocities, store_pressures},
+    implicit::{self, Iterate, Jacobi, store_pressures},
     iterate::{PressureIteration, iterate, solve_pressure},
     solver::{Iterations, PressureSolver, Requirement, iterations},
     stabilisation::Stabilisation,

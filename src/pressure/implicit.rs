@@ -10,10 +10,9 @@
 //! `docs/decisions/momentum.md` has the stability limit and more figures.
 
 use bevy_ecs::prelude::*;
-use glam::{Vec3, Vec4};
 
 use super::{
-    density_rate::{DensityRates, predict_rates},
+    density_rate::{DensityRates, PredictedVelocities, predict_rates},
     diagonal::InverseDiagonals,
     force::pressure_force,
     stabilisation::Stabilisation,
@@ -159,10 +158,6 @@ impl Jacobi {
     }
 }
 
-/// Velocities at the end of the step \[m/s]. A sentinel of zero ends them.
-#[derive(Resource, Debug, Default)]
-pub struct PredictedVelocities(pub Vec<Vec4>);
-
 /// Inserts the resources of the iteration. A negative head start delays the momentum.
 pub fn install(
     world: &mut World,
@@ -214,29 +209,6 @@ pub fn predict_velocities(
         &execution,
         |row, a_p| dt * (accelerations[row] + share * a_p),
     );
-}
-
-impl PredictedVelocities {
-    /// Writes velocities as a function of row and pressure acceleration.
-    pub(super) fn write(
-        &mut self,
-        velocities: &Velocities,
-        pressure_accelerations: &PressureAccelerations,
-        execution: &Execution,
-        change: impl Fn(usize, Vec3) -> Vec3 + Sync,
-    ) {
-        let rows = pressure_accelerations.0.len();
-        self.0.resize(rows + 1, Vec4::ZERO);
-        self.0[rows] = Vec4::ZERO;
-        execution.for_each_chunk(&mut self.0[..rows], |first, predicted| {
-            let columns = velocities.0[first..]
-                .iter()
-                .zip(&pressure_accelerations.0[first..]);
-            for (row, (predicted, (v, a_p))) in (first..).zip(predicted.iter_mut().zip(columns)) {
-                *predicted = (v.truncate() + change(row, *a_p)).extend(0.0);
-            }
-        });
-    }
 }
 
 /// Corrects the pressure terms by the predicted densities.

@@ -9,10 +9,8 @@ use bevy_ecs::{prelude::*, schedule::ScheduleLabel, system::RunSystemOnce};
 use glam::Vec4;
 
 use super::{
-    convergence::Convergence,
-    implicit::{PredictedVelocities, store_pressures},
-    iterate::iterate,
-    warm_start,
+    convergence::Convergence, density_rate::PredictedVelocities, implicit::store_pressures,
+    iterate::iterate, warm_start,
 };
 use crate::{
     scene::{Criterion, NotConverged, Scene},

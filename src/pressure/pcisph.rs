@@ -19,10 +19,10 @@ use bevy_ecs::{
 use glam::Vec4;
 
 use super::{
-    density_rate::{DensityRates, sum_rates},
+    density_rate::{DensityRates, PredictedVelocities, sum_rates},
     diagonal::{self, InverseDiagonals, lattice_diagonal},
     force::pressure_force,
-    implicit::{self, Iterates, Jacobi, PredictedVelocities, store_pressures},
+    implicit::{self, Iterates, Jacobi, store_pressures},
     iterate::{LastCorrection, PressureIteration, solve_pressure},
     solver::{Iterations, PressureSolver, Requirement, iterations},
     stabilisation::Stabilisation,

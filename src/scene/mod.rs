@@ -51,8 +51,8 @@ pub struct Scene {
     pub dimension: Dimension,
     /// Distance of the particles at rest \[m].
     pub spacing: f32,
-    /// Function of the smoothing kernel. If absent the quintic spline in 2-D and the cubic in 3-D; the cubic, too, for a
-    /// `support` that is written.
+    /// Function of the smoothing kernel. If absent the quintic spline in 2-D and the cubic in 3-D; the cubic, too, for
+    /// a `support` that is written.
     #[serde(default)]
     pub kernel: Option<KernelFunction>,
     /// Support radius of the kernel in spacings \[-]; `h = support × spacing`. If absent what is advised for the kernel

@@ -75,8 +75,8 @@ pub struct Pcisph {
     /// Whether pressures are corrected once more after the prediction that met η, and the step is taken with their
     /// force: the paper's Algorithm 2 to the letter. Without it the step goes to the prediction itself.
     pub last_correction: bool,
-    /// Share κ of the compact Laplacian in the system \[-], which keeps pressure from alternating between particles (see
-    /// [`stabilisation`](crate::pressure::stabilisation)); the paper's is 0.
+    /// Share κ of the compact Laplacian in the system \[-], which keeps pressure from alternating between particles
+    /// (see [`stabilisation`](crate::pressure::stabilisation)); the paper's is 0.
     pub stabilisation: f32,
 }
 
@@ -106,8 +106,8 @@ pub struct Iisph {
     /// Whether corrections have momentum: fewer iterations, most of all in deep water (see
     /// [`implicit`](crate::pressure::implicit)). The paper's have none.
     pub momentum: bool,
-    /// Share κ of the compact Laplacian in the system \[-], which keeps pressure from alternating between particles (see
-    /// [`stabilisation`](crate::pressure::stabilisation)); the paper's is 0.
+    /// Share κ of the compact Laplacian in the system \[-], which keeps pressure from alternating between particles
+    /// (see [`stabilisation`](crate::pressure::stabilisation)); the paper's is 0.
     pub stabilisation: f32,
 }
 
@@ -144,8 +144,8 @@ pub struct Dfsph {
     pub min_divergence_iterations: u32,
     /// After so many the divergence that is left is left: the density solve has the last word.
     pub max_divergence_iterations: u32,
-    /// Share κ of the compact Laplacian in the system \[-], which keeps pressure from alternating between particles (see
-    /// [`stabilisation`](crate::pressure::stabilisation)); the paper's is 0.
+    /// Share κ of the compact Laplacian in the system \[-], which keeps pressure from alternating between particles
+    /// (see [`stabilisation`](crate::pressure::stabilisation)); the paper's is 0.
     pub stabilisation: f32,
 }
 
@@ -178,8 +178,8 @@ impl Default for PressureMethod {
 }
 
 /// Of IISPH and DFSPH: share of the last pressures that a step starts from \[-], share of the compression found that a
-/// step removes, and share of the compact Laplacian. Measured on tanks of 10 to 240 rows, waves, drops and dam breaks in
-/// 2-D and 3-D: `docs/decisions/stabilisation.md`.
+/// step removes, and share of the compact Laplacian. Measured on tanks of 10 to 240 rows, waves, drops and dam breaks
+/// in 2-D and 3-D: `docs/decisions/stabilisation.md`.
 const WARM_START: f32 = 0.9;
 const RECOVERY: f32 = 0.1;
 const STABILISATION: f32 = 0.1;

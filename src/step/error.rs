@@ -26,6 +26,22 @@ pub struct StartDensity {
     pub place: Vec3,
     /// Mean of `max(0, (ρ − ρ0)/ρ0)` over all particles \[-].
     pub mean_error: f32,
+    /// Distance from that particle to the nearest other one, of the fluid or of a wall \[spacings]; infinite if there
+    /// is none. In a lattice it is 1, beside a wall about as much.
+    pub nearest: f32,
+}
+
+/// How much too near something is to the particle that is compressed most.
+fn depth(start: &StartDensity) -> String {
+    let nearest = start.nearest;
+    if nearest < 1.0 {
+        let depth = 1.0 - nearest;
+        format!(
+            "the nearest particle is {nearest:.2} spacings away, too near by {depth:.2} spacings"
+        )
+    } else {
+        format!("several are as near as one may be, {nearest:.2} spacings")
+    }
 }
 
 /// Why a scene could not be set up.
@@ -47,9 +63,9 @@ pub enum InstallError {
     /// The fluid is so compressed at the start that it would explode.
     #[error(
         "the fluid starts {:.1} % above its rest density at ({:.4}, {:.4}, {:.4}) m, more than {:.0} %: a wall, or \
-         other fluid, is nearer there than it may be; move the fluid away from there by a part of the spacing, or let \
-         walls that are thinner than 1.2 spacings be thicker",
-        100.0 * .0.max_error, .0.place.x, .0.place.y, .0.place.z, 100.0 * LARGEST_ERROR
+         other fluid, is nearer there than it may be ({}); move the fluid away from there by a part of the spacing, or \
+         let walls that are thinner than 1.2 spacings be thicker",
+        100.0 * .0.max_error, .0.place.x, .0.place.y, .0.place.z, 100.0 * LARGEST_ERROR, depth(.0)
     )]
     Compressed(StartDensity),
     /// The file of a mesh was removed or changed since the scene was checked.

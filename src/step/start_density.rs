@@ -8,7 +8,7 @@ use glam::Vec3;
 
 use super::{
     error::{InstallError, StartDensity},
-    start_errors::{allowed, errors},
+    start_errors::{allowed, errors, nearest},
 };
 use crate::{
     index::BoundarySamples,
@@ -38,9 +38,13 @@ pub(super) fn of(
     let first = errors.first().copied().unwrap_or_default();
     let (place, max_error) = errors.iter().fold(first, larger);
     let sum: f64 = errors.iter().map(|(_, error)| f64::from(*error)).sum();
+    let walls = walls.map_or(&[][..], BoundarySamples::points);
+    let particles = (seeds.iter().map(|seed| seed.position))
+        .chain(walls.iter().map(|sample| sample.truncate()));
     let found = StartDensity {
         max_error,
         place,
+        nearest: nearest(scene, place, particles),
         mean_error: (sum / errors.len().max(1) as f64) as f32,
     };
     allowed(scene, found)

@@ -21,6 +21,15 @@ pub(super) fn allowed(scene: &Scene, found: StartDensity) -> Result<StartDensity
     Ok(found)
 }
 
+/// Distance from a particle's place to the nearest other of some places \[spacings]; infinite if there is none.
+pub(super) fn nearest(scene: &Scene, place: Vec3, others: impl Iterator<Item = Vec3>) -> f32 {
+    // Of those in one place all but the first are others.
+    let mut is_found = false;
+    let squares = others.map(|other| other.distance_squared(place));
+    let squares = squares.filter(|&square| square > 0.0 || std::mem::replace(&mut is_found, true));
+    squares.fold(f32::INFINITY, f32::min).sqrt() / scene.spacing
+}
+
 /// Positions \[m] and compression `max(0, (ρ − ρ0)/ρ0)` \[-] of particles, due to each other and to walls.
 pub(super) fn errors(
     scene: &Scene,

@@ -9,7 +9,7 @@ use glam::{DVec3, IVec3, Vec3, Vec4};
 
 use super::{
     error::{InstallError, StartDensity},
-    start_errors::{allowed, errors},
+    start_errors::{allowed, errors, nearest},
 };
 use crate::{
     boundary,
@@ -22,8 +22,8 @@ use crate::{
 /// Approximate number of particles in a slab, 100 bytes each.
 const A_SLAB: f64 = 1e6;
 
-/// A mesh with at most this many candidates is sampled just for this check: 2 GB while it lasts.
-const MOST_CANDIDATES: f64 = 36e6;
+/// A mesh with at most this many candidates is sampled just for this check: 200 MB while it lasts.
+const MOST_CANDIDATES: f64 = 6e6;
 
 /// Density of a large scene, with the memory for one slab; `walls` are its samples if they exist already. `None` if
 /// only a run should spend the time and memory to sample its meshes.
@@ -79,6 +79,7 @@ fn of(
         max_error: 0.0,
         place: low.as_vec3(),
         mean_error: 0.0,
+        nearest: f32::INFINITY,
     };
     let (mut sum, mut particles) = (0.0, 0_usize);
     for k in 0..count {
@@ -98,11 +99,18 @@ fn of(
             .map_err(InstallError::Boundary)
             .map(|samples| (!walls.is_empty()).then_some(samples))?;
         let errors = errors(scene, points, walls.as_ref(), execution)?;
+        let before = found.max_error;
         for (place, error) in &errors[..targets] {
             sum += f64::from(*error);
             if *error > found.max_error {
                 (found.max_error, found.place) = (*error, *place);
             }
+        }
+        if found.max_error > before {
+            let walls = walls.iter().flat_map(|walls| walls.points());
+            let particles = (errors.iter().map(|(place, _)| *place))
+                .chain(walls.map(|sample| sample.truncate()));
+            found.nearest = nearest(scene, found.place, particles);
         }
     }
     found.mean_error = (sum / particles.max(1) as f64) as f32;

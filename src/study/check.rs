@@ -6,7 +6,7 @@ use std::path::Path;
 use super::memory::lacks_memory;
 use super::plan::{Plan, PlannedCase, PlannedVariant};
 use super::{Chart, Measure, Reference, Span, Start, Study, StudyError};
-use crate::input::read_text;
+use crate::input::{no_file, read_text};
 use crate::step::{InstallError, check_order};
 use crate::{
     loading::{Override, place_of, read},
@@ -42,6 +42,12 @@ impl Plan {
             reference,
         })
     }
+}
+
+/// Whether a text is that of a study, right or wrong.
+#[doc(hidden)]
+pub fn is_study(text: &str) -> bool {
+    read::<Study>(text, "").is_ok()
 }
 
 fn read_file(what: &'static str, path: &Path) -> Result<String, StudyError> {
@@ -208,11 +214,8 @@ impl Checker<'_> {
             return Ok(Reference::default());
         };
         let path = self.folder.join(name);
-        if !path.is_file() {
-            return self.refuse(
-                "reference",
-                format!("there is no file `{}`", path.display()),
-            );
+        if let Some(reason) = no_file(&path) {
+            return self.refuse("reference", reason);
         }
         let text = read_file("figures to compare with", &path)?;
         Reference::parse(&text).map_err(|(line, message)| StudyError::Refused {
@@ -360,9 +363,8 @@ impl Checker<'_> {
             }
         }
         let scene_file = self.folder.join(&self.study.scene);
-        if !scene_file.is_file() {
-            let message = format!("there is no scene file `{}`", scene_file.display());
-            return self.refuse("scene", message);
+        if let Some(reason) = no_file(&scene_file) {
+            return self.refuse("scene", reason);
         }
         let scene = Scene::load(&scene_file, &overrides).or_else(|error| {
             self.relocate(error, |change| {

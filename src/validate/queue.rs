@@ -2,14 +2,15 @@
 
 use std::ops::ControlFlow;
 use std::sync::{
-    Mutex,
+    Condvar, Mutex, MutexGuard,
     atomic::{AtomicBool, Ordering},
     mpsc,
 };
+use std::thread::Builder;
 use std::time::{Duration, Instant};
 
 use super::{Case, Findings, Method, Stopped};
-use crate::scene::shapes;
+use crate::{memory, scene::shapes, step::memory::need};
 
 /// Time between two progress reports of a job.
 const INTERVAL: Duration = Duration::from_millis(100);
@@ -64,6 +65,75 @@ impl Job {
         shapes::for_each_particle(&scene, |_| particles += 1.0);
         particles * f64::from(scene.duration * self.case.sound_speed / scene.spacing)
     }
+
+    /// The memory that it takes \[bytes]; none if it will be refused.
+    fn memory(&self) -> f64 {
+        let scene = self.case.scene(self.method, self.resolution).ok();
+        let size = scene.and_then(|scene| Some((scene.checked_size().ok()?, scene)));
+        let need = size.and_then(|(size, scene)| need(&scene, &size).ok());
+        need.map_or(0.0, |need| need.most)
+    }
+}
+
+/// Jobs that nobody does yet, and the memory that those which are done leave.
+struct Queue {
+    state: Mutex<State>,
+    /// Told when a job is over.
+    over: Condvar,
+    /// Memory that each job takes \[bytes].
+    needs: Vec<f64>,
+}
+
+struct State {
+    /// The next one last.
+    left: Vec<usize>,
+    free: f64,
+    running: usize,
+}
+
+impl Queue {
+    fn new(jobs: &[Job], left: Vec<usize>, free: f64) -> Self {
+        let state = State {
+            left,
+            free,
+            running: 0,
+        };
+        Self {
+            state: Mutex::new(state),
+            over: Condvar::new(),
+            needs: jobs.iter().map(Job::memory).collect(),
+        }
+    }
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(|lock| lock.into_inner())
+    }
+
+    /// The next job that there is memory for; waits for it beside others. One that takes more than there is runs alone,
+    /// and is refused in its own words.
+    fn take(&self) -> Option<usize> {
+        let mut state = self.state();
+        loop {
+            let fits = |&job: &usize| self.needs[job] <= state.free || state.running == 0;
+            match state.left.iter().rposition(fits) {
+                Some(at) => {
+                    let job = state.left.remove(at);
+                    state.free -= self.needs[job];
+                    state.running += 1;
+                    return Some(job);
+                }
+                None if state.left.is_empty() => return None,
+                None => state = (self.over.wait(state)).unwrap_or_else(|lock| lock.into_inner()),
+            }
+        }
+    }
+
+    fn give_back(&self, job: usize) {
+        let mut state = self.state();
+        state.free += self.needs[job];
+        state.running -= 1;
+        self.over.notify_all();
+    }
 }
 
 enum Word {
@@ -95,14 +165,22 @@ pub fn run_all(
     let all: f64 = works.iter().sum();
     let mut order: Vec<usize> = (0..jobs.len()).collect();
     order.sort_by(|&a, &b| works[a].total_cmp(&works[b]));
-    let (left, stop) = (Mutex::new(order), AtomicBool::new(false));
+    let queue = Queue::new(jobs, order, memory::of_machine() as f64);
+    let stop = AtomicBool::new(false);
     let mut outcomes: Vec<Option<Outcome>> = jobs.iter().map(|_| None).collect();
     let mut done = vec![0.0; jobs.len()];
     std::thread::scope(|scope| {
         let (send, receive) = mpsc::channel();
+        let (queue, stop) = (&queue, &stop);
+        let mut started = 0;
         for _ in 0..threads.clamp(1, jobs.len().max(1)) {
-            let (send, left, stop) = (send.clone(), &left, &stop);
-            scope.spawn(move || work(jobs, left, stop, &send));
+            let send = send.clone();
+            let thread = Builder::new().spawn_scoped(scope, move || work(jobs, queue, stop, &send));
+            // Where the system refuses a thread, those that there are do the jobs.
+            started += usize::from(thread.is_ok());
+        }
+        if started == 0 {
+            work(jobs, queue, stop, &send);
         }
         drop(send);
         for word in receive {
@@ -133,10 +211,9 @@ pub fn run_all(
 }
 
 /// Runs jobs until none is left.
-fn work(jobs: &[Job], left: &Mutex<Vec<usize>>, stop: &AtomicBool, send: &mpsc::Sender<Word>) {
+fn work(jobs: &[Job], queue: &Queue, stop: &AtomicBool, send: &mpsc::Sender<Word>) {
     while !stop.load(Ordering::Relaxed) {
-        let next = left.lock().unwrap_or_else(|lock| lock.into_inner()).pop();
-        let Some(number) = next else {
+        let Some(number) = queue.take() else {
             return;
         };
         let job = jobs[number];
@@ -158,6 +235,7 @@ fn work(jobs: &[Job], left: &Mutex<Vec<usize>>, stop: &AtomicBool, send: &mpsc::
                     ControlFlow::Continue(())
                 }
             });
+        queue.give_back(number);
         if matches!(result, Err(Stopped::Asked)) {
             return;
         }
@@ -169,5 +247,40 @@ fn work(jobs: &[Job], left: &Mutex<Vec<usize>>, stop: &AtomicBool, send: &mpsc::
         if send.send(Word::Done(number, outcome)).is_err() {
             return;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Jobs side by side never take more memory than there is, but for one that takes more than that alone.
+    #[test]
+    fn jobs_wait_for_the_memory_of_others() {
+        let queue = Queue {
+            state: Mutex::new(State {
+                left: vec![3, 2, 1, 0],
+                free: 10.0,
+                running: 0,
+            }),
+            over: Condvar::new(),
+            needs: vec![6.0, 5.0, 4.0, 30.0],
+        };
+        assert_eq!(queue.take(), Some(0));
+        // The longest that fits: 1 does not.
+        assert_eq!(queue.take(), Some(2));
+        queue.give_back(0);
+        assert_eq!(queue.take(), Some(1));
+        std::thread::scope(|scope| {
+            let waiting = scope.spawn(|| queue.take());
+            queue.give_back(1);
+            assert_eq!(queue.state().running, 1);
+            queue.give_back(2);
+            assert_eq!(waiting.join().ok(), Some(Some(3)));
+        });
+        assert_eq!(queue.take(), None);
+        queue.give_back(3);
+        let state = queue.state();
+        assert_eq!((state.free, state.running), (10.0, 0));
     }
 }

@@ -4,7 +4,7 @@ use std::fs;
 
 use serde_json::Value;
 
-use crate::support::{TINY, assert_exit, folder_with_tiny, overfall, stderr, stdout};
+use crate::support::{TINY, assert_exit, folder_with, folder_with_tiny, overfall, stderr, stdout};
 
 #[test]
 fn help_names_every_command_and_option() {
@@ -170,4 +170,32 @@ fn slips_on_the_command_line_are_answered() {
     ] {
         assert!(stderr(&output).contains(remedy), "{}", stderr(&output));
     }
+}
+
+#[test]
+fn a_file_that_belongs_to_another_command_is_known_as_what_it_is() {
+    let study = r#"(name: "s", scene: "tiny.ron", variants: [(name: "a")], block: Steps(1),
+        columns: [(name: "n", measure: Iterations)])"#;
+    let order = r#"(stages: [Run("gather")])"#;
+    let folder = folder_with(&[
+        ("tiny.ron", TINY),
+        ("study.ron", study),
+        ("order.ron", order),
+    ]);
+    for (arguments, named) in [
+        (["run", "study.ron"], "this is a study"),
+        (["check", "study.ron"], "this is a study"),
+        (["check", "order.ron"], "this is an order"),
+        (["study", "tiny.ron"], "this is a scene"),
+        (["study", "order.ron"], "this is an order"),
+    ] {
+        let output = overfall(&folder, &arguments);
+        assert_exit(&output, 2);
+        let errors = stderr(&output);
+        assert!(errors.contains(named), "{errors}");
+    }
+    // A study whose scene is wrong is still a study.
+    std::fs::write(folder.path().join("tiny.ron"), "(name)").expect("a file");
+    let errors = overfall(&folder, &["study", "study.ron"]);
+    assert!(!stderr(&errors).contains("this is"), "{}", stderr(&errors));
 }

@@ -104,7 +104,7 @@ fn inputs_that_lie_in_the_folder_stay_as_they_are() {
     let output = overfall(&folder, &again);
     assert_exit(&output, 2);
     assert!(
-        stderr(&output).contains("it is read"),
+        stderr(&output).contains("it is an input"),
         "{}",
         stderr(&output)
     );

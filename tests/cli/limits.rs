@@ -72,7 +72,10 @@ fn a_folder_that_is_removed_ends_the_run() {
         }
         let (status, errors) = wait(run);
         assert_eq!(status, Some(1), "{errors}");
-        assert!(errors.contains("history.csv: it was removed"), "{errors}");
+        assert!(
+            errors.contains("history.csv: the file or its folder was removed"),
+            "{errors}"
+        );
         if again {
             let kept = fs::read_to_string(out.join("history.csv")).expect("a file");
             assert_eq!(kept, "mine");
@@ -108,7 +111,9 @@ fn a_full_disk_leaves_whole_rows_and_a_summary() {
 fn what_is_no_file_is_refused_at_once() {
     let folder = folder();
     let made = Command::new("sh")
-        .args(["-c", "mkfifo pipe.ron && ln -s /dev/zero zero.ron && ln -s /dev/zero zero.obj && mkdir folder.ron"])
+        .args(["-c", "mkfifo pipe.ron && ln -s /dev/zero zero.ron && ln -s /dev/zero zero.obj && mkdir folder.ron run \
+         && \
+            mkfifo run/checkpoint.overfall"])
         .current_dir(folder.path())
         .status()
         .expect("sh starts");
@@ -122,11 +127,22 @@ fn what_is_no_file_is_refused_at_once() {
         (&["study", "pipe.ron"], "a pipe"),
         (&["study", "zero.ron"], "a device"),
         (&["run", "mesh.ron"], "zero.obj"),
-        (&["run", "long.ron", "--set", "order=pipe.ron"], "pipe.ron"),
+        (
+            &["run", "long.ron", "--set", "order=pipe.ron"],
+            "`pipe.ron` is a pipe",
+        ),
+        (&["run", "long.ron", "--resume", "pipe.ron"], "a pipe"),
+        (&["run", "long.ron", "--resume", "zero.ron"], "a device"),
+        (&["run", "long.ron", "--resume", "run"], "a pipe"),
     ] {
         let output = overfall(&folder, arguments);
         assert_exit(&output, 2);
         assert!(stderr(&output).contains(named), "{}", stderr(&output));
+    }
+    for out in ["long.ron", "pipe.ron", "zero.ron", "long.ron/below"] {
+        let output = overfall(&folder, &["run", "long.ron", "--steps=1", "--out", out]);
+        assert_exit(&output, 1);
+        assert!(stderr(&output).contains("no folder"), "{}", stderr(&output));
     }
 }
 

@@ -240,7 +240,7 @@ fn every_spoilt_study_is_refused_with_its_place_and_a_remedy() {
         ("LargestDensityError", "MaxDensityError", "s.ron:19:34", &["unknown variant `MaxDensityError`",
             "LargestDensityError"]),
         ("    block: Steps(4),\n", "", "s.ron:1:1", &["the field `block`", "no default"]),
-        ("tiny.ron", "tony.ron", "s.ron:4:12", &["there is no scene file", "tony.ron"]),
+        ("tiny.ron", "tony.ron", "s.ron:4:12", &["there is no file", "tony.ron"]),
         ("\"cells\"", "\"a/b\"", "s.ron:2:11", &["without slashes"]),
         ("blocks: 3", "blocks: 0", "s.ron:13:13", &["at least 1"]),
         ("Steps(4)", "Steps(0)", "s.ron:12:12", &["at least 1"]),

@@ -212,6 +212,119 @@ fn fluid_starts_at_rest_or_is_refused_with_depth_and_place() {
     );
 }
 
+/// A plate as a mesh, between two bodies of water, of every thickness and at every place of the fluid's lattice.
+#[test]
+fn thin_plates_of_meshes_rest_or_are_refused_with_depth_and_place() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("plate.obj");
+    let (mut refused, mut taken) = (0, 0);
+    for thickness in [0.2_f32, 0.6, 0.9, 1.1, 1.4, 2.0] {
+        for shift in [0.0_f32, 0.35, 0.5] {
+            let (left, right) = (0.2 + 0.02 * shift, 0.2 + 0.02 * (shift + thickness));
+            let mut text = String::new();
+            for k in 0..8 {
+                let x = if k % 2 == 0 { left } else { right };
+                let (y, z) = ([-0.05, 0.4][k / 2 % 2], [-0.05, 0.25][k / 4]);
+                text += &format!("v {x} {y} {z}\n");
+            }
+            text += "f 1 5 7 3\nf 2 4 8 6\nf 1 2 6 5\nf 3 7 8 4\nf 1 3 4 2\nf 5 6 8 7\n";
+            std::fs::write(&file, text).expect("a mesh");
+            let body = |x: f32| {
+                let end = x + 0.2;
+                format!("(shape: Box(min: ({x}, 0, 0), max: ({end}, 0.2, 0.2)))")
+            };
+            let scene = format!(
+                "(name: \"s\", spacing: 0.02, bodies: [{}, {}], boundaries: [Mesh(file: {file:?})])",
+                body(0.0),
+                body(right)
+            );
+            match start(&scene) {
+                Ok(error) => {
+                    taken += 1;
+                    assert!(thickness > 0.8 && error < 0.1, "{thickness}: {error}");
+                }
+                Err(error) => {
+                    refused += 1;
+                    assert!(thickness < 1.1, "{thickness}: {error}");
+                    assert!(
+                        error.contains(") m") && error.contains("too near by 0."),
+                        "{error}"
+                    );
+                }
+            }
+        }
+    }
+    assert!(refused >= 6 && taken >= 9, "{refused}, {taken}");
+}
+
+/// Bodies, solids and tanks by the thousand, most of them far from each other: the one that is wrong is found, and all
+/// that is right is let through.
+#[test]
+fn among_many_bodies_and_solids_the_wrong_one_is_named() {
+    const SIDE: usize = 40;
+    let scene = |dimension: u8, spoilt: &str| {
+        let (mut bodies, mut boundaries) = (Vec::new(), Vec::new());
+        for k in 0..SIDE * SIDE {
+            let (x, y) = ((k % SIDE) as f32, (k / SIDE) as f32);
+            let depth = if dimension == 2 { 0.0 } else { 0.1 };
+            bodies.push(format!(
+                "(shape: Box(min: ({x}, {y}, 0), max: ({}, {}, {depth})))",
+                x + 0.2,
+                y + 0.2
+            ));
+            boundaries.push(match k % 2 {
+                0 => format!(
+                    "Tank(min: ({x}, {y}, 0), max: ({}, {}, {depth}), open: {})",
+                    x + 0.4,
+                    y + 0.2,
+                    k % 4 == 0
+                ),
+                _ => format!("Sphere(center: ({}, {y}, 0), radius: 0.25)", x + 0.6),
+            });
+        }
+        // Bodies beside the spheres stand in no tank.
+        boundaries.push(format!(
+            "Tank(min: (-1, -1, {}), max: (41, 41, {}))",
+            if dimension == 2 { 0 } else { -1 },
+            if dimension == 2 { 0 } else { 2 },
+        ));
+        let text = format!(
+            "(name: \"s\", dimension: {dimension}, spacing: 0.1, bodies: [{}], boundaries: [{}])",
+            bodies.join(", "),
+            boundaries.join(", ")
+        );
+        let text = match spoilt.split_once(" => ") {
+            Some((from, to)) => text.replacen(from, to, 1),
+            None => text,
+        };
+        Scene::parse(&text, "s.ron", &[]).map_err(|error| error.to_string())
+    };
+    for dimension in [2, 3] {
+        scene(dimension, "").unwrap_or_else(|error| panic!("{error}"));
+        for (spoilt, named) in [
+            (
+                "min: (17, 12, 0), max: (17.2, 12.2 => min: (17, 12, 0), max: (17.2, 13.2",
+                "`bodies.497`",
+            ),
+            (
+                "center: (17.6, 12, 0) => center: (17.3, 12, 0)",
+                "`boundaries.497`",
+            ),
+            (
+                "Box(min: (16, 12, 0), max: (16.2 => Box(min: (16, 12, 0), max: (16.5",
+                "`boundaries.496`",
+            ),
+            (
+                "(0, 0, 0), max: (0.2, 0.2 => (-3, 0, 0), max: (-2.8, 0.2",
+                "outside every tank",
+            ),
+        ] {
+            let error = scene(dimension, spoilt).expect_err(spoilt);
+            assert!(error.contains(named), "{spoilt}: {error}");
+        }
+    }
+}
+
 /// Bodies far from the origin have as many spacings as at the origin, although coordinates there are rounded to a
 /// fraction of a spacing.
 #[test]

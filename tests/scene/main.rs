@@ -6,6 +6,7 @@ mod mesh_support;
 mod support;
 
 mod errors;
+mod errors_of_motion;
 mod extremes;
 mod files;
 mod mesh_corpus;
@@ -13,3 +14,4 @@ mod mesh_files;
 mod mesh_sampling;
 mod overrides;
 mod readers;
+mod slips;

@@ -6,6 +6,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use overfall::measure::Curve;
 use overfall::step::Order;
 use overfall::study::{Plan, Reference};
 use overfall::{
@@ -240,6 +241,27 @@ fn tables_of_figures_are_read_or_refused() {
     try_texts(&corpus, |text| {
         if let Err((line, message)) = Reference::parse(text) {
             assert!(line >= 1 && line <= 1 + text.lines().count() && !message.is_empty());
+        }
+    });
+}
+
+#[test]
+fn figures_of_gauges_are_read_or_refused() {
+    let corpus = [texts("tests/corpus/tables"), texts("assets/reference")].concat();
+    let file = Path::new("f.csv");
+    try_texts(&corpus, |text| {
+        for columns in [[None; 2], [Some("t"), None], [None, Some("")]] {
+            match Curve::parse(text, file, columns, |[t, y]| (t, y)) {
+                Err(error) => assert_says_something(&error.to_string()),
+                Ok(curve) => {
+                    let points = &curve.points;
+                    assert!(points.is_sorted_by(|a, b| a.0 <= b.0) && !points.is_empty());
+                    let times = points.iter().map(|point| point.0);
+                    for time in times.chain([f64::NAN, f64::INFINITY, -1e308]) {
+                        let _ = curve.at(time);
+                    }
+                }
+            }
         }
     });
 }

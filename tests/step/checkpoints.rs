@@ -5,7 +5,7 @@ use std::fs;
 use bevy_ecs::prelude::*;
 use overfall::{
     Simulation, StepReport,
-    checkpoint::{self, Checkpoint, CheckpointError, FORMAT_VERSION},
+    checkpoint::{self, Checkpoint, CheckpointError},
     scene::{IndexStructure, PressureMethod, Scene, TimeStep},
     state::particle::{Fluid, ParticleId, Position, Velocity},
     time_step::AdaptiveTimeStep,
@@ -14,7 +14,7 @@ use overfall::{
 use crate::common::{methods, pcisph, run};
 
 /// 15 × 20 particles in 2-D that fall into the corner of a tank, with viscosity and surface tension.
-fn scene(pressure: PressureMethod, structure: IndexStructure, time_step: &str) -> Scene {
+pub(super) fn scene(pressure: PressureMethod, structure: IndexStructure, time_step: &str) -> Scene {
     let text = format!(
         r#"(
             name: "corner",
@@ -104,7 +104,7 @@ fn assert_goes_on(scene: &Scene, before: usize, after: usize) -> bool {
     expected.iter().any(|report| report.taken_back.is_some())
 }
 
-const STEP_CONTROLS: [&str; 3] = [
+pub(super) const STEP_CONTROLS: [&str; 3] = [
     "Fixed(0.0005)",
     "Cfl(factor: 0.3, min: 1e-5, max: 0.002)",
     "Adaptive(density_error: 0.01)",
@@ -231,65 +231,6 @@ fn between_two_runs_of_a_rare_stage_there_is_no_checkpoint() {
     for before in [6, 9] {
         assert_goes_on(&scene, before, 8);
     }
-}
-
-#[test]
-fn what_is_no_whole_checkpoint_is_refused_with_the_reason() {
-    let scene = scene(pcisph(), IndexStructure::CompactHashing, STEP_CONTROLS[2]);
-    let mut simulation = Simulation::with_threads(&scene, 1).expect("a scene that runs");
-    run(&mut simulation, 3);
-    let bytes = Checkpoint::of(simulation.world_mut())
-        .expect("a checkpoint")
-        .to_bytes();
-    let refusal = |bytes: &[u8]| {
-        Checkpoint::read(&mut &bytes[..])
-            .map(|_| ())
-            .expect_err("a refusal")
-    };
-    for foreign in [
-        &b""[..],
-        b"ply\nformat ascii 1.0\n",
-        b"(name: \"x\")",
-        &[0; 64],
-    ] {
-        assert!(
-            matches!(refusal(foreign), CheckpointError::Foreign),
-            "{foreign:?}"
-        );
-    }
-    for length in (1..bytes.len())
-        .step_by(997)
-        .chain([8, 19, 20, 21, bytes.len() - 1])
-    {
-        let error = refusal(&bytes[..length]);
-        assert!(
-            matches!(error, CheckpointError::Truncated { .. }),
-            "{length}: {error}"
-        );
-    }
-    for at in (20..bytes.len())
-        .step_by(1013)
-        .chain([8, 11, bytes.len() - 1])
-    {
-        let mut altered = bytes.clone();
-        altered[at] ^= 0x10;
-        let error = refusal(&altered);
-        assert!(
-            matches!(error, CheckpointError::Altered { .. }),
-            "{at}: {error}"
-        );
-    }
-    let longer = [&bytes[..], b"\n"].concat();
-    assert!(matches!(refusal(&longer), CheckpointError::Altered { .. }));
-    let mut newer = bytes[..bytes.len() - 4].to_vec();
-    newer[8..12].copy_from_slice(&(FORMAT_VERSION + 1).to_le_bytes());
-    newer.extend(crc32fast::hash(&newer).to_le_bytes());
-    let error = refusal(&newer);
-    assert!(matches!(error, CheckpointError::Version { .. }), "{error}");
-    assert!(
-        error.to_string().contains("newer") || error.to_string().contains("format 2"),
-        "{error}"
-    );
 }
 
 #[test]

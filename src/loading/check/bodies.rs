@@ -9,6 +9,7 @@ use std::collections::HashMap;
 use glam::{DVec3, I64Vec3, Vec3};
 use smallvec::SmallVec;
 
+use super::boxes::Boxes;
 use super::problem::{Checked, Problem, ensure};
 use super::proper::{AXIS_NAMES, axes, box_is_proper, is_flat, radius_is_proper};
 use super::solids::Obstacle;
@@ -111,30 +112,61 @@ pub(super) fn places(scene: &Scene, meshes: &[Option<Mesh>]) -> Checked {
             tolerance: spacing * tolerance(min.abs().max(max.abs()).max_element(), spacing),
         };
         in_domain(scene, &body)?;
-        in_a_tank(scene, &body)?;
-        clear_of_obstacles(scene, meshes, &body)?;
         bodies.push(body);
+    }
+    let surroundings = Surroundings::new(scene, meshes, &bodies);
+    for body in &bodies {
+        in_a_tank(scene, body, &surroundings)?;
+        clear_of_obstacles(scene, body, &surroundings)?;
     }
     all_apart(&bodies, spacing)
 }
 
-/// No two bodies overlap or are nearer than a lattice. Along the axis on which the bodies are spread most, each is held
-/// against those only that begin before it ends.
+/// Tanks and obstacles of a scene, to be found by their places.
+struct Surroundings<'a> {
+    obstacles: Vec<(usize, Obstacle<'a>)>,
+    near_obstacles: Boxes,
+    tanks: usize,
+    near_tanks: Boxes,
+}
+
+impl<'a> Surroundings<'a> {
+    fn new(scene: &Scene, meshes: &'a [Option<Mesh>], bodies: &[Particles]) -> Self {
+        let mut obstacles = Vec::new();
+        let (mut around, mut tanks) = (Vec::new(), Vec::new());
+        let thickness = 2.0 * f64::from(layer_depth(scene)) + f64::from(scene.spacing);
+        let top = bodies
+            .iter()
+            .fold(f64::NEG_INFINITY, |top, body| top.max(body.max.y));
+        for (index, (boundary, mesh)) in scene.boundaries.iter().zip(meshes).enumerate() {
+            if let BoundaryShape::Tank { min, max, open, .. } = *boundary {
+                let (min, mut max) = (min.as_dvec3() - thickness, max.as_dvec3() + thickness);
+                // Fluid may stand above its rim.
+                if open {
+                    max.y = max.y.max(top + thickness);
+                }
+                tanks.push((index, Some((min, max))));
+            } else if let Some(obstacle) = Obstacle::new(boundary, mesh.as_ref(), scene) {
+                around.push((obstacles.len(), obstacle.bounds()));
+                obstacles.push((index, obstacle));
+            }
+        }
+        Self {
+            obstacles,
+            near_obstacles: Boxes::new(around),
+            tanks: tanks.len(),
+            near_tanks: Boxes::new(tanks),
+        }
+    }
+}
+
+/// No two bodies overlap or are nearer than a lattice. Each is held against those before it whose boxes are near.
 fn all_apart(bodies: &[Particles], spacing: f64) -> Checked {
-    let middles = bodies.iter().map(|body| 0.5 * (body.min + body.max));
-    let mean = middles.clone().sum::<DVec3>() / bodies.len().max(1) as f64;
-    let from_mean = middles.map(|middle| middle - mean);
-    let spread: DVec3 = from_mean.map(|from| from * from).sum();
-    let most = |best: usize, k: usize| if spread[k] > spread[best] { k } else { best };
-    let axis = (0..3).fold(0, most);
-    let mut order: Vec<usize> = (0..bodies.len()).collect();
-    order.sort_by(|&a, &b| bodies[a].min[axis].total_cmp(&bodies[b].min[axis]));
-    for (place, &body) in order.iter().enumerate() {
-        let end = bodies[body].max[axis] + spacing;
-        let later = order[place + 1..].iter();
-        for &other in later.take_while(|&&other| bodies[other].min[axis] <= end) {
-            let (first, second) = (body.min(other), body.max(other));
-            apart(&bodies[first], first, &bodies[second], spacing)?;
+    let boxes = bodies.iter().map(|body| Some((body.min, body.max)));
+    let boxes = Boxes::new(boxes.enumerate().collect());
+    for (second, body) in bodies.iter().enumerate() {
+        for first in boxes.near(body.min - spacing, body.max + spacing, second) {
+            apart(&bodies[first], first, body, spacing)?;
         }
     }
     Ok(())
@@ -187,17 +219,16 @@ fn in_domain(scene: &Scene, body: &Particles) -> Checked {
 
 /// A body is inside one tank, or there is none; and it lies in no tank's walls, which are as thick as a sheet: their
 /// one layer of samples lies in the middle.
-fn in_a_tank(scene: &Scene, body: &Particles) -> Checked {
+fn in_a_tank(scene: &Scene, body: &Particles, around: &Surroundings) -> Checked {
     let spacing = f64::from(scene.spacing);
     let tolerance = body.tolerance;
     let thickness = 2.0 * f64::from(layer_depth(scene));
-    let mut tanks = 0;
     let mut inside = false;
-    for (index, boundary) in scene.boundaries.iter().enumerate() {
-        let BoundaryShape::Tank { min, max, open, .. } = *boundary else {
+    let near = (around.near_tanks).near(body.min, body.max, scene.boundaries.len());
+    for index in near {
+        let BoundaryShape::Tank { min, max, open, .. } = scene.boundaries[index] else {
             continue;
         };
-        tanks += 1;
         let (min, max) = (min.as_dvec3(), max.as_dvec3());
         let over = excess(scene, body, min, max, open);
         if over.depth <= tolerance {
@@ -220,7 +251,7 @@ fn in_a_tank(scene: &Scene, body: &Particles) -> Checked {
             )
         })?;
     }
-    ensure(inside || tanks == 0, &body.path, || {
+    ensure(inside || around.tanks == 0, &body.path, || {
         format!(
             "the fluid, from {} to {}, is outside every tank; move it into one, or remove the tanks",
             point(body.min - 0.5 * spacing, scene.dimension),
@@ -229,14 +260,17 @@ fn in_a_tank(scene: &Scene, body: &Particles) -> Checked {
     })
 }
 
-fn clear_of_obstacles(scene: &Scene, meshes: &[Option<Mesh>], body: &Particles) -> Checked {
+fn clear_of_obstacles(scene: &Scene, body: &Particles, around: &Surroundings) -> Checked {
     let spacing = f64::from(scene.spacing);
-    for (index, (boundary, mesh)) in scene.boundaries.iter().zip(meshes).enumerate() {
-        let Some(obstacle) = Obstacle::new(boundary, mesh.as_ref(), scene) else {
-            continue;
-        };
+    let (low, high) = (body.min - spacing, body.max + spacing);
+    for number in (around.near_obstacles).near(low, high, around.obstacles.len()) {
+        let (index, obstacle) = &around.obstacles[number];
         let (mut nearest, mut at) = (f64::INFINITY, DVec3::ZERO);
-        body.lattice.for_each(|point| {
+        let (low, high) = match obstacle.bounds() {
+            Some((min, max)) => (low.max(min - spacing), high.min(max + spacing)),
+            None => (low, high),
+        };
+        body.lattice.for_each_near(low, high, |point| {
             let distance = obstacle.distance(point);
             if distance < nearest {
                 (nearest, at) = (distance, point);
@@ -244,7 +278,11 @@ fn clear_of_obstacles(scene: &Scene, meshes: &[Option<Mesh>], body: &Particles) 
         });
         let depth = 0.5 * spacing - nearest;
         // Seams of a mesh may be off by as much.
-        let seam = mesh.as_ref().map_or(0.0, |_| TOLERANCE * spacing);
+        let seam = if obstacle.is_mesh() {
+            TOLERANCE * spacing
+        } else {
+            0.0
+        };
         ensure(depth <= body.tolerance + seam, &body.path, || {
             format!(
                 "the fluid overlaps the {} `boundaries.{index}` by {}, most at {}{}; move one of them, or leave the \
@@ -272,13 +310,13 @@ fn apart(first: &Particles, first_index: usize, second: &Particles, spacing: f64
     let common = |point: DVec3| point.cmpge(min).all() && point.cmple(max).all();
     let cell = |point: DVec3| (point / spacing).floor().as_i64vec3();
     let mut cells: HashMap<I64Vec3, SmallVec<[DVec3; 2]>> = HashMap::new();
-    first.lattice.for_each(|point| {
+    first.lattice.for_each_near(min, max, |point| {
         if common(point) {
             cells.entry(cell(point)).or_default().push(point);
         }
     });
     let (mut nearest, mut at) = (f64::INFINITY, DVec3::ZERO);
-    second.lattice.for_each(|point| {
+    second.lattice.for_each_near(min, max, |point| {
         if !common(point) {
             return;
         }

@@ -6,6 +6,7 @@ use glam::Vec3;
 
 use super::problem::{Checked, Problem, ensure};
 use super::proper::{axes, box_is_proper, is_flat};
+use crate::input::no_file;
 use crate::scene::{
     Dimension, Gauge, GaugeKind, GaugeReference, Rate, Scene, TimeStep, unknown_name,
 };
@@ -85,13 +86,20 @@ fn rate(scene: &Scene, gauge: &Gauge, path: &str) -> Checked {
     })
 }
 
+/// Radii of gauges \[spacings]: within less there is no particle, and of more the kernel is lost in single precision.
+const RADII: std::ops::RangeInclusive<f32> = 0.5..=1e5;
+
 /// A radius that is given.
-fn radius(path: &str, radius: Option<f32>) -> Checked {
-    let is_proper = radius.is_none_or(|radius| radius > 0.0);
+fn radius(scene: &Scene, path: &str, radius: Option<f32>) -> Checked {
+    let spacing = scene.spacing;
+    let is_proper = radius.is_none_or(|radius| RADII.contains(&(radius / spacing)));
     ensure(is_proper, format!("{path}.radius"), || {
         format!(
-            "the radius is {} m; it must be above 0 (left out, it is chosen)",
-            radius.unwrap_or_default()
+            "the radius is {} m; it must be from {} m, half a spacing, below which there is no particle, to {:e} m \
+             (left out, it is chosen)",
+            radius.unwrap_or_default(),
+            RADII.start() * spacing,
+            RADII.end() * spacing
         )
     })
 }
@@ -124,13 +132,23 @@ fn direction(scene: &Scene, path: String, what: &str, direction: Vec3) -> Checke
     is_flat(&path, direction, scene.dimension)?;
     // The square of a length that is too small, or too large, is none.
     let is_proper = direction.try_normalize().is_some();
-    ensure(is_proper, path, || format!("the {what}"))
+    ensure(is_proper, path, || {
+        let [x, y, z] = direction.to_array();
+        match direction == Vec3::ZERO {
+            true => format!("the {what}"),
+            false => {
+                format!(
+                    "the square of ({x:e}, {y:e}, {z:e}) is beyond single precision; write a length nearer to 1"
+                )
+            }
+        }
+    })
 }
 
 fn kind(scene: &Scene, kind: &GaugeKind, path: &str) -> Checked {
     match *kind {
         GaugeKind::Height { at, radius: of } => {
-            radius(path, of)?;
+            radius(scene, path, of)?;
             is_flat(format!("{path}.at"), at, scene.dimension)?;
             // Where on its axis the point is does not matter.
             let up = (-scene.gravity).try_normalize().unwrap_or(Vec3::Y);
@@ -147,7 +165,7 @@ fn kind(scene: &Scene, kind: &GaugeKind, path: &str) -> Checked {
             })
         }
         GaugeKind::Pressure { at, radius: of } | GaugeKind::Velocity { at, radius: of } => {
-            radius(path, of)?;
+            radius(scene, path, of)?;
             point(scene, format!("{path}.at"), at)
         }
         GaugeKind::WallPressure {
@@ -156,7 +174,7 @@ fn kind(scene: &Scene, kind: &GaugeKind, path: &str) -> Checked {
             radius: of,
             ref boundary,
         } => {
-            radius(path, of)?;
+            radius(scene, path, of)?;
             if let Some(boundary) = boundary {
                 is_named(scene, path, boundary)?;
             }
@@ -264,10 +282,9 @@ fn compared(gauge: &Gauge, reference: &GaugeReference, path: &str) -> Checked {
                 .to_owned()
         })?;
     }
-    let file = Path::new(&reference.file);
-    ensure(file.is_file(), format!("{path}.file"), || {
-        format!("there is no file `{}`", file.display())
-    })?;
+    if let Some(reason) = no_file(Path::new(&reference.file)) {
+        return Err(Problem::new(format!("{path}.file"), reason));
+    }
     let loaded = reference.load();
     loaded.map(|_| ()).map_err(|error| {
         let field = error.field();

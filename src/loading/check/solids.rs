@@ -172,6 +172,28 @@ impl<'a> Obstacle<'a> {
         })
     }
 
+    pub(super) fn is_mesh(&self) -> bool {
+        matches!(self.kind, Kind::Mesh { .. })
+    }
+
+    /// The box without which it is further away than a spacing \[m]; none if there is no such box.
+    pub(super) fn bounds(&self) -> Option<(DVec3, DVec3)> {
+        let (mut low, mut high) = match self.kind {
+            Kind::Mesh { mesh, reach, .. } if mesh.side != MeshSide::Inside => {
+                let (min, max) = mesh.bounds();
+                (min - reach, max + reach)
+            }
+            // All that is outside of the one, and behind the other, is in the solid.
+            Kind::Mesh { .. } | Kind::Plane { .. } => return None,
+            Kind::Box { min, max } => (min, max),
+            Kind::Sphere { center, radius } => (center - radius, center + radius),
+        };
+        if self.flat {
+            (low.z, high.z) = (0.0, 0.0);
+        }
+        Some((low, high))
+    }
+
     /// For a message: what a thin solid counts as.
     pub(super) fn counts_as(&self, spacing: f64) -> String {
         self.thickness.map_or_else(String::new, |thickness| {

@@ -1,9 +1,33 @@
 //! The lattice of one shape.
 
+use std::ops::Range;
+
 use glam::{DVec3, Vec3};
 
-use super::{frame, tolerance};
 use crate::scene::{Dimension, Shape};
+
+/// Largest difference of two neighbouring coordinates in single precision \[spacings]; coarser ones are refused.
+pub(crate) const RESOLUTION: f64 = 0.01;
+
+/// Tolerance of counts and distances \[spacings], for the rounding of the file's numbers to f32. It grows with the
+/// ratio of the largest number \[m] to the spacing.
+pub(crate) fn tolerance(largest: f64, spacing: f64) -> f64 {
+    1e-3 + (f64::from(f32::EPSILON) * largest / spacing).min(RESOLUTION)
+}
+
+/// Two axes that form an orthonormal frame with the unit vector `axis`; along coordinate axes if possible.
+pub(super) fn frame(axis: DVec3) -> (DVec3, DVec3) {
+    let size = axis.abs();
+    let helper = if size.z >= size.x && size.z >= size.y {
+        DVec3::Y
+    } else if size.y >= size.x {
+        DVec3::X
+    } else {
+        DVec3::Z
+    };
+    let first = helper.cross(axis).normalize();
+    (first, axis.cross(first))
+}
 
 /// Largest coordinate of the two ends of a shape \[m].
 fn largest(shape: &Shape) -> f64 {
@@ -127,12 +151,31 @@ impl Lattice {
         self.counts.iter().map(|&count| f64::from(count)).product()
     }
 
-    pub(crate) fn for_each(&self, mut visit: impl FnMut(DVec3)) {
-        let [across, up, deep] = self.counts;
-        for k in 0..deep {
-            for j in 0..up {
+    pub(crate) fn for_each(&self, visit: impl FnMut(DVec3)) {
+        self.for_each_of(self.counts.map(|count| 0..count), visit);
+    }
+
+    /// As [`for_each`](Self::for_each), without most of the points that are not in the box from `low` to `high` \[m].
+    pub(crate) fn for_each_near(&self, low: DVec3, high: DVec3, visit: impl FnMut(DVec3)) {
+        let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+        let rows = [0, 1, 2].map(|k| {
+            let (step, count) = (self.steps[k], f64::from(self.counts[k]));
+            let square = step.length_squared();
+            let at = (middle - self.origin).dot(step) / square;
+            let reach = half.dot(step.abs()) / square;
+            // A row more on either side, for rounding.
+            let first = (at - reach - 1.0).floor().clamp(0.0, count);
+            let end = (at + reach + 2.0).ceil().clamp(first, count);
+            first as u32..end as u32
+        });
+        self.for_each_of(rows, visit);
+    }
+
+    fn for_each_of(&self, [across, up, deep]: [Range<u32>; 3], mut visit: impl FnMut(DVec3)) {
+        for k in deep {
+            for j in up.clone() {
                 let row = self.origin + f64::from(k) * self.steps[2] + f64::from(j) * self.steps[1];
-                for i in 0..across {
+                for i in across.clone() {
                     let point = row + f64::from(i) * self.steps[0];
                     if self.keeps(point) {
                         visit(point);

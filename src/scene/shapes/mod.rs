@@ -14,16 +14,8 @@ use super::{Dimension, FluidBody, Scene, Shape};
 use jitter::Displacement;
 
 pub(crate) use jitter::split_mix;
-pub(crate) use lattice::Lattice;
-
-/// Largest difference of two neighbouring coordinates in single precision \[spacings]; coarser ones are refused.
-pub(crate) const RESOLUTION: f64 = 0.01;
-
-/// Tolerance of counts and distances \[spacings], for the rounding of the file's numbers to f32. It grows with the
-/// ratio of the largest number \[m] to the spacing.
-pub(crate) fn tolerance(largest: f64, spacing: f64) -> f64 {
-    1e-3 + (f64::from(f32::EPSILON) * largest / spacing).min(RESOLUTION)
-}
+use lattice::frame;
+pub(crate) use lattice::{Lattice, RESOLUTION, tolerance};
 
 /// A fluid particle to be spawned.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -78,20 +70,6 @@ pub fn wall_axes(normal: Vec3, dimension: Dimension) -> (Vec3, Vec3) {
             (first.as_vec3(), second.as_vec3())
         }
     }
-}
-
-/// Two axes that form an orthonormal frame with the unit vector `axis`; along coordinate axes if possible.
-fn frame(axis: DVec3) -> (DVec3, DVec3) {
-    let size = axis.abs();
-    let helper = if size.z >= size.x && size.z >= size.y {
-        DVec3::Y
-    } else if size.y >= size.x {
-        DVec3::X
-    } else {
-        DVec3::Z
-    };
-    let first = helper.cross(axis).normalize();
-    (first, axis.cross(first))
 }
 
 /// Volume of a shape \[m³; m² in 2-D].

@@ -126,3 +126,47 @@ fn the_axes_of_a_wall_are_perpendicular() {
     let (u, _) = wall_axes(Vec3::new(0.0, 2.0, 0.0), Dimension::Two);
     assert_eq!(u, -Vec3::X);
 }
+
+#[test]
+fn points_near_a_box_are_those_of_the_lattice_in_it() {
+    for shape in [
+        Shape::Box {
+            min: Vec3::new(-0.3, 0.1, 0.2),
+            max: Vec3::new(0.9, 0.8, 0.7),
+        },
+        Shape::Sphere {
+            center: Vec3::new(0.2, 0.3, 0.4),
+            radius: 0.55,
+        },
+        Shape::Cylinder {
+            start: Vec3::new(-0.2, 0.1, 0.0),
+            end: Vec3::new(0.7, 0.5, 0.9),
+            radius: 0.3,
+        },
+    ] {
+        let lattice = Lattice::new(&shape, 0.05, Dimension::Three);
+        let mut all = Vec::new();
+        lattice.for_each(|point| all.push(point));
+        for k in 0..200 {
+            let low = DVec3::new(f64::from(k % 7), f64::from(k % 5), f64::from(k % 11)) * 0.2 - 0.7;
+            let high = low + DVec3::new(0.05, 0.3, 0.6) * f64::from(1 + k % 4);
+            let is_in = |point: &DVec3| point.cmpge(low).all() && point.cmple(high).all();
+            let expected: Vec<DVec3> = all.iter().copied().filter(is_in).collect();
+            let mut found = Vec::new();
+            let mut asked = 0;
+            lattice.for_each_near(low, high, |point| {
+                asked += 1;
+                found.extend(is_in(&point).then_some(point));
+            });
+            assert_eq!(found, expected, "{shape:?} from {low} to {high}");
+            assert!(asked <= all.len());
+        }
+        let mut asked = 0;
+        lattice.for_each_near(DVec3::splat(2.0), DVec3::splat(3.0), |_| asked += 1);
+        assert!(
+            asked < all.len() / 10,
+            "{shape:?}: {asked} of {}",
+            all.len()
+        );
+    }
+}

@@ -1,0 +1,127 @@
+//! Values that are spelled as another language spells them: `yes`, `1e3` for a whole number, a text without quotes, a
+//! name before the value of a bracket that has none, a vector without brackets.
+
+use super::super::spans::{Kind, is_name, scan};
+use super::{NOBODY, Place, Slip};
+
+/// Words for `true` and `false`.
+const TRUE: [&str; 5] = ["true", "yes", "on", "1", "t"];
+const FALSE: [&str; 6] = ["false", "no", "off", "0", "none", "f"];
+
+pub(super) fn slip(place: &Place, value: &str) -> Option<Slip> {
+    truth(place, value)
+        .or_else(|| whole_number(place, value))
+        .or_else(|| text(place, value))
+        .or_else(|| names_within(place, value))
+        .or_else(|| decimal_comma(place, value))
+}
+
+/// A word for `true` or `false`.
+fn truth(place: &Place, value: &str) -> Option<Slip> {
+    let word = value.trim_matches(['"', '\'']).to_lowercase();
+    let meant = [("true", &TRUE[..]), ("false", &FALSE[..])]
+        .into_iter()
+        .find(|(_, words)| words.contains(&word.as_str()))?
+        .0;
+    let is_truth = place.takes("true") && place.takes("false") && !place.takes("2");
+    is_truth.then(|| Slip::value("expected `true` or `false`", meant.to_owned()))
+}
+
+/// A number with a point or an exponent in place of a whole one.
+fn whole_number(place: &Place, value: &str) -> Option<Slip> {
+    let number: f64 = value.parse().ok()?;
+    if value.parse::<i128>().is_ok() || !place.takes("1") || place.takes("1.5") {
+        return None;
+    }
+    let whole = format!("{number:.0}");
+    let is_whole = number.fract() == 0.0 && number.abs() < 1e15 && place.takes(&whole);
+    let what = format!("expected a whole number, found `{value}`");
+    Some(match is_whole {
+        true => Slip::value(what, whole),
+        false => Slip { what, meant: None },
+    })
+}
+
+/// A text without quotes, or in single ones, alone or as the one value of a variant.
+pub(super) fn text(place: &Place, value: &str) -> Option<Slip> {
+    let is_plain = |c: char| c.is_alphanumeric() || "_-./= :".contains(c);
+    let bare = value.trim_matches('\'');
+    if bare.is_empty() || !bare.chars().all(is_plain) || place.takes(NOBODY) {
+        return None;
+    }
+    let quoted = format!("{bare:?}");
+    if place.takes(&quoted) {
+        return Some(Slip::value("a text stands in double quotes", quoted));
+    }
+    let known = super::variants_of(place)?;
+    let variant = |known: &&str| format!("{known}({quoted})");
+    let meant = known.iter().map(variant).find(|meant| place.takes(meant))?;
+    let what = format!("expected one of {}, found `{value}`", known.join(", "));
+    Some(Slip::value(what, meant))
+}
+
+/// Names of fields before values that have none: `(x: 0, y: 1, z: 0)`, `Fixed(dt: 0.001)`.
+fn names_within(place: &Place, value: &str) -> Option<Slip> {
+    let tree = scan(value)?;
+    let Kind::Fields(fields) = &tree.kind else {
+        return None;
+    };
+    let values: Vec<&str> = (fields.iter())
+        .map(|field| &value[field.value.span.clone()])
+        .collect();
+    let meant = format!("{}({})", tree.name.unwrap_or_default(), values.join(", "));
+    let is_meant = !values.is_empty() && place.takes(&meant);
+    is_meant.then(|| Slip::value("the values in this bracket have no names", meant))
+}
+
+/// A decimal comma among the values of a bracket: `(0, -9,81, 0)`, `Time(0,5)`.
+pub(super) fn decimal_comma(place: &Place, value: &str) -> Option<Slip> {
+    let (start, end) = (value.find('(')?, value.strip_suffix(')')?.len());
+    let (name, inner) = (&value[..start], value.get(start + 1..end)?);
+    let is_number = |part: &&str| part.trim().parse::<f64>().is_ok();
+    let parts: Vec<&str> = inner.split(',').collect();
+    if !(name.is_empty() || is_name(name)) || !parts.iter().all(is_number) {
+        return None;
+    }
+    // Digits right behind a comma.
+    let joined: Vec<String> = (1..parts.len())
+        .filter(|&k| parts[k].bytes().all(|byte| byte.is_ascii_digit()))
+        .map(|k| {
+            let whole = format!("{}.{}", parts[k - 1].trim(), parts[k]);
+            let with = [&parts[..k - 1], &[whole.as_str()], &parts[k + 1..]].concat();
+            let with: Vec<&str> = with.iter().map(|part| part.trim()).collect();
+            format!("{name}({})", with.join(", "))
+        })
+        .filter(|joined| place.takes(joined))
+        .collect();
+    match &joined[..] {
+        [] => None,
+        [meant] => Some(Slip::value("a number has a decimal point", meant.clone())),
+        _ => Some(Slip {
+            what: format!(
+                "a number has a decimal point, and there are {} numbers here: one too many",
+                parts.len()
+            ),
+            meant: None,
+        }),
+    }
+}
+
+/// Signs that are missing or others': `=` for `:`, `;` or blanks for commas and brackets.
+pub(super) fn signs(place: &Place, value: &str) -> Option<Slip> {
+    let words: Vec<&str> = (value.split([' ', ';']))
+        .filter(|word| !word.is_empty())
+        .collect();
+    let mut tried = vec![value.replace('=', ": "), format!("({})", words.join(", "))];
+    if value.starts_with(['(', '[']) {
+        tried.push(value.replace(';', ","));
+    }
+    if let [name, rest @ ..] = &words[..]
+        && is_name(name)
+    {
+        tried.push(format!("{name}({})", rest.join(", ")));
+    }
+    let right = |tried: &String| tried != value && place.takes(tried);
+    let meant = tried.into_iter().find(right)?;
+    Some(Slip::value("it is written otherwise here", meant))
+}
