@@ -3,8 +3,9 @@
 //! A strip of fluid lies between two plates, of which the upper one moves. Its ends are free, ten heights apart: in the
 //! middle the flow is that between endless plates.
 //!
-//! A lattice has less viscosity than it is told (`docs/decisions/kernels.md`, "shear"): 0.65 of it at a support of 2 in
-//! 2-D, 0.91 at one of 3. The flow is compared with that of the viscosity that the lattice has.
+//! The effective viscosity of a lattice is below the nominal one (`docs/decisions/kernels.md`, "shear"): in 2-D by the
+//! factor 0.68 with the default kernel, 0.65 and 0.91 with a cubic spline of 2 and 3 spacings. The exact flow has the
+//! effective viscosity.
 
 use std::f64::consts::PI;
 
@@ -27,7 +28,7 @@ fn exact(viscosity: f64, y: f64, t: f64) -> f64 {
     SPEED * y / HEIGHT + (1..60).map(mode).sum::<f64>()
 }
 
-/// Dimension, spacing \[m], support in spacings, pressure method.
+/// Dimension, spacing \[m], support in spacings (2.6 of the quintic spline, 2 and 3 of the cubic), pressure method.
 type Case<'a> = (u32, f64, f64, &'a str);
 
 /// The largest errors of the mean velocities of rows in the middle at the given times, over the plate's, and the force
@@ -40,9 +41,14 @@ fn errors(
 ) -> (Vec<f64>, f64) {
     let deep = if dimension == 2 { 0.0 } else { 0.1 };
     let (low, high) = (-0.2, deep + 0.2);
+    let kernel = if support == 2.6 {
+        "QuinticSpline"
+    } else {
+        "CubicSpline"
+    };
     let mut strip = simulation(&format!(
-        "(name: \"couette\", dimension: {dimension}, spacing: {spacing}, support: {support}, gravity: (0, 0, 0),
-          pressure: {method}, fluid: (viscosity: Laminar(kinematic_viscosity: {VISCOSITY})),
+        "(name: \"couette\", dimension: {dimension}, spacing: {spacing}, kernel: {kernel}, support: {support},
+          gravity: (0, 0, 0), pressure: {method}, fluid: (viscosity: Laminar(kinematic_viscosity: {VISCOSITY})),
           bodies: [(shape: Box(min: (0, 0, 0), max: (1, {HEIGHT}, {deep})))],
           boundaries: [
             Box(min: (-0.2, -0.1, {low}), max: (1.2, 0, {high}), slip: {lower}),
@@ -80,6 +86,7 @@ fn errors(
 fn starts_as_its_series_says(case: Case) {
     let part = match (case.0, case.2) {
         (2, 3.0) => 0.91,
+        (2, 2.6) => 0.68,
         (2, _) => 0.65,
         _ => 0.70,
     };
@@ -93,8 +100,8 @@ fn starts_as_its_series_says(case: Case) {
     let figures =
         format!("{case:?}: errors {errors:.4?}, force {force:.3} N, expected {expected:.3} N");
     measured(&figures);
-    // A lattice that is sheared becomes more viscous: by 0.5 s up to 2 % of the plate's speed at a support of 2.
-    let bound = if case.1 < 0.02 && case.2 > 2.0 {
+    // A lattice that is sheared becomes more viscous: by 0.5 s up to 2 % of the plate's speed at small supports.
+    let bound = if case.1 < 0.02 && case.2 > 2.9 {
         0.01
     } else {
         0.04
@@ -106,14 +113,14 @@ fn starts_as_its_series_says(case: Case) {
 #[test]
 fn couette_flow_starts_as_its_series_says_with_every_method() {
     for pressure in METHODS.map(|method| (method.pressure)(1.0)) {
-        starts_as_its_series_says((2, 0.02, 2.0, &pressure));
+        starts_as_its_series_says((2, 0.02, 2.6, &pressure));
     }
     starts_as_its_series_says((3, 0.02, 2.0, "Dfsph()"));
 }
 
 #[test]
 fn couette_flow_converges_to_its_series() {
-    for (spacing, support) in [(0.01, 2.0), (0.02, 3.0), (0.01, 3.0)] {
+    for (spacing, support) in [(0.01, 2.6), (0.01, 2.0), (0.02, 3.0), (0.01, 3.0)] {
         starts_as_its_series_says((2, spacing, support, "Dfsph()"));
     }
 }

@@ -13,7 +13,7 @@ use crate::support::{
 };
 
 /// So soft that pressure has no effect.
-const NO_PRESSURE: &str = "Sesph((equation: Gas(stiffness: 1e-9)))";
+const NO_PRESSURE: &str = "Sesph(equation: Gas(stiffness: 1e-9))";
 
 /// A scene without gravity and pressure, whose only force is that of `fluid`.
 fn text(dimension: u32, dt: f32, fluid: &str, max: Vec3) -> String {

@@ -19,6 +19,7 @@ mod mesh_shots;
 mod meshes;
 mod momentum;
 mod moving_walls;
+mod moving_walls_gauges;
 mod random_scenes;
 mod rest;
 mod robustness;

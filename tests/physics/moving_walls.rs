@@ -2,10 +2,10 @@
 
 use glam::Vec3;
 
-use crate::support::{measured, particles_of, run, simulation};
+use crate::support::{measured, particles_of, run, simulation, step};
 
 /// Every pressure method; speeds of sound above ten times what these scenes reach.
-const METHODS: [&str; 4] = [
+pub(super) const METHODS: [&str; 4] = [
     "Sesph(equation: Tait(stiffness: 60000))",
     "Pcisph()",
     "Iisph()",
@@ -97,8 +97,8 @@ fn a_piston_pushes_water_and_lets_none_through() {
     }
 }
 
-/// Water that fills a tank without gravity goes where the tank goes, there and back. Steps are short: in ones of 4 ms
-/// PCISPH throws particles when the tank turns round.
+/// Water that fills a tank without gravity goes where the tank goes, there and back. Steps are short: in ones of 2 ms
+/// PCISPH, with its momentum, does not converge when the tank turns round.
 #[test]
 fn a_full_tank_that_oscillates_takes_its_water_along() {
     for (dimension, methods) in [(2, &METHODS[..]), (3, &METHODS[3..])] {
@@ -106,7 +106,7 @@ fn a_full_tank_that_oscillates_takes_its_water_along() {
         for method in methods {
             let mut tank = simulation(&format!(
                 "(name: \"shaken\", dimension: {dimension}, spacing: 0.02, gravity: (0, 0, 0), pressure: {method},
-                  time_step: Fixed(0.002),
+                  time_step: Fixed(0.001),
                   bodies: [(shape: Box(min: (0, 0, 0), max: (0.16, 0.12, {deep})))],
                   boundaries: [Tank(min: (0, 0, 0), max: (0.16, 0.12, {deep}),
                     motion: Oscillation(amplitude: (0.05, 0, 0), frequency: 2, phase: 1.5707963))])"
@@ -204,7 +204,8 @@ fn a_tank_that_accelerates_is_a_tank_at_rest_under_its_inertia() {
     }
 }
 
-/// A tank in free fall: no pressure, and all its fluid keeps its place in it.
+/// A tank in free fall: its fluid moves as in a tank at rest without gravity, and where pressure is solved for it keeps
+/// its place. SESPH lets it drift in both, as the density of the start is not exactly that at rest.
 #[test]
 fn a_tank_in_free_fall_has_no_pressure() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -214,24 +215,34 @@ fn a_tank_in_free_fall_has_no_pressure() {
     for dimension in [2, 3] {
         let deep = if dimension == 2 { 0.0 } else { 0.1 };
         for method in METHODS {
-            let mut tank = simulation(&format!(
-                "(name: \"fall\", dimension: {dimension}, spacing: 0.02, pressure: {method}, time_step: Fixed(0.001),
-                  bodies: [(shape: Box(min: (0, 0, 0), max: (0.1, 0.1, {deep})))],
-                  boundaries: [Tank(min: (0, 0, 0), max: (0.2, 0.2, {deep}),
-                    motion: Table(file: {file}, direction: (0, -3, 0)))])"
-            ));
-            let start = places_of(&mut tank);
-            let mut most = 0.0_f32;
-            run(&mut tank, 0.2, |tank, report| {
+            let tank = |gravity: f32, motion: &str| {
+                simulation(&format!(
+                    "(name: \"fall\", dimension: {dimension}, spacing: 0.02, pressure: {method},
+                      gravity: (0, {gravity}, 0), time_step: Fixed(0.001),
+                      bodies: [(shape: Box(min: (0, 0, 0), max: (0.1, 0.1, {deep})))],
+                      boundaries: [Tank(min: (0, 0, 0), max: (0.2, 0.2, {deep}){motion})])"
+                ))
+            };
+            let motion = format!(", motion: Table(file: {file}, direction: (0, -3, 0))");
+            let (mut falling, mut floating) = (tank(-9.81, &motion), tank(0.0, ""));
+            let start = places_of(&mut falling);
+            let (mut off, mut away) = (0.0_f32, 0.0_f32);
+            run(&mut falling, 0.2, |falling, report| {
+                step(&mut floating);
                 let way = -4.905 * (report.time * report.time) as f32 * Vec3::Y;
-                for (x, now) in start.iter().zip(places_of(tank)) {
-                    most = most.max((now - way).distance(*x) / 0.02);
+                let pairs = places_of(falling).into_iter().zip(places_of(&mut floating));
+                for (x, (fallen, floated)) in start.iter().zip(pairs) {
+                    off = off.max((fallen - way).distance(floated) / 0.02);
+                    away = away.max((fallen - way).distance(*x) / 0.02);
                 }
             });
-            let figures = format!("{dimension}-D {method}: {most:.3} spacings off its place");
+            let figures = format!(
+                "{dimension}-D {method}: {off:.3} spacings off a tank that floats, {away:.3} off its place"
+            );
             measured(&figures);
             // Semi-implicit Euler falls by g t dt/2 more: 0.05 spacings.
-            assert!(most < 0.12, "{figures}");
+            let is_solved_for = !method.starts_with("Sesph");
+            assert!(off < 0.12 && (away < 0.12 || !is_solved_for), "{figures}");
         }
     }
 }
@@ -307,89 +318,5 @@ fn a_piston_raises_the_level_by_the_volume_that_it_takes() {
             format!("{dimension}-D {spacing} m: centre at {found:.4} m, expected {expected:.4} m");
         measured(&figures);
         assert!((found / expected - 1.0).abs() < 0.04, "{figures}");
-    }
-}
-
-/// What walls that move do to the fluid is what its momentum changes by, as the gauge of forces tells it.
-#[test]
-fn the_force_on_walls_that_move_is_the_change_of_momentum() {
-    use overfall::gauge::Gauges;
-    for (dimension, methods) in [(2, &METHODS[..]), (3, &METHODS[2..])] {
-        let deep = if dimension == 2 { 0.0 } else { 0.1 };
-        for (method, slip) in methods
-            .iter()
-            .flat_map(|method| [(method, "Free"), (method, "NoSlip")])
-        {
-            let mut tank = simulation(&format!(
-                "(name: \"push\", dimension: {dimension}, spacing: 0.02, gravity: (0, 0, 0), pressure: {method},
-                  time_step: Fixed(0.0005), fluid: (viscosity: Laminar(kinematic_viscosity: 0.01)),
-                  bodies: [(shape: Box(min: (0.1, 0, 0), max: (0.3, 0.1, {deep})))],
-                  boundaries: [Tank(min: (0, 0, 0), max: (0.8, 0.2, {deep}), name: \"walls\", slip: {slip}),
-                    Box(min: (0, 0, 0), max: (0.1, 0.2, {deep}), name: \"walls\", slip: {slip},
-                      motion: Oscillation(amplitude: (0.04, 0, 0), frequency: 2))],
-                  gauges: [(name: \"force\", kind: Force(boundary: \"walls\"))])"
-            ));
-            let mass = {
-                let world = tank.world_mut();
-                f64::from(world.resource::<overfall::state::Material>().particle_mass)
-            };
-            let momentum = |tank: &mut overfall::Simulation| {
-                let velocities = particles_of(tank)
-                    .into_iter()
-                    .map(|p| p.velocity.as_dvec3());
-                mass * velocities.sum::<glam::DVec3>()
-            };
-            let (mut before, mut time) = (momentum(&mut tank), 0.0);
-            let (mut off, mut most) = (0.0_f64, 0.0_f64);
-            run(&mut tank, 0.1, |tank, report| {
-                let now = momentum(tank);
-                let expected = (before - now) / (report.time - time);
-                (before, time) = (now, report.time);
-                let gauges = tank.world().resource::<Gauges>();
-                let gauge = gauges.get("force").expect("a gauge");
-                let of = |axis: &str| gauge.value(&format!("force_{axis}_N")).unwrap_or(f64::NAN);
-                let found = glam::DVec3::new(of("x"), of("y"), of("z"));
-                off = off.max(found.distance(expected));
-                most = most.max(expected.length());
-            });
-            let figures =
-                format!("{dimension}-D {method} {slip}: off by {off:.2e} of up to {most:.2e} N");
-            measured(&figures);
-            assert!(most > 0.1 && off < 2e-3 * most, "{figures}");
-        }
-    }
-}
-
-/// A gauge on a wall goes with it: the hydrostatic pressure of a tank that moves with its water.
-#[test]
-fn a_gauge_on_a_wall_goes_where_the_wall_goes() {
-    use overfall::gauge::Gauges;
-    for (dimension, deep, z) in [(2, 0.0, 0.0), (3, 0.12, 0.06)] {
-        let mut tank = simulation(&format!(
-            "(name: \"gauge\", dimension: {dimension}, spacing: 0.02,
-              fluid: (viscosity: Laminar(kinematic_viscosity: 0.001)),
-              bodies: [(shape: Box(min: (0, 0, 0), max: (0.16, 0.12, {deep})), velocity: (0.5, 0, 0))],
-              boundaries: [Tank(min: (0, 0, 0), max: (0.16, 0.2, {deep}), name: \"tank\",
-                motion: Velocity(velocity: (0.5, 0, 0)))],
-              gauges: [
-                (name: \"with\", window: 0.2, every: Seconds(0.2),
-                  kind: WallPressure(at: (0, 0.04, {z}), normal: (1, 0, 0), boundary: \"tank\")),
-                (name: \"without\", kind: WallPressure(at: (0, 0.04, {z}), normal: (1, 0, 0)))])"
-        ));
-        run(&mut tank, 0.61, |_, _| {});
-        let gauges = tank.world().resource::<Gauges>();
-        let value =
-            |name: &str, column: &str| gauges.get(name).and_then(|gauge| gauge.value(column));
-        let with = value("with", "mean_pressure_Pa").unwrap_or(f64::NAN);
-        let without = value("without", "pressure_Pa");
-        let expected = 1000.0 * 9.81 * 0.08;
-        let figures = format!(
-            "{dimension}-D: {with:.0} Pa, expected {expected:.0} Pa; {without:?} where it was"
-        );
-        measured(&figures);
-        assert!(
-            (with / expected - 1.0).abs() < 0.15 && without == Some(0.0),
-            "{figures}"
-        );
     }
 }
