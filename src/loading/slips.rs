@@ -4,6 +4,7 @@
 //! its place; what can be read then was meant. We use 2: ron itself says which variants and fields there are, so a
 //! field that is added later is answered, too.
 
+mod place;
 mod spelling;
 
 use std::ops::Range;
@@ -11,63 +12,9 @@ use std::ops::Range;
 use ron::error::Error;
 use serde::de::DeserializeOwned;
 
-use super::ron_text::deserialize;
-use super::spans::byte_at;
+use place::{Meant, NOBODY, Place, variants_of};
 
-/// Longer texts are not read a few dozen times for a hint \[bytes].
-const LONGEST: usize = 1 << 20;
-
-/// No variant and no field is called so.
-const NOBODY: &str = "nobody_is_called_so";
-
-/// What is wrong with a value, and what was meant.
-#[derive(Debug, PartialEq)]
-pub(super) struct Slip {
-    what: String,
-    meant: Option<Meant>,
-}
-
-#[derive(Debug, PartialEq)]
-enum Meant {
-    /// This in its place.
-    Value(String),
-    /// It is the value of this field of the struct that belongs in its place.
-    Field(String),
-}
-
-impl Slip {
-    /// The message for a value in a file.
-    pub(super) fn in_file(&self, value: &str) -> String {
-        self.message(match &self.meant {
-            Some(Meant::Value(meant)) => Some(meant.clone()),
-            Some(Meant::Field(field)) => Some(format!("({field}: {value})")),
-            None => None,
-        })
-    }
-
-    /// The message for the value of an override.
-    pub(super) fn in_override(&self, path: &str, value: &str) -> String {
-        self.message(match &self.meant {
-            Some(Meant::Value(meant)) => Some(format!("{path}={meant}")),
-            Some(Meant::Field(field)) => Some(format!("{path}.{field}={value}")),
-            None => None,
-        })
-    }
-
-    fn message(&self, meant: Option<String>) -> String {
-        match meant {
-            Some(meant) => format!("{}; did you mean `{meant}`?", self.what),
-            None => self.what.clone(),
-        }
-    }
-
-    fn value(what: impl Into<String>, meant: String) -> Self {
-        Self {
-            what: what.into(),
-            meant: Some(Meant::Value(meant)),
-        }
-    }
-}
+pub(super) use place::Slip;
 
 /// The slip in the value at `span` of a text that is no `T`, if it is a known one.
 pub(super) fn slip<T: DeserializeOwned>(text: &str, span: Range<usize>) -> Option<Slip> {
@@ -120,34 +67,6 @@ fn in_single_quotes<T: DeserializeOwned>(text: &str, start: usize) -> Option<(St
     let place = Place::of::<T>(text, start..start + length)?;
     let value = &rest[..length];
     Some((spelling::text(&place, value)?.in_file(value), start))
-}
-
-/// A place in a text that other values are tried in.
-struct Place<'a> {
-    text: &'a str,
-    span: Range<usize>,
-    read: fn(&str) -> Result<(), ron::error::SpannedError>,
-}
-
-impl<'a> Place<'a> {
-    fn of<T: DeserializeOwned>(text: &'a str, span: Range<usize>) -> Option<Self> {
-        let read = |text: &str| deserialize::<T>(text).map(drop);
-        let is_worth_it = text.len() <= LONGEST && !span.is_empty();
-        is_worth_it.then_some(Self { text, span, read })
-    }
-
-    /// The error with another value in the place, unless it is behind the place.
-    fn refusal(&self, value: &str) -> Option<Error> {
-        let mut text = self.text.to_owned();
-        text.replace_range(self.span.clone(), value);
-        let error = (self.read)(&text).err()?;
-        let at = byte_at(&text, error.span.end.line, error.span.end.col);
-        (at <= self.span.start + value.len()).then_some(error.code)
-    }
-
-    fn takes(&self, value: &str) -> bool {
-        self.refusal(value).is_none()
-    }
 }
 
 /// Units that people write, and what they are in SI.
@@ -263,14 +182,6 @@ fn variants(place: &Place, value: &str) -> Option<Slip> {
     let what = format!("expected one of {}, found `{value}`", expected.join(", "));
     let meant = meant.map(Meant::Value);
     (!is_name).then_some(Slip { what, meant })
-}
-
-/// The variants that belong in the place.
-fn variants_of(place: &Place) -> Option<Vec<&'static str>> {
-    match place.refusal(NOBODY)? {
-        Error::NoSuchEnumVariant { expected, .. } => Some(expected.to_vec()),
-        _ => None,
-    }
 }
 
 /// One value in place of a struct that has a field for it.

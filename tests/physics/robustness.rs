@@ -3,7 +3,7 @@
 
 use overfall::scene::KernelFunction;
 
-use crate::robustness_support::{Case, Outcome, column, drop, tank};
+use crate::robustness_support::{Case, Outcome, column, drop, slosh, tank};
 use crate::support::{METHODS, Method, measured};
 
 /// Runs a case and returns its result; it must not fail.
@@ -39,7 +39,10 @@ fn water_at_rest_rests() {
                 continue;
             }
             let outcome = run(&tank(method, counts, 0.5));
-            assert!(outcome.figure("fastest") < 0.3 && outcome.figure("rms") < 0.06);
+            // PCISPH, and the cubic spline of 3-D, leave the lattice that melts.
+            let still = method.name != "PCISPH" && counts[2] == 0;
+            let (fastest, rms) = if still { (0.15, 0.03) } else { (0.3, 0.06) };
+            assert!(outcome.figure("fastest") < fastest && outcome.figure("rms") < rms);
             assert!(outcome.figure("gained") < 0.01);
         }
     }
@@ -105,5 +108,31 @@ fn the_elliptic_drop_converges() {
             outcome.figure("axis error %").abs()
         });
         assert!(errors[1] < 0.7 * errors[0], "{}: {errors:?}", method.name);
+    }
+}
+
+/// The pressure of sloshing water does not alternate from particle to particle: without stabilisation it differs from a
+/// plane through its neighbours by 0.37 of its mean, with a correlation of −0.54 at a distance of one spacing.
+#[test]
+fn pressure_does_not_alternate() {
+    for method in solvers().filter(|method| method.name != "PCISPH") {
+        let [without, with] = ["0", "0.1"].map(|share| {
+            let case = slosh(method, 20, false);
+            let outcome = case.run(&[format!("pressure.stabilisation={share}")]);
+            let text = format!("{}, {share}: {}", method.name, outcome.text());
+            measured(&text);
+            assert_eq!(outcome.failure, None, "{text}");
+            ["residual", "correlation"].map(|name| outcome.figure(name))
+        });
+        assert!(
+            with[0] < 0.6 * without[0],
+            "{}: {with:?} {without:?}",
+            method.name
+        );
+        assert!(
+            with[1] > -0.2 && without[1] < -0.3,
+            "{}: {with:?} {without:?}",
+            method.name
+        );
     }
 }

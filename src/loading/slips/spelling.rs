@@ -1,8 +1,8 @@
 //! Values that are spelled as another language spells them: `yes`, `1e3` for a whole number, a text without quotes, a
 //! name before the value of a bracket that has none, a vector without brackets.
 
-use super::super::spans::{Kind, is_name, scan};
-use super::{NOBODY, Place, Slip};
+use super::place::{NOBODY, Place, Slip, variants_of};
+use crate::loading::spans::{Kind, is_name, scan};
 
 /// Words for `true` and `false`.
 const TRUE: [&str; 5] = ["true", "yes", "on", "1", "t"];
@@ -53,7 +53,7 @@ pub(super) fn text(place: &Place, value: &str) -> Option<Slip> {
     if place.takes(&quoted) {
         return Some(Slip::value("a text stands in double quotes", quoted));
     }
-    let known = super::variants_of(place)?;
+    let known = variants_of(place)?;
     let variant = |known: &&str| format!("{known}({quoted})");
     let meant = known.iter().map(variant).find(|meant| place.takes(meant))?;
     let what = format!("expected one of {}, found `{value}`", known.join(", "));
