@@ -87,7 +87,7 @@ impl<const SUMMED: bool> PairSum for DensitySum<'_, SUMMED> {
     }
 
     #[inline(always)]
-    fn boundary<S: Simd>(&self, simd: S, pair: &Pair<S>, sums: &mut DensitySums<S>) {
+    fn boundary<S: Simd>(&self, simd: S, pair: &Pair<S>, _: S::Rows, sums: &mut DensitySums<S>) {
         let shape = self.kernel.w(simd, pair.r2);
         sums.boundary = simd.mul_add(pair.packed_j, shape, sums.boundary);
     }

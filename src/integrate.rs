@@ -8,11 +8,12 @@ use glam::Vec4;
 use rayon::prelude::*;
 
 use crate::{
+    boundary::sums::{BoundarySums, Walls},
     scene::{Bounds, Limits},
     state::{
-        Accelerations, CHUNK, ChunkResults, Clock, Densities, Execution, Failure, FailureCause,
-        Material, Positions, PredictedPositions, PressureAccelerations, Pressures, Remembers,
-        Velocities,
+        Accelerations, BodyForces, CHUNK, ChunkResults, Clock, Densities, Execution, Failure,
+        FailureCause, Material, Positions, PredictedPositions, PressureAccelerations, Pressures,
+        Remembers, Velocities,
     },
 };
 
@@ -27,7 +28,8 @@ pub struct Motion {
     pub max_pressure: f32,
     /// Kinetic energy \[J; J/m in 2-D].
     pub kinetic_energy: f64,
-    /// Potential energy in the scene's gravity, zero at the origin \[J; J/m in 2-D].
+    /// Potential energy in the scene's gravity, zero at the origin, and in its central forces, zero at their centres
+    /// \[J; J/m in 2-D].
     pub potential_energy: f64,
     /// Largest pressure of the step before \[Pa].
     pressure_before: f32,
@@ -90,6 +92,8 @@ struct Work {
     pressure: f64,
     /// Squares of what those forces change velocities by \[m²/s²].
     change_squared: f64,
+    /// Work of the pressure of walls that move \[m²/s²].
+    walls: f64,
 }
 
 impl Work {
@@ -97,6 +101,7 @@ impl Work {
         self.speed_squared += other.speed_squared;
         self.pressure += other.pressure;
         self.change_squared += other.change_squared;
+        self.walls += other.walls;
     }
 }
 
@@ -115,11 +120,13 @@ pub fn integrate(
     mut motion: ResMut<Motion>,
     columns: (Res<Positions>, Res<Densities>, Res<Pressures>),
     forces: (Res<Accelerations>, Res<PressureAccelerations>),
-    material: Res<Material>,
+    (material, walls): (Res<Material>, Option<Res<BoundarySums>>),
     clock: Res<Clock>,
     execution: Res<Execution>,
 ) {
     let (positions, densities, pressures) = columns;
+    let walls = Walls::of(walls.as_deref());
+    let moving = walls.are_moving();
     let (accelerations, pressure_accelerations) = forces;
     let (dt, rest_density) = (clock.dt, material.rest_density);
     let rows = positions.rows();
@@ -146,6 +153,13 @@ pub fn integrate(
                 speed_squared: f64::from(before.length_squared()),
                 pressure: 0.5 * f64::from(gain - change.dot(before + velocity)),
                 change_squared: f64::from(change.length_squared()),
+                // The force on the row, −ρ0 p/ρ² Σ V_b ∇W, by the velocities of the walls.
+                walls: if moving {
+                    let term = pressures.0[row] / (rho * rho);
+                    -f64::from(dt * rest_density * term * walls.flux(row))
+                } else {
+                    0.0
+                },
             });
             *v = velocity.extend(v.w);
             *new_x = position.extend(0.0);
@@ -189,7 +203,7 @@ pub fn measure(
     mut motion: ResMut<Motion>,
     positions: Res<Positions>,
     domain: Option<Res<Domain>>,
-    material: Res<Material>,
+    (material, body_forces): (Res<Material>, Option<Res<BodyForces>>),
     execution: Res<Execution>,
 ) {
     let bounds = domain.map(|domain| domain.0);
@@ -208,6 +222,9 @@ pub fn measure(
                 let position = x.truncate();
                 end.speed_squared_sum += f64::from(v.truncate().length_squared());
                 end.height_sum += f64::from(material.gravity.dot(position));
+                if let Some(forces) = &body_forces {
+                    end.height_sum -= f64::from(forces.potential(position));
+                }
                 if let Some(Bounds { min, max }) = bounds
                     && !(position.cmpge(min).all() && position.cmple(max).all())
                 {
@@ -283,14 +300,16 @@ pub fn guard(
         );
     }
     // What pressure may do work with: motion, the pressure of the last step, compression that is pushed out, and what
-    // other forces drive together. A wall or a host that moves particles between steps does no work in it.
+    // other forces drive together, and the work of walls that move. A host that moves particles between steps does
+    // none.
     let (compression, row) = total.compression;
     let pushed = f64::from(compression * material.kernel.support_radius / clock.dt);
     let before = f64::from(motion.pressure_before / material.rest_density);
     let rows = motion.rows as f64;
     let available = 0.5
         * (total.work.speed_squared + total.work.change_squared + rows * pushed.powi(2))
-        + rows * before;
+        + rows * before
+        + total.work.walls.max(0.0);
     let limit = f64::from(limits.0.energy) * available;
     if total.work.pressure > limit {
         let mass = f64::from(material.particle_mass);

@@ -182,6 +182,32 @@ impl Lattice {
     }
 }
 
+impl Lattice {
+    /// What makes the viscosity of a layer of samples hold a lattice that is sheared along it as the lattice behind it
+    /// would \[-]: the sum over the rows that reach the layer, so that the stress at the wall is that within the
+    /// lattice. The layer is as [`beside_wall`](Self::beside_wall) has it.
+    pub fn grip_of_wall(&self, distance: f64, volume: f64) -> f64 {
+        let least = 0.01 * f64::from(self.kernel.support_radius).powi(2);
+        let rows = 0..self.kernel.support_radius.ceil() as u32;
+        let (mut lattice, mut layer) = (0.0, 0.0);
+        for row in rows {
+            let behind = |pair: &&LatticePair| pair.x.y > f64::from(row) + 0.5;
+            for pair in self.pairs.iter().filter(behind) {
+                let part = pair.x.x * pair.x.x / (pair.x.length_squared() + least);
+                lattice += pair.x.y * part * pair.slope / self.density;
+            }
+            let height = distance + f64::from(row);
+            let points = self.kernel.lattice(self.dimension, 1.0);
+            for x in points.filter(|x| x.y == 0.0) {
+                let x = x.with_y(height as f32);
+                let along = f64::from(self.kernel.gradient(x).dot(x));
+                layer += volume * height * along / (f64::from(x.length_squared()) + least);
+            }
+        }
+        lattice / layer
+    }
+}
+
 /// What makes a wall of samples act on a lattice beside it as a lattice that goes on would.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BesideWall {

@@ -3,9 +3,10 @@
 //! Pressure keeps the fluid away from a wall, but an isolated particle has no pressure there: its density, wall
 //! included, is below the rest density until it lies in the wall, so spray would leak. After integration a particle
 //! that is more than [`PENETRATION`] behind the face of a wall, where fluid under pressure does not get, is therefore
-//! moved back along the normal and loses its velocity into the wall; the velocity along the wall stays. A sample acts
-//! on the particles within [`SIDEWAYS`] of it, measured along the face, that were in front of it at the start of the
-//! step. Those behind it are on the other side of a thin wall, and it would pull them through.
+//! moved back along the normal and loses its velocity into the wall; the velocity along the wall stays. A moving wall
+//! acts from its position at the end of the step and gives the particle its own velocity along the normal. A sample
+//! acts on the particles within [`SIDEWAYS`] of it, measured along the face, that were in front of it at the start of
+//! the step. Those behind it are on the other side of a thin wall, and it would pull them through.
 
 use bevy_ecs::prelude::*;
 use glam::{Mat3, Vec3, Vec4};
@@ -66,20 +67,33 @@ impl Wall<'_> {
         let wished = position.truncate();
         let mut faces: SmallVec<[Face; CORRECTIONS]> = SmallVec::new();
         let mut way = Vec3::ZERO;
-        while let Some((depth, normal)) = self.deepest(start, samples, wished + way) {
+        // The wall that it is deepest in, at first: where that carries what it holds, and how fast.
+        let (mut back, mut carried) = (start, Vec3::ZERO);
+        while let Some((depth, sample)) = self.deepest(start, samples, wished + way) {
+            let normal = self.boundary.normals[sample];
+            let velocity_of_wall = self.boundary.velocity(sample);
+            if faces.is_empty() {
+                let place = self.boundary.packed[sample].truncate();
+                back = start + (self.boundary.place_ahead(sample) - place);
+                carried = velocity_of_wall;
+            }
             let depth = depth + normal.dot(way);
             if faces.len() == CORRECTIONS {
-                way = start - wished;
+                way = back - wished;
                 break;
             }
-            faces.push(Face { normal, depth });
+            faces.push(Face {
+                normal,
+                depth,
+                speed: normal.dot(velocity_of_wall),
+            });
             // At most as far as back to its start, plus the way out of the wall if that start was inside.
-            let longest = start.distance(wished) + faces[0].depth;
+            let longest = back.distance(wished) + faces[0].depth;
             let found = shortest_way(&faces, ROUNDING * self.spacing);
             match found.filter(|found| found.length() <= longest + ROUNDING * self.spacing) {
                 Some(found) => way = found,
                 None => {
-                    way = start - wished;
+                    way = back - wished;
                     break;
                 }
             }
@@ -89,12 +103,12 @@ impl Wall<'_> {
         }
         *position += way.extend(0.0);
         faces.retain(|face| face.normal.dot(way) < face.depth + ROUNDING * self.spacing);
-        *velocity += change_along(&faces, velocity.truncate()).extend(0.0);
+        *velocity += change_along(&faces, velocity.truncate(), carried).extend(0.0);
     }
 
-    /// How far a point \[m] that came from `start` is beyond the clearance of one of the `samples`, and that sample's
-    /// normal.
-    fn deepest(&self, start: Vec3, samples: &[u32], point: Vec3) -> Option<(f32, Vec3)> {
+    /// How far a point \[m] that came from `start` is beyond the clearance of one of the `samples` at the end of the
+    /// step, and that sample.
+    fn deepest(&self, start: Vec3, samples: &[u32], point: Vec3) -> Option<(f32, usize)> {
         let (clearance, sideways) = (self.clearance, SIDEWAYS * self.spacing);
         let mut deepest = None;
         for &sample in samples {
@@ -103,7 +117,7 @@ impl Wall<'_> {
                 continue;
             };
             let place = self.boundary.packed[sample as usize].truncate();
-            let offset = point - place;
+            let offset = point - self.boundary.place_ahead(sample as usize);
             let height = offset.dot(normal);
             let along = offset.length_squared() - height * height;
             let depth = clearance - height;
@@ -111,7 +125,7 @@ impl Wall<'_> {
                 && along < sideways * sideways
                 && (start - place).dot(normal) >= 0.0
             {
-                deepest = Some((depth, normal));
+                deepest = Some((depth, sample as usize));
             }
         }
         deepest
@@ -125,6 +139,8 @@ struct Face {
     normal: Vec3,
     /// How far to go along it \[m]; for velocities how much to gain \[m/s].
     depth: f32,
+    /// How fast it moves along that \[m/s].
+    speed: f32,
 }
 
 /// The shortest way that leads as far as each face asks, `normal·way ≥ depth`, the last one among those that are just
@@ -165,13 +181,14 @@ fn shortest_way(faces: &[Face], tolerance: f32) -> Option<Vec3> {
     pairs.find_map(|(l, k)| of_three(&others[l], &others[k]).filter(leads))
 }
 
-/// The least change of a velocity \[m/s] that leaves none into a face; all of it is lost where there is no other.
-fn change_along(faces: &[Face], velocity: Vec3) -> Vec3 {
-    let tolerance = 1e-5 * velocity.length();
+/// The least change of a velocity \[m/s] that leaves none into a face, seen from that; where there is no other, the one
+/// to the velocity of the wall.
+fn change_along(faces: &[Face], velocity: Vec3, of_wall: Vec3) -> Vec3 {
+    let tolerance = 1e-5 * velocity.length().max(of_wall.length());
     let mut held: SmallVec<[Face; CORRECTIONS]> = SmallVec::new();
     let mut change = Vec3::ZERO;
     loop {
-        let inwards = |face: &Face| -face.normal.dot(velocity + change);
+        let inwards = |face: &Face| face.speed - face.normal.dot(velocity + change);
         let worst = faces
             .iter()
             .max_by(|a, b| inwards(a).total_cmp(&inwards(b)));
@@ -181,11 +198,12 @@ fn change_along(faces: &[Face], velocity: Vec3) -> Vec3 {
         let normal = worst.normal;
         held.push(Face {
             normal,
-            depth: -normal.dot(velocity),
+            depth: worst.speed - normal.dot(velocity),
+            speed: worst.speed,
         });
         match shortest_way(&held, tolerance) {
             Some(found) if held.len() <= faces.len() => change = found,
-            _ => return -velocity,
+            _ => return of_wall - velocity,
         }
     }
 }
@@ -209,7 +227,11 @@ mod tests {
                 .filter_map(|_| {
                     let normal = Vec3::new(unit(), unit(), unit()).try_normalize()?;
                     let depth = normal.dot(free) - unit().abs();
-                    Some(Face { normal, depth })
+                    Some(Face {
+                        normal,
+                        depth,
+                        speed: 0.0,
+                    })
                 })
                 .collect();
             let mut way = Vec3::ZERO;
@@ -246,11 +268,12 @@ mod tests {
         let faces = [1.0, -1.0].map(|side| Face {
             normal: Vec3::new(sin, side * cos, 0.0),
             depth: 0.0,
+            speed: 0.0,
         });
         let velocity = Vec3::new(-3.0, 0.5, 2.0);
-        let left = velocity + change_along(&faces, velocity);
+        let left = velocity + change_along(&faces, velocity, Vec3::ZERO);
         assert!(left.distance(Vec3::new(0.0, 0.0, 2.0)) < 1e-4, "{left}");
         let outwards = Vec3::new(3.0, 0.0, 2.0);
-        assert_eq!(change_along(&faces, outwards), Vec3::ZERO);
+        assert_eq!(change_along(&faces, outwards, Vec3::ZERO), Vec3::ZERO);
     }
 }

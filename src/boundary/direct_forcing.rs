@@ -46,31 +46,34 @@ impl DirectForcing {
         }
     }
 
-    /// Distance by which a particle at `x` that came from `start` is moved back \[m], and the unit normal along which
-    /// it moves; `None` if it is not moved.
+    /// Distance by which a particle at `x` that came from `start` is moved back \[m], the unit normal along which it
+    /// moves, and the velocity of the wall there \[m/s]; `None` if it is not moved.
     fn correction(
         &self,
         boundary: &BoundarySamples,
         samples: &[u32],
         (start, x): (Vec3, Vec3),
-    ) -> Option<(f32, Vec3)> {
-        let (mut weights, mut way, mut normals) = (0.0, 0.0, Vec3::ZERO);
+    ) -> Option<(f32, Vec3, Vec3)> {
+        let (mut weights, mut way) = (0.0, 0.0);
+        let (mut normals, mut velocities) = (Vec3::ZERO, Vec3::ZERO);
         for &sample in samples {
             // A stale list may contain samples that no longer exist.
             let Some(&normal) = boundary.normals.get(sample as usize) else {
                 continue;
             };
             let place = boundary.packed[sample as usize].truncate();
-            let missing = self.rest_distance - x.distance(place);
+            let ahead = boundary.place_ahead(sample as usize);
+            let missing = self.rest_distance - x.distance(ahead);
             if missing > 0.0 && (start - place).dot(normal) >= 0.0 {
                 let weight = missing / self.rest_distance;
                 weights += weight;
                 way += weight * missing;
                 normals += weight * normal;
+                velocities += weight * boundary.velocity(sample as usize);
             }
         }
         let normal = normals.try_normalize()?;
-        Some((way / weights, normal))
+        Some((way / weights, normal, velocities / weights))
     }
 }
 
@@ -87,7 +90,7 @@ pub fn correct_prediction(
     let columns = (&mut predicted.0[..rows], &mut vec![(); rows][..]);
     pairs.update_near_boundary(columns, |row, samples, x: &mut Vec4, ()| {
         let places = (start[row].truncate(), x.truncate());
-        if let Some((way, normal)) = direct.correction(&boundary, samples, places) {
+        if let Some((way, normal, _)) = direct.correction(&boundary, samples, places) {
             *x += (way * normal).extend(0.0);
         }
     });
@@ -106,11 +109,12 @@ pub fn correct_motion(
     let columns = (&mut predicted.0[..rows], &mut velocities.0[..rows]);
     pairs.update_near_boundary(columns, |row, samples, x: &mut Vec4, v: &mut Vec4| {
         let places = (start[row].truncate(), x.truncate());
-        if let Some((way, normal)) = direct.correction(&boundary, samples, places) {
+        if let Some((way, normal, of_wall)) = direct.correction(&boundary, samples, places) {
             *x += (way * normal).extend(0.0);
-            let across = v.truncate().dot(normal);
-            let along = v.truncate() - across * normal;
-            *v = (direct.slip * along + across.max(0.0) * normal).extend(v.w);
+            let seen = v.truncate() - of_wall;
+            let across = seen.dot(normal);
+            let along = seen - across * normal;
+            *v = (of_wall + direct.slip * along + across.max(0.0) * normal).extend(v.w);
         }
     });
 }

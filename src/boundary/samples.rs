@@ -3,8 +3,10 @@
 use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};
 
+use super::friction::{SlipLength, WallFriction};
+use super::moving::{MovingWalls, RestPose};
 use super::owners::{NOBODY, Owners, SampleOf};
-use super::volume::volumes;
+use super::volume::VolumeRule;
 use crate::{
     index::{self, BoundarySamples},
     sampling::{BoundarySample, layer_depth},
@@ -28,7 +30,7 @@ pub fn pack(
     let mut index = index::build(scene);
     index.rebuild(&packed, execution)?;
     packed.push(SENTINEL);
-    let volumes = volumes(scene, &*index, &packed, execution);
+    let volumes = VolumeRule::new(scene).volumes(&*index, &packed, execution);
     for (particle, volume) in packed.iter_mut().zip(volumes) {
         particle.w = volume;
     }
@@ -36,6 +38,8 @@ pub fn pack(
     Ok(BoundarySamples {
         packed,
         normals,
+        ahead: Vec::new(),
+        velocities: Vec::new(),
         layer_depth: layer_depth(scene),
         index,
     })
@@ -139,6 +143,21 @@ pub fn refresh_boundary(world: &mut World, scene: &Scene) -> Result<(), Boundary
         let owner = |of: Option<&SampleOf>| of.map_or(NOBODY, |of| of.0);
         let owners = owners.iter(world).map(owner).collect();
         world.insert_resource(Owners(owners));
+    }
+    if world.contains_resource::<MovingWalls>() {
+        let mut poses = world.query_filtered::<Option<&RestPose>, With<Boundary>>();
+        let poses: Vec<_> = poses.iter(world).map(|pose| pose.copied()).collect();
+        let mut walls = world.resource_mut::<MovingWalls>();
+        let known = walls.courses.len();
+        let known = |pose: &RestPose| (pose.course as usize) < known;
+        let poses: Vec<_> = poses.into_iter().map(|pose| pose.filter(known)).collect();
+        walls.take(scene, &poses, samples.points(), &execution)?;
+    }
+    if world.contains_resource::<WallFriction>() {
+        let mut slip = world.query_filtered::<Option<&SlipLength>, With<Boundary>>();
+        let slip = slip.iter(world).map(|slip| slip.map(|slip| slip.0));
+        let slip = slip.collect();
+        world.resource_mut::<WallFriction>().take(slip);
     }
     for ((_, _, mut volume), sample) in query.iter_mut(world).zip(samples.points()) {
         volume.0 = sample.w;

@@ -2,7 +2,8 @@
 //!
 //! Every sum of a method over the boundary, at the positions of the step, is one of these two times something that the
 //! particle itself has: its density takes `ρ0 Σ_b V_b W_ib`, its pressure force `ρ0 t_i Σ_b V_b ∇W_ib`, its Dρ/Dt
-//! `ρ0 v_i · Σ_b V_b ∇W_ib`, since walls do not move. So no other pass at these positions goes over the boundary.
+//! `ρ0 v_i · Σ_b V_b ∇W_ib`. Where walls move a third is taken from that, `ρ0 Σ_b V_b v_b · ∇W_ib`. So no other pass at
+//! these positions goes over the boundary.
 //!
 //! The gradients are multiplied by the push of [`BesideWall`], 1.75 in 2-D at a support of 2: with it a constant
 //! pressure exerts no force at a wall. Without it only pressures are at rest that alternate from row to row, since rows
@@ -12,9 +13,10 @@ use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};
 
 use crate::{
+    index::BoundarySamples,
     kernel::Kernel,
     lattice::BesideWall,
-    pairs::{Pair, PairSum, Pairs, accumulate},
+    pairs::{Pair, PairSum, Pairs, accumulate, dot},
     simd::Simd,
     state::Material,
 };
@@ -27,6 +29,8 @@ const LEAST_ALONG: f32 = 0.5;
 #[derive(Resource, Debug)]
 pub struct BoundarySums {
     sums: Vec<Vec4>,
+    /// `Σ_b V_b v_b · ∇W_ib` \[s⁻¹] times the push; empty where no wall moves.
+    fluxes: Vec<f32>,
     beside: BesideWall,
 }
 
@@ -34,14 +38,19 @@ pub struct BoundarySums {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Walls<'a> {
     sums: &'a [Vec4],
+    fluxes: &'a [f32],
     slide: f32,
 }
 
 impl BoundarySums {
     /// Sums for walls of these properties.
     pub fn new(beside: BesideWall) -> Self {
-        let sums = Vec::new();
-        Self { sums, beside }
+        let (sums, fluxes) = (Vec::new(), Vec::new());
+        Self {
+            sums,
+            fluxes,
+            beside,
+        }
     }
 }
 
@@ -57,6 +66,7 @@ impl<'a> Walls<'a> {
     pub fn of(sums: Option<&'a BoundarySums>) -> Self {
         sums.map_or_else(Self::default, |sums| Self {
             sums: &sums.sums,
+            fluxes: &sums.fluxes,
             slide: sums.beside.slide,
         })
     }
@@ -67,6 +77,23 @@ impl<'a> Walls<'a> {
         self.sums
             .get(row)
             .map_or(Vec3::ZERO, |sums| sums.truncate())
+    }
+
+    /// Whether a wall moves.
+    pub fn are_moving(self) -> bool {
+        !self.fluxes.is_empty()
+    }
+
+    /// `Σ_b V_b v_b · ∇W_ib` of a row \[s⁻¹]: what the motion of walls drives out of its place.
+    #[inline(always)]
+    pub fn flux(self, row: usize) -> f32 {
+        self.fluxes.get(row).copied().unwrap_or_default()
+    }
+
+    /// `Σ_b V_b (v − v_b) · ∇W_ib` of a row with the velocity v \[s⁻¹].
+    #[inline(always)]
+    pub fn rate(self, row: usize, velocity: Vec3) -> f32 {
+        self.gradient(row).dot(velocity) - self.flux(row)
     }
 
     /// A force of the fluid on a row, corrected for the part that is missing beside walls.
@@ -103,14 +130,31 @@ impl<'a> Walls<'a> {
 }
 
 /// Sums over the boundary at the positions of the step (phase `Density`, first).
-pub fn sum_walls(mut walls: ResMut<BoundarySums>, pairs: Pairs, material: Res<Material>) {
-    let BoundarySums { sums, beside } = &mut *walls;
+pub fn sum_walls(
+    mut walls: ResMut<BoundarySums>,
+    boundary: Res<BoundarySamples>,
+    pairs: Pairs,
+    material: Res<Material>,
+) {
+    let BoundarySums {
+        sums,
+        fluxes,
+        beside,
+    } = &mut *walls;
     sums.resize(pairs.positions().rows(), Vec4::ZERO);
     let pass = WallSum {
         kernel: material.kernel,
         push: beside.push,
     };
     pairs.sum_at(&pairs.positions().0, &pass, sums);
+    if !boundary.velocities.is_empty() {
+        fluxes.resize(pairs.positions().rows(), 0.0);
+        let pass = WallFlux {
+            velocities: &boundary.velocities,
+            factor: beside.push * material.kernel.gradient_scale,
+        };
+        pairs.sum_at(&pairs.positions().0, &pass, fluxes);
+    }
 }
 
 #[derive(Clone, Copy)]
@@ -139,7 +183,7 @@ impl PairSum for WallSum {
     }
 
     #[inline(always)]
-    fn boundary<S: Simd>(&self, simd: S, pair: &Pair<S>, sums: &mut Sums<S>) {
+    fn boundary<S: Simd>(&self, simd: S, pair: &Pair<S>, _: S::Rows, sums: &mut Sums<S>) {
         let slope = simd.mul(pair.packed_j, pair.grad_factor);
         accumulate(simd, &mut sums.gradient, slope, pair.x_ij);
         let shape = self.kernel.w(simd, pair.r2);
@@ -156,5 +200,36 @@ impl PairSum for WallSum {
             ..
         } = self.kernel;
         (self.push * gradient_scale * gradient).extend(normalisation * simd.sum(sums.shape))
+    }
+}
+
+/// What the motion of walls adds to Dρ/Dt.
+#[derive(Clone, Copy)]
+struct WallFlux<'a> {
+    velocities: &'a [Vec4],
+    factor: f32,
+}
+
+impl PairSum for WallFlux<'_> {
+    type Sums<S: Simd> = S::F;
+    type Output = f32;
+    const FLUID: bool = false;
+    const BOUNDARY: bool = true;
+
+    #[inline(always)]
+    fn start<S: Simd>(&self, simd: S, _: usize, _: Vec4) -> S::F {
+        simd.splat(0.0)
+    }
+
+    #[inline(always)]
+    fn boundary<S: Simd>(&self, simd: S, pair: &Pair<S>, j: S::Rows, sum: &mut S::F) {
+        let [x, y, z, _] = simd.gather(self.velocities, j);
+        let slope = simd.mul(pair.packed_j, pair.grad_factor);
+        *sum = simd.mul_add(slope, dot(simd, [x, y, z], pair.x_ij), *sum);
+    }
+
+    #[inline(always)]
+    fn finish<S: Simd>(&self, simd: S, _: usize, sum: S::F) -> f32 {
+        self.factor * simd.sum(sum)
     }
 }

@@ -9,9 +9,10 @@ use serde::de::DeserializeOwned;
 use super::{
     error::CheckpointError,
     file::{Checkpoint, SCENE},
-    save::{COLUMN, KEPT, NUMBERS, STAGES, WALLS, lasting, walls},
+    save::{COLUMN, KEPT, NUMBERS, STAGES, TABLES, WALLS, lasting, tables, walls},
 };
 use crate::{
+    boundary::moving,
     registry::REMEMBERED,
     reorder,
     scene::Scene,
@@ -71,6 +72,7 @@ impl Checkpoint {
             let bytes = self.bytes(remembered.name)?;
             (remembered.load)(world, &particles, bytes).map_err(malformed(remembered.name))?;
         }
+        moving::place_walls(world);
         reorder::arrange(world, &particles);
         // What stages left behind by row is of no use.
         world.resource_mut::<Rows>().entities.clear();
@@ -98,7 +100,14 @@ impl Checkpoint {
                 present.0
             ));
         }
-        let mut known: BTreeSet<String> = [SCENE, STAGES, WALLS, NUMBERS].map(str::to_owned).into();
+        if self.part::<u32>(TABLES)? != tables(world) {
+            return other(
+                "its walls move, or its forces act, by other figures: a file of a `Table` has changed".to_owned(),
+            );
+        }
+        let mut known: BTreeSet<String> = [SCENE, STAGES, WALLS, TABLES, NUMBERS]
+            .map(str::to_owned)
+            .into();
         known.extend(REMEMBERED.iter().map(|row| row.name.to_owned()));
         for (name, _) in lasting(installed) {
             known.extend([format!("{COLUMN}{name}"), format!("{KEPT}{name}")]);

@@ -9,9 +9,10 @@ use super::{
     file::{Checkpoint, SCENE},
 };
 use crate::{
+    boundary::moving::{MovingWalls, RestPose},
     registry::{REMEMBERED, columns},
     state::{
-        Clock, Lasting, Rows, in_order,
+        BodyForces, Clock, Lasting, Rows, in_order,
         particle::{Boundary, BoundaryNormal, BoundaryVolume, Fluid, ParticleId, Position},
         to_bytes,
     },
@@ -21,6 +22,7 @@ use crate::{
 /// Names of parts.
 pub(super) const NUMBERS: &str = "particle numbers";
 pub(super) const WALLS: &str = "walls";
+pub(super) const TABLES: &str = "tables";
 pub(super) const STAGES: &str = "order of the stages";
 pub(super) const COLUMN: &str = "column ";
 pub(super) const KEPT: &str = "kept column ";
@@ -81,25 +83,43 @@ pub(super) fn lasting(installed: &Installed) -> Vec<(&'static str, Lasting)> {
         .collect()
 }
 
-/// Number of boundary particles, and a checksum of their bits.
+/// Number of boundary particles, and a checksum of their bits; of moving ones, of their state at time 0.
 pub(super) fn walls(world: &mut World) -> (u64, u32) {
-    let mut query =
-        world.query_filtered::<(&Position, &BoundaryNormal, &BoundaryVolume), With<Boundary>>();
+    type Parts<'w> = (
+        &'w Position,
+        &'w BoundaryNormal,
+        &'w BoundaryVolume,
+        Option<&'w RestPose>,
+    );
+    let mut query = world.query_filtered::<Parts, With<Boundary>>();
     let mut sum = crc32fast::Hasher::new();
     let mut count = 0;
-    for (position, normal, volume) in query.iter(world) {
+    for (position, normal, volume, rest) in query.iter(world) {
         count += 1;
-        for x in position
-            .0
-            .to_array()
-            .into_iter()
-            .chain(normal.0.to_array())
+        let (position, normal) = match rest {
+            Some(rest) => (rest.position, rest.normal),
+            None => (position.0, normal.0),
+        };
+        for x in (position.to_array().into_iter())
+            .chain(normal.to_array())
             .chain([volume.0])
         {
             sum.update(&x.to_le_bytes());
         }
     }
     (count, sum.finalize())
+}
+
+/// A sum over the tables that motions of walls and body forces are read from; 0 without any.
+pub(super) fn tables(world: &World) -> u32 {
+    let mut sum = crc32fast::Hasher::new();
+    if let Some(walls) = world.get_resource::<MovingWalls>() {
+        walls.figures().for_each(|x| sum.update(&x.to_le_bytes()));
+    }
+    if let Some(forces) = world.get_resource::<BodyForces>() {
+        forces.figures().for_each(|x| sum.update(&x.to_le_bytes()));
+    }
+    sum.finalize()
 }
 
 impl Checkpoint {
@@ -113,6 +133,7 @@ impl Checkpoint {
         }
         let rows = rows(world);
         let walls = walls(world);
+        let tables = tables(world);
         let numbers: Vec<u32> = (rows.iter())
             .map(|&particle| {
                 world
@@ -129,6 +150,7 @@ impl Checkpoint {
         put(SCENE.to_owned(), Ok(installed.scene.to_ron()?.into_bytes()))?;
         put(STAGES.to_owned(), to_bytes(&installed.stages))?;
         put(WALLS.to_owned(), to_bytes(&walls))?;
+        put(TABLES.to_owned(), to_bytes(&tables))?;
         put(NUMBERS.to_owned(), to_bytes(&numbers))?;
         for (name, lasting) in lasting(&installed) {
             put(format!("{COLUMN}{name}"), (lasting.save)(world, &rows))?;

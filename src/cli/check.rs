@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use glam::Vec3;
 use overfall::Plan;
-use overfall::scene::{Cfl, Rate, Scene, TimeStep};
+use overfall::scene::{Cfl, Rate, Scene, TimeStep, WallSlip};
 use overfall::step::Product;
 
 use super::exit::{Exit, Failure};
@@ -70,6 +70,7 @@ fn text(scene: &Scene, plan: &Plan, threads: usize) -> String {
     if scene.order.is_some() {
         text.push_str(&flow(plan));
     }
+    text.push_str(&motions(scene));
     text.push_str(&gauges(scene));
     text.push_str(&time_step(scene, plan));
     text.push_str(&memory(plan));
@@ -98,6 +99,50 @@ fn written(value: &impl serde::Serialize) -> String {
         .with_default_extension(ron::extensions::Extensions::IMPLICIT_SOME);
     let text = options.to_string(value).unwrap_or_default();
     text.replace(',', ", ").replace(':', ": ")
+}
+
+/// What moves or drives beside gravity: fields of velocities at the start, body forces, walls in motion.
+fn motions(scene: &Scene) -> String {
+    let mut text = String::new();
+    let mut row = |heading: &str, name: &str, value: &str| {
+        if !text.contains(heading) {
+            let _ = writeln!(text, "\n{heading}");
+        }
+        let _ = writeln!(text, "  {name:<15} {}", console::name(value));
+    };
+    for (index, body) in scene.bodies.iter().enumerate() {
+        if let Some(field) = &body.velocity_field {
+            let name = format!("bodies.{index}");
+            row("Velocities at the start", &name, &written(field));
+        }
+    }
+    for (index, force) in scene.body_forces.iter().enumerate() {
+        let name = format!("body_forces.{index}");
+        row("Forces beside gravity", &name, &written(force));
+    }
+    for (index, wall) in scene.boundaries.iter().enumerate() {
+        if let Some(motion) = wall.motion() {
+            let number = format!("boundaries.{index}");
+            let name = wall.name().map_or(number, str::to_owned);
+            row(
+                "Walls in motion",
+                console::name(&name).as_ref(),
+                &written(motion),
+            );
+        }
+    }
+    for (index, wall) in scene.boundaries.iter().enumerate() {
+        if wall.slip() != WallSlip::Free {
+            let number = format!("boundaries.{index}");
+            let name = wall.name().map_or(number, str::to_owned);
+            row(
+                "Walls that hold the fluid",
+                console::name(&name).as_ref(),
+                &written(&wall.slip()),
+            );
+        }
+    }
+    text
 }
 
 /// The gauges: what they measure, how often, and the columns of their files.

@@ -2,11 +2,14 @@
 //!
 //! They add to [`Accelerations`](crate::state::Accelerations), which [`clear_forces`] starts at zero.
 
+mod body;
 mod clear;
 mod gravity;
 mod surface_tension;
 mod viscosity;
 
+pub(crate) use body::STAGE as BODY_FORCES;
+pub use body::apply_body_forces;
 pub(crate) use clear::STAGE as CLEAR_FORCES;
 pub use clear::clear_forces;
 pub(crate) use gravity::STAGE as GRAVITY;

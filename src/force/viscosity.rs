@@ -1,4 +1,5 @@
-//! Viscosity, laminar or artificial. Neither acts between fluid and boundary: walls are free-slip.
+//! Viscosity, laminar or artificial. Neither acts between fluid and boundary: walls are free-slip, unless their `slip`
+//! adds [`friction`](crate::boundary::friction).
 //!
 //! Laminar: `a_i = 2 (d + 2) ν Σ_j m/ρ_ij (v_ij · x_ij)/(|x_ij|² + 0.01 h²) ∇W_ij`, ν the kinematic viscosity \[m²/s]
 //! (Monaghan 2005), with the mean density of the pair, `ρ_ij = (ρ_i + ρ_j)/2`: with ρ_j alone, as often published, a
@@ -11,6 +12,7 @@ use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};
 
 use crate::{
+    boundary::friction,
     lattice::Lattice,
     pairs::{Pair, PairSum, accumulate, broadcast, difference, dot},
     pressure::{
@@ -77,8 +79,13 @@ fn systems(scene: &Scene) -> Systems {
         }
         Viscosity::Laminar { .. } | Viscosity::None => apply_laminar_viscosity.into_configs(),
     };
-    if first_force::is_possible(scene) {
+    let viscosity = if first_force::is_possible(scene) {
         (first_force::start(), viscosity).chain()
+    } else {
+        viscosity
+    };
+    if friction::is_wanted(scene) {
+        (viscosity, friction::apply_wall_friction).chain()
     } else {
         viscosity
     }

@@ -5,7 +5,8 @@
 //! particles, are not dissipation. Losses by viscosity, the pressure solve, walls at rest and the time integration are
 //! (gains are negative).
 //!
-//! Gravity is constant and walls are at rest, so no external work is done.
+//! Gravity and central forces have a potential. Work by moving walls and by tables of accelerations is external: it is
+//! included in the dissipation, as a negative contribution.
 
 use bevy_ecs::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -14,7 +15,7 @@ use crate::{
     integrate::Motion,
     pressure::sesph::EquationOfState,
     state::{
-        Densities, Material, Remembers, in_order,
+        BodyForces, Densities, Material, Remembers, in_order,
         particle::{Fluid, Position, Velocity},
     },
 };
@@ -75,7 +76,7 @@ impl EnergyAccount {
 pub(crate) fn note_start(
     mut account: ResMut<EnergyAccount>,
     fluid: Query<(Entity, &Position, &Velocity), With<Fluid>>,
-    material: Res<Material>,
+    (material, body_forces): (Res<Material>, Option<Res<BodyForces>>),
 ) {
     let (mut squares, mut heights) = (0.0, 0.0);
     let tables = fluid.contiguous_iter().into_iter().flatten();
@@ -83,6 +84,9 @@ pub(crate) fn note_start(
         for (x, v) in x.iter().zip(v.iter()) {
             squares += f64::from(v.0.length_squared());
             heights += f64::from(material.gravity.dot(x.0));
+            if let Some(forces) = &body_forces {
+                heights -= f64::from(forces.potential(x.0));
+            }
         }
     }
     account.at_start = f64::from(material.particle_mass) * (0.5 * squares - heights);

@@ -1,11 +1,11 @@
 //! Force and torque of the fluid on named boundaries: the reaction to the forces of their samples on the fluid.
 //!
-//! Walls lose the momentum that the fluid gains in three ways. Pressure: a sample b receives `m_i ρ0 t_i V_b ∇W_ib`
-//! times `push` from particle i, with t the sum of the pressure terms of all solves in the step. Along walls: the
-//! fluid's own force is completed for the part of the kernel that the wall cuts off
+//! Walls lose the momentum that the fluid gains in up to four ways. Pressure: a sample b receives `m_i ρ0 t_i V_b
+//! ∇W_ib` times `push` from particle i, with t the sum of the pressure terms of all solves in the step. Along walls:
+//! the fluid's own force is completed for the part of the kernel that the wall cuts off
 //! ([`made_up`](crate::boundary::sums::Walls::made_up)), distributed over the samples by their weights. Contact:
-//! changes of velocity by [`contact`](crate::boundary::contact) or direct forcing come from the nearest sample. There
-//! is no viscosity between walls and fluid.
+//! changes of velocity by [`contact`](crate::boundary::contact) or direct forcing come from the nearest sample. And
+//! [`friction`](crate::boundary::friction), at walls that are not free-slip.
 //!
 //! In every step with a reading this takes one more pass over the pressure forces.
 
@@ -97,6 +97,12 @@ impl Force {
                 let pressure = material.rest_density * reactions.terms[row] * push * volume;
                 let taken = pressure * kernel.gradient(x) - part * reactions.added[row];
                 on_sample += taken.as_dvec3();
+                if let Some(friction) = &state.friction {
+                    let sample = sample as usize;
+                    let normal = samples.normals[sample];
+                    let taken = friction.acceleration(row, sample, (x, volume, normal), kernel);
+                    on_sample -= taken.as_dvec3();
+                }
             }
             on_sample *= mass;
             force += on_sample;

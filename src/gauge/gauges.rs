@@ -18,7 +18,7 @@ use super::{
 };
 use crate::{
     kernel::Kernel,
-    scene::{self, Dimension, GaugeKind, Quantity, Scene},
+    scene::{self, BoundaryShape, Dimension, GaugeKind, Quantity, Scene},
     state::{Clock, Remembers, TakenBack},
     time_step::AdaptiveTimeStep,
 };
@@ -251,8 +251,24 @@ fn probe(kind: &GaugeKind, scene: &Scene) -> Box<dyn Probe> {
             within,
         }),
         GaugeKind::Pressure { at, radius } => Box::new(point::Pressure(around(at, radius, None))),
-        GaugeKind::WallPressure { at, normal, radius } => {
-            Box::new(point::Pressure(around(at, radius, Some(normal))))
+        GaugeKind::WallPressure {
+            at,
+            normal,
+            radius,
+            ref boundary,
+        } => {
+            let mut named = (0..).zip(&scene.boundaries);
+            let is_it = |shape: &BoundaryShape| {
+                shape
+                    .name()
+                    .is_some_and(|name| boundary.as_deref() == Some(name))
+            };
+            Box::new(point::WallPressure {
+                around: around(at, radius, Some(normal)),
+                boundary: named
+                    .find(|(_, shape)| is_it(shape))
+                    .map(|(number, _)| number),
+            })
         }
         GaugeKind::Velocity { at, radius } => Box::new(point::Velocity(around(at, radius, None))),
         GaugeKind::Force {

@@ -13,6 +13,7 @@ use super::{
 use crate::kernel::Kernel;
 
 /// The particles around a point.
+#[derive(Clone, Copy)]
 pub(super) struct Around {
     pub(super) at: Vec3,
     /// Unit vector to the side that counts; both sides if absent.
@@ -24,6 +25,15 @@ pub(super) struct Around {
 const BEHIND: f32 = 0.5;
 
 impl Around {
+    fn pressure(&self, moment: &Moment, rows: &mut Vec<u32>, values: &mut Vec<Option<f64>>) {
+        let pressures = &moment.state.pressures.0;
+        let value = |row: usize| DVec3::splat(pressures[row].into());
+        let (speak, mean) = self.mean(moment.crowd(), rows, value);
+        // A dry wall has no pressure; inside the fluid there is no value without fluid.
+        let dry = self.side.map(|_| 0.0);
+        values.extend([mean.map(|mean| mean.x).or(dry), Some(speak.into())]);
+    }
+
     /// Number of particles that contribute, and the mean of their values.
     pub(super) fn mean(
         &self,
@@ -49,17 +59,38 @@ impl Around {
     }
 }
 
-/// Pressure, at a point of the fluid or of a wall.
+/// Pressure at a point of the fluid.
 pub(super) struct Pressure(pub(super) Around);
 
 impl Probe for Pressure {
     fn read(&self, moment: &Moment, rows: &mut Vec<u32>, values: &mut Vec<Option<f64>>) {
-        let pressures = &moment.state.pressures.0;
-        let value = |row: usize| DVec3::splat(pressures[row].into());
-        let (speak, mean) = self.0.mean(moment.crowd(), rows, value);
-        // A dry wall has no pressure; inside the fluid there is no value without fluid.
-        let dry = self.0.side.map(|_| 0.0);
-        values.extend([mean.map(|mean| mean.x).or(dry), Some(speak.into())]);
+        self.0.pressure(moment, rows, values);
+    }
+}
+
+/// Pressure at a point of a wall.
+pub(super) struct WallPressure {
+    pub(super) around: Around,
+    /// Number of the boundary that the point moves with.
+    pub(super) boundary: Option<u32>,
+}
+
+impl Probe for WallPressure {
+    fn read(&self, moment: &Moment, rows: &mut Vec<u32>, values: &mut Vec<Option<f64>>) {
+        let moving = moment.state.moving.as_deref();
+        let pose = self.boundary.and_then(|boundary| {
+            let course = moving?.course_of(boundary)?;
+            Some(course.pose(moment.state.clock.time))
+        });
+        let around = match pose {
+            None => self.around,
+            Some(pose) => Around {
+                at: pose.place(self.around.at).as_vec3(),
+                side: self.around.side.map(|side| pose.turn(side)),
+                ..self.around
+            },
+        };
+        around.pressure(moment, rows, values);
     }
 }
 

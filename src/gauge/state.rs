@@ -4,7 +4,7 @@ use bevy_ecs::{prelude::*, system::SystemParam};
 
 use super::{account::EnergyAccount, free::FreeVelocities};
 use crate::{
-    boundary::{owners::Owners, sums::BoundarySums},
+    boundary::{friction::WallFriction, moving::MovingWalls, owners::Owners, sums::BoundarySums},
     index::{BoundarySamples, FluidIndex},
     integrate::Motion,
     pairs::Pairs,
@@ -29,6 +29,8 @@ pub(crate) struct State<'w> {
     pub(super) samples: Option<Res<'w, BoundarySamples>>,
     pub(super) owners: Option<Res<'w, Owners>>,
     pub(super) walls: Option<Res<'w, BoundarySums>>,
+    pub(super) moving: Option<Res<'w, MovingWalls>>,
+    pub(super) friction: Option<Res<'w, WallFriction>>,
     pub(super) equation: Option<Res<'w, EquationOfState>>,
     pub(super) free: Option<Res<'w, FreeVelocities>>,
     pub(super) energy: Option<Res<'w, EnergyAccount>>,

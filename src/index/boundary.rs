@@ -12,6 +12,10 @@ pub struct BoundarySamples {
     pub packed: Vec<Vec4>,
     /// Unit vectors from the solid into the fluid.
     pub normals: Vec<Vec3>,
+    /// Positions at the end of the step \[m] and volumes, with the sentinel; empty where no wall moves.
+    pub ahead: Vec<Vec4>,
+    /// Mean velocities of the step \[m/s], with one for the sentinel; empty where no wall moves.
+    pub velocities: Vec<Vec4>,
     /// Depth of the layer of samples behind the walls' faces \[m].
     pub layer_depth: f32,
     /// Spatial index of the boundary particles.
@@ -22,5 +26,20 @@ impl BoundarySamples {
     /// The particles without the sentinel.
     pub fn points(&self) -> &[Vec4] {
         &self.packed[..self.packed.len() - 1]
+    }
+
+    /// Where a particle is at the end of the step \[m].
+    #[inline]
+    pub fn place_ahead(&self, sample: usize) -> Vec3 {
+        let ahead = self.ahead.get(sample);
+        ahead.unwrap_or(&self.packed[sample]).truncate()
+    }
+
+    /// Its mean velocity in the step \[m/s].
+    #[inline]
+    pub fn velocity(&self, sample: usize) -> Vec3 {
+        self.velocities
+            .get(sample)
+            .map_or(Vec3::ZERO, |velocity| velocity.truncate())
     }
 }

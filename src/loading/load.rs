@@ -9,7 +9,7 @@ use super::explain::{place_of, read};
 use super::overrides::Override;
 use super::ron_text::{options, plain_names};
 use crate::input::{no_file, read_text, without_mark};
-use crate::scene::{BoundaryShape, Place, Scene, SceneError};
+use crate::scene::{BodyForce, BoundaryShape, Place, Scene, SceneError, VelocityField};
 
 impl Scene {
     /// Reads the scene file at `path`, applies `overrides` in their order and checks the result.
@@ -61,18 +61,29 @@ impl Scene {
         Ok(plain_names(&text) + "\n")
     }
 
-    /// Paths of the files that belong to the scene: the order's, if it names one, then those of the meshes, then those
-    /// that gauges are compared with.
+    /// Paths of the files that belong to the scene: the order's, if it names one, then those of the walls, meshes and
+    /// tables of motion, then those that gauges are compared with, then tables of accelerations and of velocities at
+    /// the start.
     pub fn files_mut(&mut self) -> impl Iterator<Item = &mut String> {
-        let meshes = self.boundaries.iter_mut().filter_map(|shape| match shape {
-            BoundaryShape::Mesh(mesh) => Some(&mut mesh.file),
-            _ => None,
-        });
+        let walls = self.boundaries.iter_mut();
+        let walls = walls.flat_map(BoundaryShape::files_mut);
         let references = self.gauges.iter_mut().filter_map(|gauge| {
             let reference = gauge.reference.as_mut()?;
             Some(&mut reference.file)
         });
-        self.order.iter_mut().chain(meshes).chain(references)
+        let tables = self.body_forces.iter_mut().filter_map(|force| match force {
+            BodyForce::Table(table) => Some(&mut table.file),
+            BodyForce::Central(_) => None,
+        });
+        let fields = self
+            .bodies
+            .iter_mut()
+            .filter_map(|body| match &mut body.velocity_field {
+                Some(VelocityField::Table { file }) => Some(file),
+                _ => None,
+            });
+        let files = self.order.iter_mut().chain(walls).chain(references);
+        files.chain(tables).chain(fields)
     }
 
     /// Checks a scene that was built in code, as [`load`](Self::load) checks a file.

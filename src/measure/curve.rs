@@ -1,8 +1,9 @@
 //! Known curves: figures over time from a CSV file.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use crate::input::{read_text, without_mark};
+use super::{Column, Columns, CurveError};
+use crate::input::read_text;
 
 /// Figures over time, in SI units, times ascending.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -11,52 +12,6 @@ pub struct Curve {
     pub points: Vec<(f64, f64)>,
     /// What a reader should know: the file's lines of comment.
     pub notes: Vec<String>,
-}
-
-/// Why a file gives no curve.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum CurveError {
-    /// It cannot be read.
-    #[error("{}: {source}", .file.display())]
-    Unreadable {
-        /// The file.
-        file: PathBuf,
-        /// What the system says.
-        source: std::io::Error,
-    },
-    /// It has no such column.
-    #[error("{}: there is no column `{name}`; the columns are {known}", .file.display())]
-    NoColumn {
-        /// The file.
-        file: PathBuf,
-        /// The field that names it, `time` or `value`.
-        field: &'static str,
-        /// The name.
-        name: String,
-        /// What there is.
-        known: String,
-    },
-    /// A line is no row of figures, or there is none.
-    #[error("{}:{line}: {message}", .file.display())]
-    Malformed {
-        /// The file.
-        file: PathBuf,
-        /// From 1.
-        line: usize,
-        /// What is wrong and what would be right.
-        message: String,
-    },
-}
-
-impl CurveError {
-    /// The field of the reference that it is about.
-    pub(crate) fn field(&self) -> &'static str {
-        match self {
-            Self::NoColumn { field, .. } => field,
-            Self::Unreadable { .. } | Self::Malformed { .. } => "file",
-        }
-    }
 }
 
 impl Curve {
@@ -81,55 +36,15 @@ impl Curve {
         [time, value]: [Option<&str>; 2],
         to_si: impl Fn([f64; 2]) -> (f64, f64),
     ) -> Result<Self, CurveError> {
-        let malformed = |line: usize, message: String| CurveError::Malformed {
-            file: file.to_owned(),
-            line,
-            message,
+        let column = |field, name, place| Column {
+            field,
+            name,
+            place,
+            required: true,
         };
-        let text = without_mark(text);
-        let comments = text.lines().filter_map(|line| line.strip_prefix('#'));
-        let notes = comments.map(|note| note.trim().to_owned()).collect();
-        let mut lines = (1..)
-            .zip(text.lines())
-            .filter(|(_, line)| !line.trim().is_empty() && !line.starts_with('#'));
-        let Some((_, header)) = lines.next() else {
-            let message = "there is no line with the names of the columns".to_owned();
-            return Err(malformed(1, message));
-        };
-        let names: Vec<&str> = header.split(',').map(str::trim).collect();
-        let column = |field, name: Option<&str>, default: usize| {
-            let found = match name {
-                Some(name) => names.iter().position(|known| *known == name),
-                None => (default < names.len()).then_some(default),
-            };
-            found.ok_or_else(|| CurveError::NoColumn {
-                file: file.to_owned(),
-                field,
-                name: name.map_or_else(|| (default + 1).to_string(), str::to_owned),
-                known: names.join(", "),
-            })
-        };
-        let columns = [column("time", time, 0)?, column("value", value, 1)?];
-        let mut points = Vec::new();
-        for (number, line) in lines {
-            let fields: Vec<&str> = line.split(',').map(str::trim).collect();
-            let mut point = [0.0; 2];
-            for (figure, &column) in point.iter_mut().zip(&columns) {
-                let text = fields.get(column).copied().unwrap_or_default();
-                let parsed = text.parse().ok().filter(|value: &f64| value.is_finite());
-                *figure = parsed.ok_or_else(|| {
-                    let name = names[column];
-                    malformed(
-                        number,
-                        format!("`{text}` in column `{name}` is not a number"),
-                    )
-                })?;
-            }
-            points.push(to_si(point));
-        }
-        if points.is_empty() {
-            return Err(malformed(1, "there is no row of figures".to_owned()));
-        }
+        let columns = [column("time", time, 0), column("value", value, 1)];
+        let Columns { rows, notes, .. } = Columns::parse(text, file, columns)?;
+        let mut points: Vec<(f64, f64)> = rows.into_iter().map(|(_, row)| to_si(row)).collect();
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
         Ok(Self { points, notes })
     }

@@ -1,9 +1,14 @@
 //! Measures of a fluid that experiments and analytic solutions give, too: free functions over positions and values.
 
+mod columns;
 mod curve;
+mod curve_error;
 mod fit;
 mod shape;
 
-pub use curve::{Curve, CurveError};
+pub use columns::{Column, Columns};
+pub use curve::Curve;
+pub use curve_error::CurveError;
+pub(crate) use curve_error::malformed;
 pub use fit::LineFit;
 pub use shape::{front, height, semi_axes};

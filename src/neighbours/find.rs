@@ -14,7 +14,7 @@ use crate::{
 
 /// Neighbour lists, if the scene stores them.
 pub(crate) const STAGE: Stage = Stage {
-    needs: &[Product::Columns, Product::Index],
+    needs: &[Product::Columns, Product::Index, Product::Walls],
     makes: &[Product::Neighbours],
     wanted: |scene| scene.neighbours == Neighbours::Stored,
     install: |world, scene| {

@@ -119,6 +119,17 @@ impl Pairs<'_> {
         sum(pass, self.source(), points, out, &self.execution);
     }
 
+    /// As [`sum_at`](Self::sum_at), with walls where they are at the end of the step.
+    pub fn sum_ahead<P: PairSum>(&self, fluid: &[Vec4], pass: &P, out: &mut [P::Output]) {
+        let mut points = self.points(fluid);
+        if let Some(samples) = &self.samples
+            && !samples.ahead.is_empty()
+        {
+            points.boundary = &samples.ahead;
+        }
+        sum(pass, self.source(), points, out, &self.execution);
+    }
+
     fn generations(&self) -> Generations {
         Generations {
             rows: self.rows.generation,

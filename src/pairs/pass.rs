@@ -27,9 +27,9 @@ pub trait PairSum: Copy + Sync {
     /// nothing.
     #[inline(always)]
     fn fluid<S: Simd>(&self, _: S, _pair: &Pair<S>, _j: S::Rows, _: &mut Self::Sums<S>) {}
-    /// Adds eight boundary neighbours; the fourth entries are their volumes \[m³; m² in 2-D].
+    /// Adds eight boundary neighbours, rows `j` of the samples; the fourth entries are their volumes \[m³; m² in 2-D].
     #[inline(always)]
-    fn boundary<S: Simd>(&self, _: S, _pair: &Pair<S>, _: &mut Self::Sums<S>) {}
+    fn boundary<S: Simd>(&self, _: S, _pair: &Pair<S>, _j: S::Rows, _: &mut Self::Sums<S>) {}
     /// Called after the last neighbour. `neighbours` is their number, fluid and boundary, if the pass counts them.
     fn finish<S: Simd>(&self, simd: S, neighbours: usize, sums: Self::Sums<S>) -> Self::Output;
 }
@@ -55,9 +55,9 @@ impl<A: PairSum, B: PairSum> PairSum for (A, B) {
     }
 
     #[inline(always)]
-    fn boundary<S: Simd>(&self, simd: S, pair: &Pair<S>, sums: &mut Self::Sums<S>) {
-        self.0.boundary(simd, pair, &mut sums.0);
-        self.1.boundary(simd, pair, &mut sums.1);
+    fn boundary<S: Simd>(&self, simd: S, pair: &Pair<S>, j: S::Rows, sums: &mut Self::Sums<S>) {
+        self.0.boundary(simd, pair, j, &mut sums.0);
+        self.1.boundary(simd, pair, j, &mut sums.1);
     }
 
     #[inline(always)]

@@ -196,7 +196,7 @@ fn row<P: PairSum, S: Simd, L: GradFactors>(
         let rows = simd.rows(boundary);
         let grad_factors = (points.kernel, &mut Computed);
         let pair = pair(simd, own, points.boundary, rows, grad_factors);
-        pass.boundary(simd, &pair, &mut sums);
+        pass.boundary(simd, &pair, rows, &mut sums);
         boundary = boundary.get(LANES..).unwrap_or_default();
     }
     pass.finish(simd, neighbours, sums)

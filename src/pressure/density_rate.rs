@@ -1,5 +1,5 @@
-//! The rate of change of the density by velocities, `Dρ_i/Dt = Σ_j m (v_i − v_j)·∇W_ij + Σ_b ρ0 V_b v_i·∇W_ib`, alone
-//! or with the [`stabilisation`](super::stabilisation) of the pressure.
+//! The rate of change of the density by velocities, `Dρ_i/Dt = Σ_j m (v_i − v_j)·∇W_ij + Σ_b ρ0 V_b (v_i −
+//! v_b)·∇W_ib`, alone or with the [`stabilisation`](super::stabilisation) of the pressure.
 
 use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};
@@ -124,7 +124,7 @@ pub struct DensityRateSums<S: Simd> {
     own: [S::F; 2],
     /// A number in every lane, or a vector in each half.
     sum: S::F,
-    /// `Σ_b ρ0 V_b v_i·∇W_ib` \[kg/(m³ s)].
+    /// `Σ_b ρ0 V_b (v_i − v_b)·∇W_ib` \[kg/(m³ s)].
     walls: f32,
 }
 
@@ -144,7 +144,7 @@ impl<const SHARED: bool> PairSum for DensityRate<'_, SHARED> {
             velocity: broadcast(simd, velocity),
             own: [own, of_pairs].map(|vector| simd.splat_vector(vector)),
             sum: simd.splat(0.0),
-            walls: self.rest_density * self.walls.gradient(i).dot(velocity.truncate()),
+            walls: self.rest_density * self.walls.rate(i, velocity.truncate()),
         }
     }
 

@@ -1,8 +1,8 @@
 //! The linear system of IISPH and DFSPH, and its Jacobi iteration.
 //!
 //! For pressure terms `t = p/ρ²` and velocities v* without pressure, `ρ_i + dt Dρ_i/Dt(v* + dt a(t)) = ρ0` is linear
-//! in t, with `Dρ_i/Dt(v) = Σ_j m (v_i − v_j)·∇W_ij + Σ_b ρ0 V_b v_i·∇W_ib`. Relaxed Jacobi: `t_i ← max(0, t_i + ω
-//! (ρ*_i − ρ0)/(dt² D_i))` with D_i of [`diagonal`](super::diagonal).
+//! in t, with `Dρ_i/Dt(v) = Σ_j m (v_i − v_j)·∇W_ij + Σ_b ρ0 V_b (v_i − v_b)·∇W_ib`. Relaxed Jacobi: `t_i ← max(0,
+//! t_i + ω (ρ*_i − ρ0)/(dt² D_i))` with D_i of [`diagonal`](super::diagonal).
 //!
 //! This is IISPH's iteration (Ihmsen et al. 2014) with `a_ii = −dt² D_i/ρ_i²`; its sums over d_ij are accelerations.
 //! It is DFSPH's (Bender & Koschier 2015) with `α_i = ρ_i/D_i`, where the sum of the corrections is bounded instead of

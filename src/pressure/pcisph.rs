@@ -188,7 +188,7 @@ fn predict_density(
 ) {
     densities.0.resize(pairs.positions().rows(), 0.0);
     let pass = DensitySum::anywhere(&material);
-    pairs.sum_at(&predicted.0, &pass, &mut densities.0);
+    pairs.sum_ahead(&predicted.0, &pass, &mut densities.0);
 }
 
 fn is_stabilised(stabilisation: Res<Stabilisation>) -> bool {

@@ -15,7 +15,12 @@ use crate::{
 
 /// Densities, and the sums of the pairs that the method needs with them.
 pub(crate) const DENSITY: Stage = Stage {
-    needs: &[Product::Columns, Product::Index, Product::Neighbours],
+    needs: &[
+        Product::Columns,
+        Product::Index,
+        Product::Walls,
+        Product::Neighbours,
+    ],
     makes: &[Product::Density],
     bytes: |scene, _| {
         let walls = (!scene.boundaries.is_empty()).then_some(("sums over the walls", 16.0));

@@ -4,7 +4,7 @@ use bevy_ecs::prelude::*;
 
 use super::columns::lasting;
 use crate::{
-    boundary::{contact, direct_forcing},
+    boundary::{contact, direct_forcing, moving},
     gauge,
     integrate::{self, Domain, GuardLimits, Motion},
     scene::{Scene, TimeStep},
@@ -80,6 +80,9 @@ fn accept(scene: &Scene) -> Systems {
     }
     systems.extend(lasting.iter().map(|column| (column.scatter)()));
     systems.push(clock::advance_clock.into_configs());
+    if moving::is_wanted(scene) {
+        systems.push(moving::show_walls.into_configs());
+    }
     let recovers = scene
         .pressure
         .iterations()

@@ -4,6 +4,7 @@ use bevy_ecs::prelude::*;
 
 use super::{advance, columns::columns, gather};
 use crate::{
+    boundary::moving,
     force, index,
     lattice::Lattice,
     neighbours,
@@ -17,12 +18,14 @@ use crate::{
 /// The engine's stages, in the order in which they run by default.
 const STAGES: &[Stage] = &[
     gather::STAGE,
+    moving::STAGE,
     index::STAGE,
     neighbours::STAGE,
     pressure::DENSITY,
     pressure::DIVERGENCE,
     force::CLEAR_FORCES,
     force::GRAVITY,
+    force::BODY_FORCES,
     force::VISCOSITY,
     force::SURFACE_TENSION,
     pressure::PRESSURE,
@@ -95,9 +98,16 @@ impl Stages {
     pub(crate) fn certain_limits(&self, scene: &Scene) -> Vec<Limit> {
         let h = scene.support_radius();
         let mut limits = self.constant_limits(scene);
-        let [speed, force] =
-            motion_limits(0.5, h, scene.max_initial_speed(), scene.gravity.length());
+        let gravity = scene.gravity.length();
+        let [speed, force] = motion_limits(0.5, h, scene.max_initial_speed(), gravity);
         limits.push(("gravity", force.1));
+        if !scene.body_forces.is_empty() {
+            let greatest = scene.greatest_acceleration();
+            limits.push((
+                "gravity and body forces",
+                motion_limits(0.5, h, 0.0, greatest)[1].1,
+            ));
+        }
         limits.push(("the speed at the start", speed.1));
         limits.retain(|limit| limit.1.is_finite());
         limits

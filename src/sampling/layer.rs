@@ -56,6 +56,18 @@ pub fn layer_depth(scene: &Scene) -> f32 {
 
 /// The factors with which the layer of samples acts on a lattice beside it as a continued lattice would.
 pub fn beside_wall(scene: &Scene) -> BesideWall {
+    let (distance, volume) = layer_in_spacings(scene);
+    Lattice::of(scene).beside_wall(distance, volume)
+}
+
+/// What makes the viscosity of the layer of samples act likewise on a lattice that is sheared along it \[-].
+pub fn grip_of_wall(scene: &Scene) -> f32 {
+    let (distance, volume) = layer_in_spacings(scene);
+    Lattice::of(scene).grip_of_wall(distance, volume) as f32
+}
+
+/// Distance of the layer from the first row of a lattice, and what a sample of it stands for, in spacings.
+fn layer_in_spacings(scene: &Scene) -> (f64, f64) {
     let kernel = Kernel::new(scene.kernel(), scene.dimension, scene.support());
     let layer = || kernel.lattice(scene.dimension, 1.0).filter(|x| x.y == 0.0);
     let in_layer: f32 = layer().map(|x| kernel.value(x.length())).sum();
@@ -68,5 +80,5 @@ pub fn beside_wall(scene: &Scene) -> BesideWall {
         }
     };
     let distance = 0.5 + layer_depth(scene) / scene.spacing;
-    Lattice::of(scene).beside_wall(f64::from(distance), f64::from(volume))
+    (f64::from(distance), f64::from(volume))
 }

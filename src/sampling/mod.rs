@@ -12,7 +12,7 @@ use glam::Vec3;
 
 pub(crate) use candidates::expected as expected_of_mesh;
 pub(crate) use count::count;
-pub use layer::{beside_wall, layer_depth};
+pub use layer::{beside_wall, grip_of_wall, layer_depth};
 pub use surfaces::sample;
 pub(crate) use surfaces::{for_each_sample, for_each_sample_of};
 

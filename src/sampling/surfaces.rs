@@ -242,6 +242,8 @@ mod tests {
             max: Vec3::new(0.4, 0.3, 0.2),
             open,
             name: None,
+            motion: None,
+            slip: crate::scene::WallSlip::Free,
         }
     }
 
@@ -293,6 +295,8 @@ mod tests {
             min: Vec3::ZERO,
             max: Vec3::new(0.4, 0.3, 0.2),
             name: None,
+            motion: None,
+            slip: crate::scene::WallSlip::Free,
         };
         sample_shape(&obstacle, Dimension::Three, 0.1, 0.05, &mut |sample| {
             samples.push(sample)
@@ -313,12 +317,16 @@ mod tests {
                 center: Vec3::ONE,
                 radius: 0.3,
                 name: None,
+                motion: None,
+                slip: crate::scene::WallSlip::Free,
             },
             BoundaryShape::Plane {
                 center: Vec3::ZERO,
                 normal: Vec3::new(1.0, 1.0, 0.0),
                 half_size: 0.5,
                 name: None,
+                motion: None,
+                slip: crate::scene::WallSlip::Free,
             },
         ] {
             let points = sampled(shape.clone(), Dimension::Two);
@@ -337,6 +345,8 @@ mod tests {
                 center,
                 radius: 1.05,
                 name: None,
+                motion: None,
+                slip: crate::scene::WallSlip::Free,
             },
             Dimension::Three,
         );

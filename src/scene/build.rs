@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 
 use super::{
     BoundaryShape, Bounds, Camera, FluidBody, Gauge, GaugeKind, GaugeReference, MeshBoundary,
-    MeshSide, Rate, Shape,
+    MeshSide, Rate, Shape, VelocityField, WallMotion, WallSlip,
 };
 
 impl Bounds {
@@ -36,8 +36,16 @@ impl FluidBody {
             shape,
             velocity: Vec3::ZERO,
             velocity_gradient: [Vec3::ZERO; 3],
+            velocity_field: None,
             jitter: None,
         }
+    }
+
+    /// The same with a field of velocities at the start.
+    #[must_use]
+    pub fn with_field(mut self, field: VelocityField) -> Self {
+        self.velocity_field = Some(field);
+        self
     }
 }
 
@@ -55,6 +63,8 @@ impl BoundaryShape {
             max: max.into(),
             open: false,
             name: None,
+            motion: None,
+            slip: WallSlip::Free,
         }
     }
 
@@ -65,6 +75,8 @@ impl BoundaryShape {
             max: max.into(),
             open: true,
             name: None,
+            motion: None,
+            slip: WallSlip::Free,
         }
     }
 
@@ -74,6 +86,8 @@ impl BoundaryShape {
             min: min.into(),
             max: max.into(),
             name: None,
+            motion: None,
+            slip: WallSlip::Free,
         }
     }
 
@@ -83,6 +97,8 @@ impl BoundaryShape {
             center: center.into(),
             radius,
             name: None,
+            motion: None,
+            slip: WallSlip::Free,
         }
     }
 
@@ -93,6 +109,8 @@ impl BoundaryShape {
             normal: normal.into(),
             half_size,
             name: None,
+            motion: None,
+            slip: WallSlip::Free,
         }
     }
 
@@ -109,6 +127,34 @@ impl BoundaryShape {
         *place = Some(name.into());
         self
     }
+
+    /// The same with a hold on the fluid along its face.
+    #[must_use]
+    pub fn with_slip(mut self, wanted: WallSlip) -> Self {
+        let place = match &mut self {
+            Self::Tank { slip, .. }
+            | Self::Box { slip, .. }
+            | Self::Sphere { slip, .. }
+            | Self::Plane { slip, .. } => slip,
+            Self::Mesh(mesh) => &mut mesh.slip,
+        };
+        *place = wanted;
+        self
+    }
+
+    /// The same in motion.
+    #[must_use]
+    pub fn moving(mut self, motion: WallMotion) -> Self {
+        let place = match &mut self {
+            Self::Tank { motion, .. }
+            | Self::Box { motion, .. }
+            | Self::Sphere { motion, .. }
+            | Self::Plane { motion, .. } => motion,
+            Self::Mesh(mesh) => &mut mesh.motion,
+        };
+        *place = Some(motion);
+        self
+    }
 }
 
 impl MeshBoundary {
@@ -121,6 +167,8 @@ impl MeshBoundary {
             translation: DVec3::ZERO,
             side: MeshSide::default(),
             name: None,
+            motion: None,
+            slip: WallSlip::Free,
         }
     }
 }

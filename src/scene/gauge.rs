@@ -87,6 +87,9 @@ pub enum GaugeKind {
         /// Radius of the kernel \[m].
         #[serde(default)]
         radius: Option<f32>,
+        /// The `name` of a boundary that the point moves with, from time 0 on; it stands if absent.
+        #[serde(default)]
+        boundary: Option<String>,
     },
     /// Velocity at a point \[m/s]: the mean of the particles around it, weighted by the kernel (Shepard).
     Velocity {

@@ -3,6 +3,8 @@
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
+use super::{VelocityField, WallMotion, WallSlip};
+
 /// The number of space dimensions, 2 or 3 in the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(try_from = "u8", into = "u8")]
@@ -37,6 +39,9 @@ pub struct FluidBody {
     /// centre. `((0, -w, 0), (w, 0, 0), (0, 0, 0))` turns by w about z.
     #[serde(default)]
     pub velocity_gradient: [Vec3; 3],
+    /// Velocities at the start that come to these: rotation about a point, vortices; none if absent.
+    #[serde(default)]
+    pub velocity_field: Option<VelocityField>,
     /// Random displacement of the particles; none if absent.
     #[serde(default)]
     pub jitter: Option<Jitter>,
@@ -106,6 +111,12 @@ pub enum BoundaryShape {
         /// What gauges call it; boundaries of one name are one body to them.
         #[serde(default)]
         name: Option<String>,
+        /// How it moves; it stands if absent.
+        #[serde(default)]
+        motion: Option<WallMotion>,
+        /// How it holds the fluid along its face; not at all if absent.
+        #[serde(default)]
+        slip: WallSlip,
     },
     /// A solid box.
     Box {
@@ -116,6 +127,12 @@ pub enum BoundaryShape {
         /// What gauges call it; boundaries of one name are one body to them.
         #[serde(default)]
         name: Option<String>,
+        /// How it moves; it stands if absent.
+        #[serde(default)]
+        motion: Option<WallMotion>,
+        /// How it holds the fluid along its face; not at all if absent.
+        #[serde(default)]
+        slip: WallSlip,
     },
     /// A solid sphere (a disc in 2-D).
     Sphere {
@@ -126,6 +143,12 @@ pub enum BoundaryShape {
         /// What gauges call it; boundaries of one name are one body to them.
         #[serde(default)]
         name: Option<String>,
+        /// How it moves; it stands if absent.
+        #[serde(default)]
+        motion: Option<WallMotion>,
+        /// How it holds the fluid along its face; not at all if absent.
+        #[serde(default)]
+        slip: WallSlip,
     },
     /// A flat rectangular wall (a line in 2-D) that is solid on the far side of its normal.
     Plane {
@@ -138,6 +161,12 @@ pub enum BoundaryShape {
         /// What gauges call it; boundaries of one name are one body to them.
         #[serde(default)]
         name: Option<String>,
+        /// How it moves; it stands if absent.
+        #[serde(default)]
+        motion: Option<WallMotion>,
+        /// How it holds the fluid along its face; not at all if absent.
+        #[serde(default)]
+        slip: WallSlip,
     },
     /// A surface of triangles; 3-D only.
     Mesh(MeshBoundary),
@@ -168,6 +197,12 @@ pub struct MeshBoundary {
     /// What gauges call it; boundaries of one name are one body to them.
     #[serde(default)]
     pub name: Option<String>,
+    /// How it moves; it stands if absent.
+    #[serde(default)]
+    pub motion: Option<WallMotion>,
+    /// How it holds the fluid along its face; not at all if absent.
+    #[serde(default)]
+    pub slip: WallSlip,
 }
 
 fn one() -> f64 {
@@ -203,21 +238,48 @@ impl BoundaryShape {
             Self::Mesh(mesh) => mesh.name.as_deref(),
         }
     }
+
+    /// Paths of the files that it names.
+    pub(crate) fn files_mut(&mut self) -> impl Iterator<Item = &mut String> {
+        let (mesh, motion) = match self {
+            Self::Tank { motion, .. }
+            | Self::Box { motion, .. }
+            | Self::Sphere { motion, .. }
+            | Self::Plane { motion, .. } => (None, motion),
+            Self::Mesh(mesh) => (Some(&mut mesh.file), &mut mesh.motion),
+        };
+        let table = motion.as_mut().and_then(WallMotion::file_mut);
+        mesh.into_iter().chain(table)
+    }
 }
 
 impl FluidBody {
     /// Velocity at the start \[m/s] at a point \[m].
     pub fn velocity_at(&self, point: DVec3) -> DVec3 {
-        let arm = point - self.shape.center();
-        let rows = self.velocity_gradient.map(|row| row.as_dvec3().dot(arm));
-        self.velocity.as_dvec3() + DVec3::from_array(rows)
+        self.velocities()(point)
     }
 
-    /// A bound on the speeds at the start \[m/s]: exact for a body without a gradient.
+    /// The same as a function. A file that cannot be read counts for nothing: the scene's check names it.
+    pub(crate) fn velocities(&self) -> impl Fn(DVec3) -> DVec3 + use<'_> {
+        let center = self.shape.center();
+        let field = self.velocity_field.as_ref();
+        let field = field.and_then(|field| field.read().ok());
+        move |point| {
+            let arm = point - center;
+            let rows = self.velocity_gradient.map(|row| row.as_dvec3().dot(arm));
+            let field = field.as_ref().map_or(DVec3::ZERO, |field| field.at(point));
+            self.velocity.as_dvec3() + DVec3::from_array(rows) + field
+        }
+    }
+
+    /// A bound on the speeds at the start \[m/s]: exact for a body without a gradient or a field.
     pub fn greatest_speed(&self) -> f32 {
         let squares = self.velocity_gradient.map(Vec3::length_squared);
         let gradient = squares.iter().sum::<f32>().sqrt();
-        self.velocity.length() + gradient * self.shape.reach()
+        let (center, reach) = (self.shape.center(), self.shape.reach());
+        let field = self.velocity_field.as_ref();
+        let field = field.map_or(0.0, |field| field.greatest_speed(center, reach));
+        self.velocity.length() + gradient * reach + field
     }
 }
 

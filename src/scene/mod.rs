@@ -7,6 +7,8 @@
 //! In a file `Some(…)` around a value, the names of structs, and the second bracket of `Pcisph((…))` may be left out;
 //! a variant whose fields all have defaults may stand alone, `Pcisph`.
 
+mod body_force;
+mod boundary_motion;
 mod build;
 mod error;
 mod gauge;
@@ -15,7 +17,12 @@ mod output;
 mod physics;
 mod pressure;
 pub mod shapes;
+mod velocity_field;
+mod velocity_grid;
+mod wall_motion;
+mod wall_slip;
 
+pub use body_force::*;
 pub(crate) use error::unknown_name;
 pub use error::{Place, SceneError};
 pub use gauge::*;
@@ -23,6 +30,12 @@ pub use geometry::*;
 pub use output::*;
 pub use physics::*;
 pub use pressure::*;
+pub use velocity_field::*;
+pub use velocity_grid::VelocityGrid;
+pub use wall_motion::*;
+pub use wall_slip::WallSlip;
+
+use std::path::Path;
 
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
@@ -49,6 +62,9 @@ pub struct Scene {
     /// Acceleration of every particle \[m/s²].
     #[serde(default = "default_gravity")]
     pub gravity: Vec3,
+    /// Forces on the fluid beside gravity.
+    #[serde(default)]
+    pub body_forces: Vec<BodyForce>,
     /// What the fluid is made of.
     #[serde(default)]
     pub fluid: Fluid,
@@ -134,6 +150,7 @@ impl Scene {
             kernel: None,
             support: None,
             gravity: default_gravity(),
+            body_forces: Vec::new(),
             fluid: Fluid::default(),
             bodies: Vec::new(),
             boundaries: Vec::new(),
@@ -176,6 +193,23 @@ impl Scene {
     pub fn forces_directly(&self) -> bool {
         matches!(self.boundary_handling, BoundaryHandling::DirectForcing(_))
             && !self.boundaries.is_empty()
+    }
+
+    /// A bound on the acceleration by all forces on the fluid as a whole \[m/s²]: at the start for central forces, at
+    /// any time for gravity and tables. A file that cannot be read counts for nothing: the scene's check names it.
+    pub fn greatest_acceleration(&self) -> f32 {
+        let of_force = |force: &BodyForce| match force {
+            BodyForce::Central(central) => {
+                let shapes = self.bodies.iter().map(|body| &body.shape);
+                let distances = shapes
+                    .map(|shape| shape.center().as_vec3().distance(central.center) + shape.reach());
+                let distance = distances.fold(0.0, f32::max);
+                (central.linear * distance).abs() + central.constant.abs()
+            }
+            BodyForce::Table(table) => AccelerationTable::load(Path::new(&table.file))
+                .map_or(0.0, |table| table.greatest() as f32),
+        };
+        self.gravity.length() + self.body_forces.iter().map(of_force).sum::<f32>()
     }
 
     /// Largest speed that a particle starts with \[m/s].

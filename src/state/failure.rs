@@ -50,6 +50,7 @@ impl Failure {
             Some(
                 FailureCause::NotFinite { .. }
                 | FailureCause::TooFast { .. }
+                | FailureCause::WallTooFast { .. }
                 | FailureCause::OverCompressed { .. }
                 | FailureCause::EnergyGained { .. }
                 | FailureCause::NotConverged { .. }
@@ -193,6 +194,17 @@ pub enum FailureCause {
          is needed"
     )]
     TooFast {
+        /// Length of the movement \[m].
+        displacement: f32,
+        /// The limit, h/2 \[m].
+        limit: f32,
+    },
+    /// A wall would move more than half the support radius.
+    #[error(
+        "a wall would move {displacement:.3e} m in one step, more than h/2 = {limit:.3e} m; a smaller time step is \
+         needed"
+    )]
+    WallTooFast {
         /// Length of the movement \[m].
         displacement: f32,
         /// The limit, h/2 \[m].

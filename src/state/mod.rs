@@ -2,6 +2,7 @@
 //!
 //! Nothing here knows of the systems that use it.
 
+mod body_forces;
 pub mod clock;
 mod column;
 mod columns;
@@ -16,6 +17,7 @@ mod rows;
 mod stage;
 pub mod transfer;
 
+pub use body_forces::BodyForces;
 pub use clock::Clock;
 pub(crate) use column::in_order;
 pub use column::{Column, Lasting};

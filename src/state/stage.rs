@@ -25,6 +25,8 @@ pub enum Product {
     Columns,
     /// The spatial index.
     Index,
+    /// Walls in motion where they are.
+    Walls,
     /// Neighbour lists.
     Neighbours,
     /// Densities.
@@ -42,6 +44,7 @@ impl fmt::Display for Product {
         f.write_str(match self {
             Self::Columns => "the columns",
             Self::Index => "the spatial index",
+            Self::Walls => "walls in motion",
             Self::Neighbours => "neighbours",
             Self::Density => "densities",
             Self::Divergence => "velocities without divergence",

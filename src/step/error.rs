@@ -6,6 +6,7 @@ use glam::Vec3;
 
 use super::order::OrderError;
 use crate::{
+    measure::CurveError,
     mesh::MeshError,
     scene::{Place, SceneError},
     state::DomainTooLarge,
@@ -70,6 +71,9 @@ pub enum InstallError {
     /// The file of a mesh was removed or changed since the scene was checked.
     #[error(transparent)]
     Mesh(#[from] MeshError),
+    /// The file of a table was removed or changed since the scene was checked.
+    #[error(transparent)]
+    Table(#[from] CurveError),
     /// The operating system refused to start threads.
     #[error("could not start threads: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),

@@ -19,7 +19,7 @@ use crate::{
     pressure::warm_start,
     registry::Stages,
     scene::Scene,
-    state::{Clock, Execution, Failure, Material, particle::number_particles},
+    state::{BodyForces, Clock, Execution, Failure, Material, particle::number_particles},
     time_step,
 };
 
@@ -49,6 +49,7 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
     let material = Material::new(scene);
     let fluid = FluidStart::new(scene, &execution)?;
     let walls = Walls::new(scene, &execution)?;
+    let body_forces = BodyForces::new(scene)?;
     if start_density::is_small(&size) {
         let samples = walls.as_ref().map(|walls| &walls.samples);
         start_density::of(scene, &fluid.seeds, samples, &execution)?;
@@ -65,6 +66,9 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
     insert_resources(world, scene, &material, &stages);
     if let Some(walls) = walls {
         walls.spawn(world, scene);
+    }
+    if !scene.body_forces.is_empty() {
+        world.insert_resource(body_forces);
     }
     for stage in order.installed() {
         (stage.install)(world, scene);

@@ -22,7 +22,7 @@ fn fall(scene: &Scene, low: Vec3, high: Vec3) -> f32 {
 
 /// Limits by name \[s], for the largest speed of this scene: free fall through its whole height.
 pub(super) fn of(scene: &Scene, low: Vec3, high: Vec3) -> Vec<(String, f32)> {
-    let gravity = scene.gravity.length();
+    let gravity = scene.greatest_acceleration();
     let fall = fall(scene, low, high);
     let h = scene.support_radius();
     let motion = match scene.time_step {
@@ -31,6 +31,15 @@ pub(super) fn of(scene: &Scene, low: Vec3, high: Vec3) -> Vec<(String, f32)> {
         TimeStep::Adaptive(_) => adaptive::motion_limits(h, fall, gravity),
     };
     by_name(scene, motion, fall)
+}
+
+/// What drives the fluid as a whole.
+fn forces(scene: &Scene) -> &'static str {
+    if scene.body_forces.is_empty() {
+        "gravity"
+    } else {
+        "gravity and body forces"
+    }
 }
 
 fn by_name(scene: &Scene, [speed, force]: [Limit; 2], fall: f32) -> Vec<(String, f32)> {
@@ -42,7 +51,7 @@ fn by_name(scene: &Scene, [speed, force]: [Limit; 2], fall: f32) -> Vec<(String,
             ),
             speed.1,
         ),
-        (format!("{} of gravity", force.0), force.1),
+        (format!("{} of {}", force.0, forces(scene)), force.1),
     ];
     // Pressure at the bottom of water at rest as deep as the fluid is high: p/ρ is half the square of that speed.
     let deep = scene.fluid.rest_density * 0.5 * fall * fall;
@@ -70,7 +79,7 @@ pub(super) fn too_long(scene: &Scene, low: Vec3, high: Vec3) -> Option<String> {
         FARTHEST,
         scene.support_radius(),
         fall,
-        scene.gravity.length(),
+        scene.greatest_acceleration(),
     );
     let mut broken = by_name(scene, motion, fall);
     broken.retain(|limit| dt > limit.1);

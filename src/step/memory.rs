@@ -1,7 +1,15 @@
 //! Memory that a scene needs, by purpose, compared with what the machine has.
 
 use super::error::InstallError;
-use crate::{index, loading::Size, memory, registry::Stages, scene::Scene, state::Material};
+use crate::{
+    boundary::{friction, moving},
+    index,
+    loading::Size,
+    memory,
+    registry::Stages,
+    scene::Scene,
+    state::Material,
+};
 
 /// A candidate sample of a mesh, with its entries in the lists of the advancing front \[bytes].
 const BYTES_A_CANDIDATE: f64 = 60.0;
@@ -74,12 +82,20 @@ fn enough(scene: &Scene, size: &Size, need: &Need, machine: f64) -> Result<(), I
 }
 
 pub(super) fn bytes_per_boundary_particle(scene: &Scene) -> Vec<(&'static str, f64)> {
-    vec![
+    let mut bytes = vec![
         // Three columns of 28 bytes together, 8 bytes of change ticks per column, and the entity's own entries.
         ("tables: position, normal, volume", 28.0 + 3.0 * 8.0 + 24.0),
         ("packed positions and normals", 16.0 + 12.0),
         ("spatial index", index::bytes_per_particle(scene)),
-    ]
+    ];
+    if moving::is_wanted(scene) {
+        // Places at the end of the step, velocities, and poses in columns and in rows.
+        bytes.push(("walls in motion", 32.0 + 28.0 + 8.0 + 32.0));
+    }
+    if friction::is_wanted(scene) {
+        bytes.push(("friction of walls", 8.0 + 12.0 + 4.0 + 4.0 + 8.0));
+    }
+    bytes
 }
 
 #[cfg(test)]

@@ -34,7 +34,7 @@ pub struct StepReport {
     pub mean_density_error: f32,
     /// Kinetic energy \[J; J/m in 2-D].
     pub kinetic_energy: f64,
-    /// Potential energy in the scene's gravity \[J; J/m in 2-D].
+    /// Potential energy in the scene's gravity and central forces \[J; J/m in 2-D].
     pub potential_energy: f64,
     /// Largest speed \[m/s].
     pub max_speed: f32,

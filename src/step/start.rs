@@ -7,6 +7,8 @@ use crate::{
     boundary::{
         self,
         direct_forcing::DirectForcing,
+        friction::{self, SlipLength, WallFriction},
+        moving::{MovingWalls, RestPose},
         owners::{Owners, SampleOf},
         sums::BoundarySums,
     },
@@ -33,6 +35,13 @@ pub(super) struct FluidStart {
 
 impl FluidStart {
     pub(super) fn new(scene: &Scene, execution: &Execution) -> Result<Self, InstallError> {
+        for field in scene
+            .bodies
+            .iter()
+            .filter_map(|body| body.velocity_field.as_ref())
+        {
+            field.read()?;
+        }
         let seeds = shapes::fluid_particles(scene);
         let mut order: Vec<z_curve::Handle> = (0..seeds.len() as u32).map(|row| (0, row)).collect();
         let points: Vec<_> = seeds.iter().map(|seed| seed.position.extend(0.0)).collect();
@@ -68,6 +77,10 @@ pub(super) struct Walls {
     /// The boundary of each sample, by number, if a gauge needs it.
     owners: Option<Vec<u32>>,
     pub(super) samples: BoundarySamples,
+    /// Those that move, and the poses of all samples.
+    moving: Option<(MovingWalls, Vec<Option<RestPose>>)>,
+    /// Slip lengths of all samples, where walls hold the fluid.
+    slip: Option<Vec<Option<f32>>>,
 }
 
 impl Walls {
@@ -82,10 +95,27 @@ impl Walls {
             owners.push(owner);
         })?;
         let samples = boundary::pack(scene, &sampled, execution).map_err(InstallError::Boundary)?;
+        let mut moving = MovingWalls::new(scene)?.map(|walls| {
+            let samples = sampled.iter().zip(&owners);
+            let poses: Vec<_> = samples
+                .map(|(sample, &owner)| walls.pose_of(owner, sample))
+                .collect();
+            (walls, poses)
+        });
+        if let Some((walls, poses)) = &mut moving {
+            let taken = walls.take(scene, poses, samples.points(), execution);
+            taken.map_err(InstallError::Boundary)?;
+        }
+        let slip = friction::is_wanted(scene).then(|| {
+            let of = |&owner: &u32| scene.boundaries[owner as usize].slip().length();
+            owners.iter().map(of).collect()
+        });
         Ok(Some(Self {
+            slip,
             sampled,
             owners: gauge::measures_forces(scene).then_some(owners),
             samples,
+            moving,
         }))
     }
 
@@ -94,6 +124,8 @@ impl Walls {
             sampled,
             owners,
             samples,
+            moving,
+            slip,
         } = self;
         let volumes: Vec<f32> = samples.points().iter().map(|sample| sample.w).collect();
         let spawned =
@@ -105,13 +137,24 @@ impl Walls {
                     BoundaryVolume(volume),
                 )
             }));
+        let particles: Vec<Entity> = spawned.collect();
+        if let Some((walls, poses)) = moving {
+            let moved = particles.iter().zip(poses);
+            let moved = moved.filter_map(|(&particle, pose)| Some((particle, pose?)));
+            world.insert_batch(moved.collect::<Vec<_>>());
+            world.insert_resource(walls);
+        }
+        if let Some(slip) = slip {
+            let rough = particles.iter().zip(&slip);
+            let rough =
+                rough.filter_map(|(&particle, slip)| Some((particle, SlipLength((*slip)?))));
+            world.insert_batch(rough.collect::<Vec<_>>());
+            world.insert_resource(WallFriction::new(scene, slip));
+        }
         if let Some(owners) = owners {
-            let particles: Vec<Entity> = spawned.collect();
             let of = owners.iter().map(|&owner| SampleOf(owner));
             world.insert_batch(particles.into_iter().zip(of));
             world.insert_resource(Owners(owners));
-        } else {
-            drop(spawned);
         }
         world.insert_resource(samples);
         world.insert_resource(BoundarySums::new(

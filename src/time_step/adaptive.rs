@@ -71,7 +71,7 @@ pub(super) fn start(
     let gentle = gentle(
         scene.support_radius(),
         scene.max_initial_speed(),
-        scene.gravity.length(),
+        scene.greatest_acceleration(),
     );
     let dt = adaptive.bounded(scheme.initial.unwrap_or(gentle));
     (dt, adaptive)

@@ -50,7 +50,7 @@ impl TimeStepControl {
         let dt = control.choose(
             scene.support_radius(),
             scene.max_initial_speed(),
-            scene.gravity.length(),
+            scene.greatest_acceleration(),
             f32::INFINITY,
         );
         (dt, control)

@@ -72,7 +72,7 @@ impl RecoveryTime {
             SPEED_FACTOR,
             h,
             scene.max_initial_speed(),
-            scene.gravity.length(),
+            scene.greatest_acceleration(),
         );
         Some(Self {
             share,

@@ -13,7 +13,7 @@ use crate::support::{
 };
 
 /// So soft that pressure has no effect.
-const NO_PRESSURE: &str = "Sesph((equation: Gas(stiffness: 1e-9)))";
+const NO_PRESSURE: &str = "Sesph(equation: Gas(stiffness: 1e-9))";
 
 /// A scene without gravity and pressure, whose only force is that of `fluid`.
 fn text(dimension: u32, dt: f32, fluid: &str, max: Vec3) -> String {
@@ -313,4 +313,69 @@ fn becomes_round(pressure: &str) {
     assert!((start.0 - 3.0 / 7.0).abs() < 0.01, "{figures}");
     assert!(end.0 < start.0 / 3.0, "{figures}");
     assert!(end.1 < 0.93 * start.1, "{figures}");
+}
+
+/// A lone particle swings about the centre of a linear force, and falls with constant acceleration to that of a
+/// constant one: `x0 cos ωt` and `x0 − g t²/2`, to the first order of the steps. What it has of energy it keeps.
+#[test]
+fn a_central_force_draws_as_it_says() {
+    for dimension in [2, 3] {
+        for (force, exact) in [
+            (
+                "linear: 16",
+                (|t: f32| 0.5 * (4.0 * t).cos()) as fn(f32) -> f32,
+            ),
+            ("constant: 2", |t| 0.5 - t * t),
+        ] {
+            let text = format!(
+                "(name: \"central\", dimension: {dimension}, spacing: 0.02, gravity: (0, 0, 0), pressure: {NO_PRESSURE},
+                  time_step: Fixed(0.0005), body_forces: [Central(center: (0.1, 0.2, 0), {force})],
+                  bodies: [(shape: Box(min: (0, 0, 0), max: (0.02, 0.02, 0.02)))])"
+            );
+            let center = Vec3::new(0.1, 0.2, 0.0);
+            let towards = Vec3::new(0.6, 0.8, 0.0);
+            let mut lone = simulation_of(&text, &[(center + 0.5 * towards, Vec3::ZERO)]);
+            let (mut off, mut energies) = (0.0_f32, Vec::new());
+            run(&mut lone, 0.6, |lone, report| {
+                let place = particles_of(lone)[0].position - center;
+                let expected = exact(report.time as f32) * towards;
+                off = off.max(place.distance(expected));
+                energies.push(report.kinetic_energy + report.potential_energy);
+            });
+            let (least, most) = energies
+                .iter()
+                .fold((f64::MAX, 0.0_f64), |(a, b), &e| (a.min(e), b.max(e)));
+            let figures = format!(
+                "{dimension}-D {force}: {off:.1e} m off, energy {least:.4e} to {most:.4e} J"
+            );
+            measured(&figures);
+            assert!(off < 2e-3 && most - least < 5e-3 * most, "{figures}");
+        }
+    }
+}
+
+/// A table of accelerations gives a lone particle the velocity of its integral, whatever the steps are.
+#[test]
+fn a_table_shakes_by_its_integral() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("shake.csv");
+    std::fs::write(&file, "t,ax,ay\n0,0,1\n0.1,2,1\n0.3,-4,1\n").expect("a file");
+    for time_step in ["Fixed(0.0007)", "Fixed(0.01)", "Cfl()"] {
+        let text = format!(
+            "(name: \"shaken\", dimension: 2, spacing: 0.02, gravity: (0, 0, 0), pressure: {NO_PRESSURE},
+              time_step: {time_step}, body_forces: [Table(file: {:?})],
+              bodies: [(shape: Box(min: (0, 0, 0), max: (0.02, 0.02, 0)))])",
+            file.display().to_string()
+        );
+        let mut lone = simulation(&text);
+        run(&mut lone, 0.4, |_, _| {});
+        // 0.1, then −0.2, then −4 for what is left.
+        let t = lone.time() as f32;
+        let expected = Vec3::new(-0.1 - 4.0 * (t - 0.3), t, 0.0);
+        let velocity = particles_of(&mut lone)[0].velocity;
+        assert!(
+            velocity.distance(expected) < 1e-4,
+            "{time_step}: {velocity}, not {expected}"
+        );
+    }
 }

@@ -9,6 +9,7 @@ mod robustness_support;
 #[path = "../physics_support/mod.rs"]
 mod support;
 
+mod couette;
 mod dam_break;
 mod forces;
 mod gauge_readings;
@@ -17,6 +18,8 @@ mod mesh_rims;
 mod mesh_shots;
 mod meshes;
 mod momentum;
+mod moving_walls;
+mod moving_walls_gauges;
 mod random_scenes;
 mod rest;
 mod robustness;

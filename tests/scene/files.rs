@@ -22,6 +22,7 @@ fn every_shipped_scene_loads_and_has_the_particles_its_comment_says() {
         ("dam_break_2d", 3_200),
         ("dam_break_gauges", 800),
         ("drop", 13_712),
+        ("gate", 1_200),
         ("glass", 7_872),
         ("still_water", 2_880),
     ]);

@@ -284,3 +284,93 @@ fn a_file_is_written_whole_and_read_again() {
         .expect_err("no folder");
     assert!(error.to_string().contains("no/folder"), "{error}");
 }
+
+/// The same, shaken, drawn to a point, and pushed by a piston from a table and a box that turns.
+fn driven(pressure: PressureMethod, time_step: &str, folder: &std::path::Path) -> Scene {
+    let file = |name: &str, text: &str| {
+        let file = folder.join(name);
+        fs::write(&file, text).expect("a file");
+        format!("{:?}", file.display().to_string())
+    };
+    let piston = file("piston.csv", "t,x,v\n0,0,0\n0.02,0.01,0.5\n1,0.2,0.1\n");
+    let shake = file("shake.csv", "t,ax,ay\n0,0,0\n0.01,3,1\n0.02,-3,0\n");
+    let text = format!(
+        r#"(
+            name: "driven",
+            dimension: 2,
+            spacing: 0.02,
+            fluid: (viscosity: Laminar(kinematic_viscosity: 0.001)),
+            body_forces: [Central(center: (0.2, 0.2, 0), linear: 20), Table(file: {shake})],
+            bodies: [(
+                shape: Box(min: (0, 0, 0), max: (0.3, 0.2, 0)),
+                velocity_field: Rotation(center: (0.15, 0.1, 0), angular_velocity: (0, 0, -1)),
+            )],
+            boundaries: [
+                Tank(min: (-0.1, 0, 0), max: (0.6, 0.5, 0)),
+                Box(min: (-0.1, 0, 0), max: (0, 0.4, 0), name: "piston",
+                    motion: Table(file: {piston}, direction: (1, 0, 0))),
+                Box(min: (0.4, 0.1, 0), max: (0.44, 0.3, 0),
+                    motion: Rotation(center: (0.42, 0.2, 0), angular_velocity: (0, 0, 5))),
+            ],
+            gauges: [
+                (name: "push", kind: Force(boundary: "piston")),
+                (name: "energy", kind: Energy),
+            ],
+            time_step: {time_step},
+            reorder_interval: 7,
+        )"#
+    );
+    let mut scene = Scene::parse(&text, "driven.ron", &[]).expect("a scene");
+    scene.pressure = pressure;
+    scene
+}
+
+/// Places of the boundary particles.
+fn walls(world: &mut World) -> Vec<[u32; 3]> {
+    let mut walls = world.query_filtered::<&Position, With<overfall::state::particle::Boundary>>();
+    let places = walls.iter(world).map(|x| x.0.to_array().map(f32::to_bits));
+    places.collect()
+}
+
+#[test]
+fn walls_and_forces_go_on_where_they_were() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for method in methods() {
+        for control in STEP_CONTROLS {
+            let scene = driven(method, control, folder.path());
+            assert_goes_on(&scene, 10, 12);
+            assert_goes_on(&scene, 0, 3);
+        }
+    }
+    let scene = driven(pcisph(), STEP_CONTROLS[0], folder.path());
+    let mut whole = Simulation::with_threads(&scene, 1).expect("a scene that runs");
+    let at_start = walls(whole.world_mut());
+    reports(&mut whole, 9);
+    let mut part = resumed(&mut whole, 2);
+    let now = walls(whole.world_mut());
+    assert_ne!(now, at_start);
+    assert!(walls(part.world_mut()) == now, "walls are elsewhere");
+}
+
+#[test]
+fn a_table_that_has_changed_is_another_run() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (name, text) in [
+        ("piston.csv", "t,x\n0,0\n1,0.3\n"),
+        ("shake.csv", "t,ax\n0,1\n"),
+    ] {
+        let scene = driven(pcisph(), STEP_CONTROLS[0], folder.path());
+        let mut whole = Simulation::with_threads(&scene, 1).expect("a scene that runs");
+        reports(&mut whole, 3);
+        let checkpoint = Checkpoint::of(whole.world_mut()).expect("a checkpoint");
+        fs::write(folder.path().join(name), text).expect("a file");
+        let mut other = Simulation::with_threads(&scene, 1).expect("a scene that runs");
+        let error = checkpoint.restore(other.world_mut()).expect_err("refused");
+        assert!(
+            error
+                .to_string()
+                .contains("a file of a `Table` has changed"),
+            "{error}"
+        );
+    }
+}

@@ -225,6 +225,8 @@ fn an_install_that_fails_leaves_nothing_and_another_works() {
         center: Vec3::splat(800.0),
         radius: 0.1,
         name: None,
+        motion: None,
+        slip: overfall::scene::WallSlip::Free,
     });
     leaves_nothing(&far);
 

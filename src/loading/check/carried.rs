@@ -50,7 +50,7 @@ pub(super) fn coordinates(scene: &Scene, meshes: &[Option<Mesh>]) -> Checked {
         .try_for_each(|(path, corners)| of_one(scene, path, corners))
 }
 
-fn of_one(scene: &Scene, path: String, corners: [DVec3; 2]) -> Result<(), Problem> {
+pub(super) fn of_one(scene: &Scene, path: String, corners: [DVec3; 2]) -> Result<(), Problem> {
     let spacing = f64::from(scene.spacing);
     let largest = RESOLUTION * spacing / f64::from(f32::EPSILON);
     for axis in 0..axes(scene.dimension) {

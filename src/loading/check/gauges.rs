@@ -172,8 +172,12 @@ fn kind(scene: &Scene, kind: &GaugeKind, path: &str) -> Checked {
             at,
             normal,
             radius: of,
+            ref boundary,
         } => {
             radius(scene, path, of)?;
+            if let Some(boundary) = boundary {
+                is_named(scene, path, boundary)?;
+            }
             point(scene, format!("{path}.at"), at)?;
             let what = "normal is zero; it must point from the wall into the fluid";
             direction(scene, format!("{path}.normal"), what, normal)
@@ -201,19 +205,7 @@ fn kind(scene: &Scene, kind: &GaugeKind, path: &str) -> Checked {
             about,
         } => {
             is_flat(format!("{path}.about"), about, scene.dimension)?;
-            let mut names: Vec<&str> = scene.boundaries.iter().filter_map(|b| b.name()).collect();
-            names.dedup();
-            ensure(
-                names.contains(&boundary.as_str()),
-                format!("{path}.boundary"),
-                || match names.as_slice() {
-                    [] => format!(
-                        "no boundary is called `{boundary}`, since none has a name; give it one, `Tank(name: \
-                         {boundary:?}, …)`"
-                    ),
-                    names => unknown_name("boundary name", boundary, None, names),
-                },
-            )
+            is_named(scene, path, boundary)
         }
         GaugeKind::Flux {
             corner,
@@ -222,6 +214,23 @@ fn kind(scene: &Scene, kind: &GaugeKind, path: &str) -> Checked {
         } => surface(scene, path, corner, [along, across]),
         GaugeKind::Energy => Ok(()),
     }
+}
+
+/// A boundary of the scene has this name.
+fn is_named(scene: &Scene, path: &str, boundary: &str) -> Checked {
+    let mut names: Vec<&str> = scene.boundaries.iter().filter_map(|b| b.name()).collect();
+    names.dedup();
+    ensure(
+        names.contains(&boundary),
+        format!("{path}.boundary"),
+        || match names.as_slice() {
+            [] => format!(
+                "no boundary is called `{boundary}`, since none has a name; give it one, `Tank(name: \
+                 {boundary:?}, …)`"
+            ),
+            names => unknown_name("boundary name", boundary, None, names),
+        },
+    )
 }
 
 /// A corner and two edges that span a surface; in 2-D an end and one edge.

@@ -3,7 +3,9 @@
 mod bodies;
 mod boxes;
 mod carried;
+mod forces;
 mod gauges;
+mod motions;
 mod numbers;
 mod problem;
 mod proper;

@@ -1,7 +1,7 @@
 //! All checks of a scene in their order.
 
 use super::{
-    bodies, carried, gauges, numbers,
+    bodies, carried, forces, gauges, motions, numbers,
     problem::Problem,
     size::{self, Size},
     solids, stability,
@@ -16,11 +16,16 @@ pub(in crate::loading) fn check(scene: &Scene) -> Result<Size, Problem> {
     carried::mass(scene)?;
     stability::least_time_step(scene)?;
     bodies::shapes(scene)?;
+    forces::velocity_fields(scene)?;
+    forces::body_forces(scene)?;
     solids::shapes(scene)?;
+    motions::motions(scene)?;
+    motions::slip(scene)?;
     gauges::gauges(scene)?;
     let meshes = solids::meshes(scene)?;
     let size = size::count(scene, &meshes)?;
     carried::coordinates(scene, &meshes)?;
+    motions::courses(scene, &meshes)?;
     bodies::places(scene, &meshes)?;
     Ok(size)
 }

@@ -143,7 +143,7 @@ fn radius(shape: &Shape) -> f64 {
     }
 }
 
-fn box_of_body(shape: &Shape) -> (DVec3, DVec3) {
+pub(super) fn box_of_body(shape: &Shape) -> (DVec3, DVec3) {
     match *shape {
         Shape::Box { min, max } => (min.as_dvec3(), max.as_dvec3()),
         Shape::Sphere { center, radius } => {
@@ -158,7 +158,11 @@ fn box_of_body(shape: &Shape) -> (DVec3, DVec3) {
 }
 
 /// The samples of a wall lie `depth` \[m] behind its face.
-fn box_of_boundary(shape: &BoundaryShape, dimension: Dimension, depth: f64) -> (DVec3, DVec3) {
+pub(super) fn box_of_boundary(
+    shape: &BoundaryShape,
+    dimension: Dimension,
+    depth: f64,
+) -> (DVec3, DVec3) {
     match *shape {
         BoundaryShape::Tank { min, max, .. } => (min.as_dvec3() - depth, max.as_dvec3() + depth),
         BoundaryShape::Box { min, max, .. } => (min.as_dvec3(), max.as_dvec3()),

@@ -75,7 +75,9 @@ impl View {
             view.include(shape_bounds(&body.shape));
         }
         let fluid = view.bounds;
-        for boundary in &scene.boundaries {
+        // A picture does not know where a wall that moves is.
+        let standing = |wall: &&BoundaryShape| wall.motion().is_none();
+        for boundary in scene.boundaries.iter().filter(standing) {
             view.add_boundary(boundary, flat, scene.spacing);
         }
         if !(view.bounds.min.is_finite() && view.bounds.max.is_finite()) {

@@ -48,12 +48,13 @@ pub(crate) fn for_each_particle_of(
     mut visit: impl FnMut(ParticleSeed),
 ) {
     let spacing = f64::from(scene.spacing);
+    let velocity_at = body.velocities();
     let mut displace = Displacement::new(body.jitter, spacing, scene.dimension);
     Lattice::new(&body.shape, spacing, scene.dimension).for_each(|point| {
         let position = point + displace.next();
         visit(ParticleSeed {
             position: position.as_vec3(),
-            velocity: body.velocity_at(position).as_vec3(),
+            velocity: velocity_at(position).as_vec3(),
         });
     });
 }

@@ -1,0 +1,39 @@
+//! Forces on the fluid as a whole beside gravity: towards a point, and from tables over time.
+//!
+//! A table's acceleration is its mean over the step, so velocities change by its integral whatever the steps are.
+
+use bevy_ecs::prelude::*;
+use glam::Vec3;
+
+use crate::state::{Accelerations, BodyForces, Clock, Execution, Phase, Positions, Product, Stage};
+
+/// Forces beside gravity.
+pub(crate) const STAGE: Stage = Stage {
+    needs: &[Product::Columns, Product::Forces],
+    wanted: |scene| !scene.body_forces.is_empty(),
+    ..Stage::new("body_forces", Phase::Forces, |_| {
+        apply_body_forces.into_configs()
+    })
+};
+
+/// Adds the forces beside gravity (phase `Forces`).
+pub fn apply_body_forces(
+    mut accelerations: ResMut<Accelerations>,
+    positions: Res<Positions>,
+    forces: Res<BodyForces>,
+    clock: Res<Clock>,
+    execution: Res<Execution>,
+) {
+    let means = forces
+        .tables
+        .iter()
+        .map(|table| table.mean(clock.time, clock.dt.into()).as_vec3());
+    let everywhere: Vec3 = means.sum();
+    execution.for_each_chunk(&mut accelerations.0, |first, chunk| {
+        for (acceleration, x) in chunk.iter_mut().zip(&positions.0[first..]) {
+            let central = forces.central.iter();
+            let central: Vec3 = central.map(|force| force.acceleration(x.truncate())).sum();
+            *acceleration += everywhere + central;
+        }
+    });
+}
