@@ -218,7 +218,7 @@ fn a_tank_in_free_fall_is_a_tank_without_gravity() {
             let tank = |gravity: f32, motion: &str| {
                 simulation(&format!(
                     "(name: \"fall\", dimension: {dimension}, spacing: 0.02, pressure: {method},
-                      gravity: (0, {gravity}, 0), time_step: Fixed(0.001),
+                      gravity: (0, {gravity}, 0), time_step: Fixed(0.0005),
                       bodies: [(shape: Box(min: (0, 0, 0), max: (0.1, 0.1, {deep})))],
                       boundaries: [Tank(min: (0, 0, 0), max: (0.2, 0.2, {deep}){motion})])"
                 ))
@@ -240,7 +240,8 @@ fn a_tank_in_free_fall_is_a_tank_without_gravity() {
                 "{dimension}-D {method}: {off:.3} spacings off a tank that floats, {away:.3} off its place"
             );
             measured(&figures);
-            // Semi-implicit Euler falls by g t dt/2 more: 0.05 spacings.
+            // Semi-implicit Euler falls by g t dt/2 more, 0.025 spacings. In steps of 1 ms the differences
+            // are 1.5 (3-D IISPH, DFSPH) to 2.2 times as large.
             assert!(off < 0.12, "{figures}");
         }
     }
