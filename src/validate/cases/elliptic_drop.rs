@@ -20,7 +20,7 @@ pub(in crate::validate) const CASE: Case = Case {
 };
 
 const KNOWN: &str = include_str!("../../../assets/reference/elliptic_drop_analytic.csv");
-/// Time until which pressures are compared \[s]: later there is no pressure left in the runs.
+/// Time until which pressures are compared \[s]: later SESPH and PCISPH have no pressure left.
 const PRESSURE_UNTIL: f64 = 0.0038;
 
 /// Semi-major axis at the published times, the area at the end, and the mean pressure in the centre up to the second of
