@@ -144,8 +144,8 @@ for_every_method!(free_flight_keeps_momenta, |method| holds(
 
 /// Fronts of a case at its coarsest and its middle resolution, the times of the experiment, in widths: the middle one
 /// is within the distance of both of where the fronts go, if they converge with the order 1 or better; and Ritter's
-/// bound holds.
-fn front_converges(name: &str, method: usize, bound: f64) {
+/// bound holds. Those of `to_experiment` are within so much of the experiment \[-].
+fn front_converges(name: &str, method: usize, bound: f64, to_experiment: &[(&str, f64)]) {
     let case = case(name);
     let [coarse, middle, _] = case.resolutions;
     let runs = [coarse, middle].map(|n| run(case, &METHODS[method], n).figures);
@@ -160,6 +160,10 @@ fn front_converges(name: &str, method: usize, bound: f64) {
         if middle.quantity.starts_with("largest way") {
             assert!(middle.measured <= 1.0, "{middle:?}");
         }
+        let mut bounds = to_experiment.iter();
+        if let Some((_, most)) = bounds.find(|(start, _)| middle.quantity.starts_with(start)) {
+            assert!(middle.error().abs() <= *most, "{middle:?} above {most}");
+        }
     }
     let method = METHODS[method].name;
     measured(&format!(
@@ -171,12 +175,15 @@ fn front_converges(name: &str, method: usize, bound: f64) {
 for_every_method!(front_of_koshizuka_and_oka, |method| front_converges(
     "dam_break_koshizuka_oka",
     method,
-    0.05
+    0.05,
+    &[]
 ));
+// The experiment's early fronts lag behind the converged one by as much as 9.4 %.
 for_every_method!(column_of_martin_and_moyce, |method| front_converges(
     "dam_break_martin_moyce",
     method,
-    0.05
+    0.05,
+    &[("front at", 0.1), ("height at", 0.15)]
 ));
 
 /// A wave swings with the period of linear theory at half the resolution of the case, and viscosity takes energy from
