@@ -35,7 +35,7 @@ pub struct Waiting {
 pub const WAITING: [Waiting; 7] = [
     Waiting {
         name: "oscillating_drop",
-        needs: "a central force (Monaghan & Rafiee 2013)",
+        needs: "its measures: a scene can pose it with a central force (Monaghan & Rafiee 2013)",
     },
     Waiting {
         name: "taylor_green",
@@ -51,11 +51,11 @@ pub const WAITING: [Waiting; 7] = [
     },
     Waiting {
         name: "lid_driven_cavity",
-        needs: "a wall that moves and holds the fluid (Ghia et al. 1982)",
+        needs: "its measures: a scene can pose it with a no-slip wall in motion (Ghia et al. 1982)",
     },
     Waiting {
         name: "wave_maker",
-        needs: "a wall in prescribed motion",
+        needs: "its measures: a scene can pose it with a piston in motion",
     },
     Waiting {
         name: "manufactured_solution",

@@ -184,7 +184,7 @@ fn stabilisation(share: f32) -> Checked {
         "pressure.stabilisation",
         || {
             format!(
-                "the share of the compact Laplacian is {share}; it must be from 0 (none) to {most} (0.2 is usual)"
+                "the share of the compact Laplacian is {share}; it must be from 0 (none) to {most} (0.1 is usual)"
             )
         },
     )
@@ -234,7 +234,7 @@ fn fluid(scene: &Scene) -> Checked {
 fn follows_the_motion(cfl: Cfl) -> Checked {
     let factor = cfl.factor;
     ensure(factor > 0.0 && factor <= 1.0, "time_step.factor", || {
-        format!("the factor is {factor}; it must be above 0 and at most 1 (0.2 is usual)")
+        format!("the factor is {factor}; it must be above 0 and at most 1 (0.1 is usual)")
     })?;
     bounds(cfl.min, cfl.max)
 }
