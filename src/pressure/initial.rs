@@ -15,7 +15,7 @@ use super::{
 use crate::{
     scene::{Criterion, NotConverged, Scene},
     state::{Accelerations, Clock, Positions},
-    time_step::RecoveryTime,
+    time_step::{RecoveryTime, shorten_first_step},
 };
 
 /// One iteration of the solve.
@@ -59,8 +59,9 @@ pub fn solve_initial_pressure(world: &mut World) {
         not_converged: NotConverged::Accept,
     };
     iterate(world, InitialIteration, &convergence, MAX_ITERATIONS);
-    // It writes one column.
+    // Systems that read and write plain columns cannot fail.
     let _ = world.run_system_once(store_pressures);
+    let _ = world.run_system_once(shorten_first_step);
     match recovery {
         Some(recovery) => world.insert_resource(recovery),
         None => {

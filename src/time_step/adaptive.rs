@@ -110,6 +110,11 @@ impl AdaptiveTimeStep {
         dt.min(self.constant_limit).clamp(min, max)
     }
 
+    /// Longest step \[s] under a pressure \[Pa], not below the scene's shortest.
+    pub(super) fn longest_under(&self, material: &Material, pressure: f32) -> f32 {
+        pressure_limit(self.pressure_step, material, pressure).max(self.scheme.min)
+    }
+
     /// Whether a failed step of this length \[s] may be repeated with a shorter one.
     pub fn may_go_back(&self, dt: f32) -> bool {
         dt > self.scheme.min && self.in_a_row < MOST_IN_A_ROW
@@ -200,8 +205,7 @@ pub fn choose_adaptive_time_step(
     let h = material.kernel.support_radius;
     let limits = motion_limits(h, motion.max_speed, motion.max_acceleration);
     let next = adaptive.next(clock.full_dt(), limits, solve.error, solve.iterations);
-    let pressure = pressure_limit(adaptive.pressure_step, &material, motion.max_pressure);
-    clock.next_dt = next.min(pressure).max(adaptive.scheme.min);
+    clock.next_dt = next.min(adaptive.longest_under(&material, motion.max_pressure));
 }
 
 #[cfg(test)]

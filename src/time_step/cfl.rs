@@ -61,6 +61,11 @@ impl TimeStepControl {
         (0.5 * dt >= self.cfl.min).then_some(0.5 * dt)
     }
 
+    /// Longest step \[s] under a pressure \[Pa], not below the scene's shortest.
+    pub(super) fn longest_under(&self, material: &Material, pressure: f32) -> f32 {
+        pressure_limit(self.pressure_step, material, pressure).max(self.cfl.min)
+    }
+
     fn choose(&self, h: f32, max_speed: f32, max_acceleration: f32, longest: f32) -> f32 {
         let motion = motion_limits(self.cfl.factor, h, max_speed, max_acceleration);
         motion

@@ -12,6 +12,7 @@
 
 pub mod adaptive;
 mod cfl;
+mod first;
 mod install;
 mod limits;
 mod recovery;
@@ -19,6 +20,7 @@ pub mod roll_back;
 
 pub use adaptive::AdaptiveTimeStep;
 pub use cfl::{TimeStepControl, choose_time_step};
+pub(crate) use first::shorten_first_step;
 pub use install::install;
 pub(crate) use limits::pressure_limit;
 pub use limits::{StepLimits, motion_limits};
