@@ -81,6 +81,11 @@ impl PairSum for PressureForce<'_> {
         let [x, y, z] = sums.sum;
         let factor = -self.material.particle_mass * self.material.kernel.gradient_scale;
         let fluid = factor * Vec3::new(simd.sum(x), simd.sum(y), simd.sum(z));
-        self.walls.made_up(sums.row, fluid) - sums.walls
+        let fluid = self.walls.made_up(sums.row, fluid);
+        if sums.walls == Vec3::ZERO {
+            self.walls.held_back(sums.row, fluid)
+        } else {
+            fluid - sums.walls
+        }
     }
 }

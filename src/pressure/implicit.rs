@@ -232,16 +232,17 @@ pub fn update_pressure(
         jacobi.start(means.is_some());
         iterates.0.resize(densities.0.len(), Iterate::default());
     }
-    let left = |found: f32| {
-        recovery.as_ref().map_or(0.0, |recovery| {
-            rest_density * recovery.left_for_later(dt, found / rest_density)
+    let to_remove = |found: f32| {
+        recovery.as_ref().map_or(found, |recovery| {
+            rest_density * recovery.to_remove(dt, found / rest_density)
         })
     };
     let (positions, iterates) = (&mut positions.0, &mut iterates.0);
     solve.update(positions, iterates, &execution, |row, term, iterate| {
         let found = densities.0[row] - rest_density;
-        let error = found + dt * rates.0[row];
-        let excess = error - left(found);
+        let change = dt * rates.0[row];
+        let error = found + change;
+        let excess = change + to_remove(found);
         let inverse_diagonal = (diagonals.0[row], to_term * excess);
         let (term, step) = jacobi.correct(iterate, term, inverse_diagonal, first);
         Corrected {

@@ -250,9 +250,9 @@ fn update_pressure(
         jacobi.start(false);
         iterates.0.resize(predicted.0.len(), Default::default());
     }
-    let left = |found: f32| {
-        recovery.as_ref().map_or(0.0, |recovery| {
-            rest_density * recovery.left_for_later(clock.dt, found / rest_density)
+    let to_remove = |found: f32| {
+        recovery.as_ref().map_or(found, |recovery| {
+            rest_density * recovery.to_remove(clock.dt, found / rest_density)
         })
     };
     let (positions, iterates) = (&mut positions.0, &mut iterates.0);
@@ -260,7 +260,7 @@ fn update_pressure(
         let found = densities.0[row] - rest_density;
         let error =
             predicted.0[row] - rest_density + rates.map_or(0.0, |rates| clock.dt * rates[row]);
-        let excess = error - left(found);
+        let excess = error - found + to_remove(found);
         let inverse_diagonal = delta / correction.inverse_diagonal(&diagonals, rest_density, row);
         let (term, step) = jacobi.correct(iterate, term, (inverse_diagonal, excess), first);
         if correction.last {

@@ -24,6 +24,10 @@ const SLOWING: f32 = 0.1;
 /// Maximum compression that is left for later steps \[-].
 const MOST_LEFT: f32 = 0.2;
 
+/// Maximum density that is missing and left missing by a step \[-]: less than a row at a free surface lacks, which the
+/// fluid may fill at once. `docs/decisions/still_water.md` has the measurements.
+const MOST_MISSING: f32 = 0.1;
+
 /// Minimum factor on τ per step \[-], so that a large τ of fluid at rest ends.
 const LEAST_LEFT: f32 = 0.97;
 
@@ -56,7 +60,7 @@ impl Remembers for RecoveryTime {
 }
 
 impl RecoveryTime {
-    /// Removes nothing of the compression found.
+    /// Leaves the density as it is found, too high or too low: velocities alone count.
     pub(crate) const NEVER: Self = Self {
         share: 0.0,
         time: LONGEST,
@@ -80,13 +84,23 @@ impl RecoveryTime {
         })
     }
 
-    /// Compression \[-] that a step of `dt` \[s] leaves for later. At most [`MOST_LEFT`]: the compression of an impact
-    /// could fill a wall.
+    /// Part of the compression found \[-] that a step of `dt` \[s] removes. At most [`MOST_LEFT`] is left for later: the
+    /// compression of an impact could fill a wall.
+    ///
+    /// Density that is missing, up to [`MOST_MISSING`], is filled as slowly. If a step could fill all of it at once, a
+    /// row that lacks a thousandth would carry no pressure until its column has fallen by that much.
     #[inline]
-    pub(crate) fn left_for_later(&self, dt: f32, found: f32) -> f32 {
-        let found = found.max(0.0);
+    pub(crate) fn to_remove(&self, dt: f32, found: f32) -> f32 {
+        if self.share == 0.0 {
+            return 0.0;
+        }
         let left = 1.0 - (dt / self.time).min(self.share);
-        left * found / (1.0 + found / MOST_LEFT)
+        let bounded = if found > 0.0 {
+            found / (1.0 + found / MOST_LEFT)
+        } else {
+            found.max(-MOST_MISSING)
+        };
+        found - left * bounded
     }
 }
 
