@@ -33,12 +33,26 @@ pub fn pressure_force(
 pub struct PressureForce<'a> {
     material: &'a Material,
     walls: Walls<'a>,
+    /// Whether walls hold back rows that have no pressure.
+    holds_back: bool,
 }
 
 impl<'a> PressureForce<'a> {
     /// The sum for this fluid.
     pub fn new(material: &'a Material, walls: Walls<'a>) -> Self {
-        Self { material, walls }
+        Self {
+            material,
+            walls,
+            holds_back: true,
+        }
+    }
+
+    /// The same, but rows without a pressure are pushed into walls: what walls have to hold back.
+    pub(crate) fn without_holding_back(self) -> Self {
+        Self {
+            holds_back: false,
+            ..self
+        }
     }
 }
 
@@ -82,10 +96,12 @@ impl PairSum for PressureForce<'_> {
         let factor = -self.material.particle_mass * self.material.kernel.gradient_scale;
         let fluid = factor * Vec3::new(simd.sum(x), simd.sum(y), simd.sum(z));
         let fluid = self.walls.made_up(sums.row, fluid);
-        if sums.walls == Vec3::ZERO {
-            self.walls.held_back(sums.row, fluid)
-        } else {
+        if sums.walls != Vec3::ZERO {
             fluid - sums.walls
+        } else if self.holds_back {
+            fluid - self.walls.held_back(sums.row, fluid)
+        } else {
+            fluid
         }
     }
 }
