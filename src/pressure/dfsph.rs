@@ -41,7 +41,7 @@ use crate::{
 
 impl PressureSolver for Dfsph {
     fn iterations(&self) -> Option<Iterations> {
-        Some(iterations!(self, None))
+        Some(iterations!(self, None, true))
     }
 
     fn requirements(&self) -> Vec<Requirement> {

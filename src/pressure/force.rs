@@ -33,26 +33,12 @@ pub fn pressure_force(
 pub struct PressureForce<'a> {
     material: &'a Material,
     walls: Walls<'a>,
-    /// Whether walls hold back rows that have no pressure.
-    holds_back: bool,
 }
 
 impl<'a> PressureForce<'a> {
     /// The sum for this fluid.
     pub fn new(material: &'a Material, walls: Walls<'a>) -> Self {
-        Self {
-            material,
-            walls,
-            holds_back: true,
-        }
-    }
-
-    /// The same, but rows without a pressure are pushed into walls: what walls have to hold back.
-    pub(crate) fn without_holding_back(self) -> Self {
-        Self {
-            holds_back: false,
-            ..self
-        }
+        Self { material, walls }
     }
 }
 
@@ -95,13 +81,6 @@ impl PairSum for PressureForce<'_> {
         let [x, y, z] = sums.sum;
         let factor = -self.material.particle_mass * self.material.kernel.gradient_scale;
         let fluid = factor * Vec3::new(simd.sum(x), simd.sum(y), simd.sum(z));
-        let fluid = self.walls.made_up(sums.row, fluid);
-        if sums.walls != Vec3::ZERO {
-            fluid - sums.walls
-        } else if self.holds_back {
-            fluid - self.walls.held_back(sums.row, fluid)
-        } else {
-            fluid
-        }
+        self.walls.made_up(sums.row, fluid) - sums.walls
     }
 }

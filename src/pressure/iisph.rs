@@ -32,7 +32,7 @@ const HEAD_START: i32 = 10;
 
 impl PressureSolver for Iisph {
     fn iterations(&self) -> Option<Iterations> {
-        Some(iterations!(self, None))
+        Some(iterations!(self, None, true))
     }
 
     fn requirements(&self) -> Vec<Requirement> {

@@ -9,8 +9,11 @@ use bevy_ecs::{prelude::*, schedule::ScheduleLabel, system::RunSystemOnce};
 use glam::Vec4;
 
 use super::{
-    convergence::Convergence, density_rate::PredictedVelocities, implicit::store_pressures,
-    iterate::iterate, warm_start,
+    convergence::Convergence,
+    density_rate::PredictedVelocities,
+    implicit::store_pressures,
+    iterate::{End, iterate},
+    warm_start,
 };
 use crate::{
     scene::{Criterion, NotConverged, Scene},
@@ -24,6 +27,9 @@ pub struct InitialIteration;
 
 /// Fraction of the gravity that may remain in the first step \[-].
 const UNCARRIED: f32 = 1e-3;
+
+/// Iterations within which the error must fall.
+const PATIENCE: u32 = 100;
 
 /// A column of 240 rows needs 400.
 const MAX_ITERATIONS: u32 = 2000;
@@ -48,8 +54,6 @@ pub fn solve_initial_pressure(world: &mut World) {
         return;
     };
     let recovery = world.remove_resource::<RecoveryTime>();
-    world.insert_resource(RecoveryTime::NEVER);
-    warm_start::start(world, 0.0);
     let convergence = Convergence {
         max_density_error: limit,
         mean_density_error: None,
@@ -58,7 +62,20 @@ pub fn solve_initial_pressure(world: &mut World) {
         max_iterations: MAX_ITERATIONS,
         not_converged: NotConverged::Accept,
     };
-    iterate(world, InitialIteration, &convergence, MAX_ITERATIONS);
+    // A closed tank full of fluid may have no pressure that keeps all gaps: what its walls drive in has to go somewhere.
+    let fills_slowly = (recovery.as_ref()).is_some_and(RecoveryTime::fills_slowly);
+    let attempts: &[bool] = if fills_slowly {
+        &[true, false]
+    } else {
+        &[false]
+    };
+    for &keeps_gaps in attempts {
+        world.insert_resource(RecoveryTime::never(keeps_gaps));
+        warm_start::start(world, 0.0);
+        if iterate(world, InitialIteration, &convergence, PATIENCE) == End::Converged {
+            break;
+        }
+    }
     // Systems that read and write plain columns cannot fail.
     let _ = world.run_system_once(store_pressures);
     let _ = world.run_system_once(shorten_first_step);

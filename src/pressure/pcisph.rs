@@ -88,7 +88,7 @@ pub struct PredictedDensities(Vec<f32>);
 
 impl PressureSolver for Pcisph {
     fn iterations(&self) -> Option<Iterations> {
-        Some(iterations!(self, self.mean_density_error))
+        Some(iterations!(self, self.mean_density_error, false))
     }
 
     fn requirements(&self) -> Vec<Requirement> {

@@ -19,6 +19,9 @@ pub struct Iterations {
     pub warm_start: WarmStart,
     /// Maximum part of the compression found that a step removes \[-].
     pub recovery: f32,
+    /// Whether it solves for velocities, in which densities are linear. Such methods fill missing density slowly, and
+    /// walls hold back rows without a pressure.
+    pub is_linear: bool,
     /// Whether corrections have momentum.
     pub momentum: bool,
 }
@@ -26,7 +29,7 @@ pub struct Iterations {
 /// The [`Iterations`] of a method's parameters, whose fields have the same names in every method; with a limit on the
 /// mean error beside that on the largest, or `None`.
 macro_rules! iterations {
-    ($parameters:expr, $mean_density_error:expr) => {
+    ($parameters:expr, $mean_density_error:expr, $is_linear:expr) => {
         $crate::pressure::solver::Iterations {
             convergence: $crate::pressure::convergence::Convergence {
                 max_density_error: $parameters.max_density_error,
@@ -41,6 +44,7 @@ macro_rules! iterations {
                 steps: $parameters.warm_start_steps,
             },
             recovery: $parameters.recovery,
+            is_linear: $is_linear,
             momentum: $parameters.momentum,
         }
     };

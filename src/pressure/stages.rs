@@ -3,7 +3,7 @@
 use bevy_ecs::{prelude::*, schedule::ScheduleLabel};
 
 use super::{
-    implicit,
+    hold_back, implicit,
     initial::{self, InitialIteration},
     warm_start,
 };
@@ -70,7 +70,9 @@ pub(crate) const PRESSURE: Stage = Stage {
         if let Some(iterations) = scene.pressure.iterations() {
             world.insert_resource(iterations.convergence);
             warm_start::install(world, iterations.warm_start);
-            if let Some(recovery) = RecoveryTime::new(iterations.recovery, scene) {
+            if let Some(recovery) =
+                RecoveryTime::new(iterations.recovery, iterations.is_linear, scene)
+            {
                 world.insert_resource(recovery);
             }
         }
@@ -87,6 +89,11 @@ pub(crate) const PRESSURE: Stage = Stage {
         let solve = if initial::is_solved_for(scene) {
             let first = initial::solve_initial_pressure.run_if(initial::is_first_step);
             (first, solve).chain()
+        } else {
+            solve
+        };
+        let solve = if hold_back::is_wanted(scene) {
+            (solve, hold_back::hold_back).chain()
         } else {
             solve
         };

@@ -24,9 +24,9 @@ const SLOWING: f32 = 0.1;
 /// Maximum compression that is left for later steps \[-].
 const MOST_LEFT: f32 = 0.2;
 
-/// Maximum density that is missing and left missing by a step \[-]: less than a row at a free surface lacks, which the
-/// fluid may fill at once. `docs/decisions/still_water.md` has the measurements.
-const MOST_MISSING: f32 = 0.1;
+/// Maximum density that is missing and left missing by a step \[-]: what rows beside walls and rounding lack. Rows at a
+/// free surface lack more, which the fluid may fill at once. `docs/decisions/still_water.md` has the measurements.
+const MOST_MISSING: f32 = 0.01;
 
 /// Minimum factor on τ per step \[-], so that a large τ of fluid at rest ends.
 const LEAST_LEFT: f32 = 0.97;
@@ -42,6 +42,9 @@ const LONGEST: f32 = 1e6;
 pub struct RecoveryTime {
     /// Part of the compression found that a step of the length that motion allows removes \[-].
     share: f32,
+    /// Maximum compression that is left, and maximum density that is missing and left missing \[-].
+    most_left: f32,
+    most_missing: f32,
     /// τ \[s].
     time: f32,
 }
@@ -60,14 +63,24 @@ impl Remembers for RecoveryTime {
 }
 
 impl RecoveryTime {
-    /// Leaves the density as it is found, too high or too low: velocities alone count.
-    pub(crate) const NEVER: Self = Self {
-        share: 0.0,
-        time: LONGEST,
-    };
+    /// Whether density that is missing may be left missing.
+    pub(crate) fn fills_slowly(&self) -> bool {
+        self.most_missing > 0.0
+    }
+
+    /// Leaves the density as it is found; density that is missing only if the fluid `keeps_gaps`. Else it may fill them
+    /// at once.
+    pub(crate) fn never(keeps_gaps: bool) -> Self {
+        Self {
+            share: 0.0,
+            most_left: f32::INFINITY,
+            most_missing: if keeps_gaps { f32::INFINITY } else { 0.0 },
+            time: LONGEST,
+        }
+    }
 
     /// Initial value for a scene whose steps remove at most `share` of the compression found; none if they remove all.
-    pub(crate) fn new(share: f32, scene: &Scene) -> Option<Self> {
+    pub(crate) fn new(share: f32, fills_slowly: bool, scene: &Scene) -> Option<Self> {
         if share >= 1.0 {
             return None;
         }
@@ -80,6 +93,8 @@ impl RecoveryTime {
         );
         Some(Self {
             share,
+            most_left: MOST_LEFT,
+            most_missing: if fills_slowly { MOST_MISSING } else { 0.0 },
             time: speed.1.min(force.1).min(LONGEST) / share,
         })
     }
@@ -87,20 +102,22 @@ impl RecoveryTime {
     /// Part of the compression found \[-] that a step of `dt` \[s] removes. At most [`MOST_LEFT`] is left for later: the
     /// compression of an impact could fill a wall.
     ///
-    /// Density that is missing, up to [`MOST_MISSING`], is filled as slowly. If a step could fill all of it at once, a
-    /// row that lacks a thousandth would carry no pressure until its column has fallen by that much.
+    /// Density that is missing may be filled within a step of the length that motion allows, and within a shorter one in
+    /// proportion; what exceeds [`MOST_MISSING`] at once. If any step could fill all, water at rest in short steps would
+    /// carry no pressure until it has fallen by what rounding lacks.
     #[inline]
     pub(crate) fn to_remove(&self, dt: f32, found: f32) -> f32 {
-        if self.share == 0.0 {
-            return 0.0;
-        }
-        let left = 1.0 - (dt / self.time).min(self.share);
-        let bounded = if found > 0.0 {
-            found / (1.0 + found / MOST_LEFT)
+        let part = (dt / self.time).min(self.share);
+        if found > 0.0 {
+            found - (1.0 - part) * found / (1.0 + found / self.most_left)
         } else {
-            found.max(-MOST_MISSING)
-        };
-        found - left * bounded
+            let filled = if self.share > 0.0 {
+                part / self.share
+            } else {
+                0.0
+            };
+            found - (1.0 - filled) * found.max(-self.most_missing)
+        }
     }
 }
 
