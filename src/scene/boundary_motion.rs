@@ -74,7 +74,24 @@ impl BoundaryShape {
             }
         }
     }
+
+    /// Period of its back and forth \[s], at a `spacing` \[m]; the shortest of a table. A table that cannot be read
+    /// counts as standing.
+    pub(crate) fn shortest_period(&self, spacing: f32) -> Option<f32> {
+        match *self.motion()? {
+            WallMotion::Oscillation { frequency, .. } => Some(1.0 / frequency.abs()),
+            WallMotion::Table { ref file, .. } => {
+                let table = MotionTable::load(Path::new(file)).ok()?;
+                let least = f64::from(LEAST_WAY * spacing);
+                table.shortest_period(least).map(|period| period as f32)
+            }
+            WallMotion::Velocity { .. } | WallMotion::Rotation { .. } => None,
+        }
+    }
 }
+
+/// Way that counts as a movement \[spacings].
+pub(crate) const LEAST_WAY: f32 = 1e-3;
 
 /// The largest distance of a box's corners; in 2-D of those in the plane.
 fn farthest_corner(min: Vec3, max: Vec3, in_plane: bool, distance: impl Fn(Vec3) -> f32) -> f32 {

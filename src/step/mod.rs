@@ -22,8 +22,8 @@ mod warnings;
 
 pub use advance::{Advance, advance};
 pub use error::{InstallError, StartDensity};
-pub(crate) use install::Installed;
 pub use install::install;
+pub(crate) use install::{Installed, NamedFile};
 pub(crate) use order::check_order;
 pub use order::{Flow, Order, OrderError, OrderItem};
 pub use plan::{Plan, plan};
