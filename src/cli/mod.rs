@@ -3,6 +3,7 @@
 //! Results go to standard output, progress and errors to standard error. The exit status tells success from failure
 //! ([`Exit`](exit::Exit)).
 
+mod caret;
 mod check;
 mod checkpoints;
 mod claims;

@@ -11,6 +11,7 @@ use overfall::{
     validate::{METHODS, Method},
 };
 
+use super::caret;
 use super::checkpoints::Every;
 use super::exit::Failure;
 use super::kinds::{Kind, with_kind};
@@ -224,7 +225,7 @@ impl SceneOptions {
                 SceneError::Syntax {
                     place: Place::File { .. },
                     ..
-                } => Failure::Refused(with_kind(error.to_string(), &self.scene, Kind::Scene)),
+                } => Failure::Refused(with_kind(caret::of_scene(&error), &self.scene, Kind::Scene)),
                 error => refused(error),
             })
     }
@@ -289,7 +290,7 @@ impl Run {
 }
 
 fn refused(error: SceneError) -> Failure {
-    Failure::Refused(error.to_string())
+    Failure::Refused(caret::of_scene(&error))
 }
 
 fn positive(text: &str) -> Result<f32, String> {

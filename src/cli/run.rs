@@ -138,6 +138,7 @@ fn inputs(options: &options::Run, scene: &Scene) -> Vec<PathBuf> {
     let mut scene = scene.clone();
     let named = scene.files_mut().map(|file| PathBuf::from(&*file));
     let named = named.chain([options.scene.scene.clone()]);
+    let named = named.chain(Scene::fragments(&options.scene.scene));
     named.chain(options.resume.clone()).collect()
 }
 

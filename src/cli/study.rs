@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use overfall::output::{OutputError, Provenance, write_atomically};
-use overfall::scene::SceneError;
+use overfall::scene::{Scene, SceneError};
 use overfall::simd::InstructionSet;
 use overfall::study::{Event, Plan, StudyError, Table, chart, run};
 use serde::Serialize;
@@ -18,7 +18,7 @@ use super::folder::{self, SUMMARY};
 use super::kinds::{Kind, with_kind};
 use super::stages::Display;
 use super::waiting::waiting;
-use super::{COMMIT, console, interrupt, options};
+use super::{COMMIT, caret, console, interrupt, options};
 
 /// Names in the folder, in addition to the summary's.
 const TABLE: &str = "table.csv";
@@ -36,7 +36,7 @@ pub(super) fn study(options: &options::Study) -> Result<Exit, Failure> {
         Plan::load_with(&options.study, &overrides)
     });
     let plan = plan.map_err(|error| {
-        let refusal = error.to_string();
+        let refusal = caret::of_study(&error);
         Failure::Refused(match error {
             StudyError::Scene(SceneError::Syntax { .. }) => {
                 with_kind(refusal, &options.study, Kind::Study)
@@ -170,6 +170,7 @@ impl Files {
 fn inputs(study: &Path, plan: &Plan) -> Vec<PathBuf> {
     let folder = study.parent().unwrap_or(Path::new(""));
     let mut inputs = vec![study.to_owned(), folder.join(&plan.study.scene)];
+    inputs.extend(Scene::fragments(&folder.join(&plan.study.scene)));
     inputs.extend((plan.study.reference.iter()).map(|name| folder.join(name)));
     for variant in plan.cases.iter().flat_map(|case| &case.variants) {
         let mut scene = variant.scene.clone();

@@ -79,6 +79,10 @@ fn chosen<'a>(
 ) -> Result<[&'a str; 2], CurveError> {
     let list = names.join(", ");
     let refuse = |message: String| Err(malformed(file, 1, message));
+    // A name that is not there is told with all that are.
+    if let Some(time) = time.filter(|time| !names.contains(time)) {
+        return Ok([time, value.unwrap_or(time)]);
+    }
     let time = match time {
         Some(time) => time,
         None => {

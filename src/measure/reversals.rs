@@ -89,7 +89,7 @@ mod tests {
         let noisy = sine(1.0, 2.0, 0.001).into_iter().enumerate();
         let noisy = noisy.map(|(k, (t, x))| (t, x + [0.01, -0.01][k % 2]));
         let half = shortest_half_period(noisy, 0.1).expect("reversals");
-        assert!((half - 0.5).abs() < 0.05, "{half}");
+        assert!((half - 0.5).abs() < 0.06, "{half}");
         // Rest, one jerk there and back, rest.
         let jerks = [
             (0.0, 0.0),

@@ -50,7 +50,7 @@ impl BoundaryShape {
     /// given. A table that cannot be read counts as standing: the scene's check names it.
     pub(crate) fn greatest_speed(&self, in_plane: bool, mesh: Option<[Vec3; 2]>) -> Option<f32> {
         match *self.motion()? {
-            WallMotion::Velocity { velocity, .. } => Some(velocity.length()),
+            WallMotion::Velocity { velocity, .. } => Some(long(velocity)),
             WallMotion::Rotation {
                 center,
                 angular_velocity,
@@ -61,13 +61,13 @@ impl BoundaryShape {
                     farthest_corner(min, max, false, |x| (x - center).cross(axis).length())
                 };
                 let farthest = self.farthest_from(center, axis, in_plane);
-                Some(angular_velocity.length() * farthest.or(mesh.map(of_mesh))?)
+                Some(long(angular_velocity) * farthest.or(mesh.map(of_mesh))?)
             }
             WallMotion::Oscillation {
                 amplitude,
                 frequency,
                 ..
-            } => Some(amplitude.length() * std::f32::consts::TAU * frequency.abs()),
+            } => Some(long(amplitude) * std::f32::consts::TAU * frequency.abs()),
             WallMotion::Table { ref file, .. } => {
                 let table = MotionTable::load(Path::new(file)).ok()?;
                 Some(table.greatest_speed() as f32)
@@ -88,6 +88,11 @@ impl BoundaryShape {
             WallMotion::Velocity { .. } | WallMotion::Rotation { .. } => None,
         }
     }
+}
+
+/// Length of a vector whose square may be beyond single precision.
+fn long(vector: Vec3) -> f32 {
+    vector.as_dvec3().length() as f32
 }
 
 /// Way that counts as a movement \[spacings].

@@ -21,7 +21,7 @@ fn motions_forces_and_fields_that_cannot_be_are_refused() {
             &["the angular velocity is zero"]),
         (wall, "motion: Rotation(center: (0, 0, 0), angular_velocity: (0, 0, 50))", "8:16", &["141.4", "`Cfl()`"]),
         (wall, "motion: Oscillation(amplitude: (1, 0, 0), frequency: 0)", "6:108", &["must be above 0"]),
-        (wall, "motion: Oscillation(amplitude: (1, 0, 0), frequency: 100)", "8:16", &["628.3", "`Cfl()`"]),
+        (wall, "motion: Oscillation(amplitude: (20, 0, 0), frequency: 5)", "8:16", &["628.3", "`Cfl()`"]),
         (wall, "motion: Oscillation(amplitude: (0.01, 0, 0), frequency: 1000)", "8:16",
             &["back and forth in 1.000e-3 s", "a twentieth", "`Fixed(4e-5)`", "`Cfl()`"]),
         (wall, "motion: Oscillation(amplitude: (0.01, 0, 0), frequency: 51)", "8:16", &["a twentieth"]),
@@ -295,15 +295,15 @@ fn the_least_step_leaves_room_for_walls_and_forces() {
         ),
         (
             "max: (1, 1, 1))",
-            "velocity: (1e30, 0, 0)",
+            "velocity: (1e15, 0, 0)",
             "5:",
-            "starts with up to 1.000e30 m/s",
+            "starts with up to 1.000e15 m/s",
         ),
         (
             "duration: 1",
-            "gravity: (0, -1e30, 0)",
+            "gravity: (0, -1e15, 0)",
             "9:",
-            "gravity is 1.000e30 m/s²",
+            "gravity is 1.000e15 m/s²",
         ),
         (
             "duration: 1",
@@ -318,11 +318,7 @@ fn the_least_step_leaves_room_for_walls_and_forces() {
             "by viscosity",
         ),
     ] {
-        let error = refusal(
-            &scene
-                .replacen(part, &format!("{part}, {more}"), 1)
-                .replacen("duration", "\nduration", 1),
-        );
+        let error = refusal(&scene.replacen(part, &format!("{part}, {more}"), 1));
         let placed = error.starts_with(&format!("s.ron:{place}"));
         assert!(placed && error.contains(message), "{more}: {error}");
         assert!(

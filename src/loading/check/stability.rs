@@ -31,7 +31,12 @@ pub(super) fn least_time_step(scene: &Scene) -> Checked {
     // A scene that does not write `min` has its mistake elsewhere.
     let cause = cause(scene, name).filter(|_| is_absurd || own);
     let message = format!(
-        "the least time step is {min:e} s, above the limit of {limit:.2e} s by {name} at this spacing; {}",
+        "the least time step is {min:e} s, above the limit of {} s by {name} at this spacing; {}",
+        if limit > 0.0 {
+            format!("{limit:.2e}")
+        } else {
+            "0".to_owned()
+        },
         match &cause {
             Some(cause) if is_absurd =>
                 format!("{}: it must be in SI units, and smaller", cause.what),
