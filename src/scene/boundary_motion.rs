@@ -56,7 +56,8 @@ impl BoundaryShape {
                 angular_velocity,
                 ..
             } => {
-                let axis = angular_velocity.normalize_or_zero();
+                // In double precision: the square of the length may be beyond single.
+                let axis = angular_velocity.as_dvec3().normalize_or_zero().as_vec3();
                 let of_mesh = |[min, max]: [Vec3; 2]| {
                     farthest_corner(min, max, false, |x| (x - center).cross(axis).length())
                 };

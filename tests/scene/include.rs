@@ -136,7 +136,7 @@ fn errors_are_at_their_place_in_the_fragment() {
             "parts/walls.ron",
             "max: (2, 1, 1)",
             "max: (1, 1, 1)",
-            "parts/walls.ron:3:35",
+            "parts/walls.ron:3:32",
             "`max` must be above `min`",
         ),
         (
