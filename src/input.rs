@@ -1,6 +1,6 @@
 //! Reads files that a user names. Devices, pipes and folders are refused before they are opened.
 
-use std::fs::{self, File, FileType, Metadata};
+use std::fs::{self, File, Metadata};
 use std::io::{self, ErrorKind, Read};
 use std::path::Path;
 
@@ -35,6 +35,27 @@ pub fn read_text(path: &Path) -> io::Result<String> {
     })
 }
 
+/// Length of a file \[bytes] and a checksum of its content, by which a change is noticed.
+///
+/// # Errors
+/// As [`read_bytes`].
+pub fn fingerprint(path: &Path) -> io::Result<(u64, u32)> {
+    let mut file = open(path)?;
+    let (mut length, mut sum) = (0, crc32fast::Hasher::new());
+    let mut part = vec![0; 1 << 16];
+    loop {
+        let read = match file.read(&mut part) {
+            Err(error) if error.kind() == ErrorKind::Interrupted => continue,
+            read => read?,
+        };
+        if read == 0 {
+            return Ok((length, sum.finalize()));
+        }
+        length += read as u64;
+        sum.update(&part[..read]);
+    }
+}
+
 /// Reads a file's bytes.
 ///
 /// # Errors
@@ -65,22 +86,43 @@ pub(crate) fn no_file(path: &Path) -> Option<String> {
             Some(format!("there is no file `{shown}`"))
         }
         Err(error) => Some(format!("`{shown}` cannot be read: {error}")),
-        Ok(found) if found.is_file() => None,
-        Ok(found) => Some(format!(
-            "`{shown}` is {}; name a file",
-            kind_of(found.file_type())
-        )),
+        Ok(found) if is_regular(&found) => None,
+        Ok(found) => Some(format!("`{shown}` is {}; name a file", kind_of(&found))),
     }
 }
 
 /// What the system knows of a file. Opening a pipe would wait for a writer, so it is asked before.
 fn is_file(path: &Path) -> io::Result<Metadata> {
     let found = fs::metadata(path)?;
-    if !found.is_file() {
-        let what = kind_of(found.file_type());
+    if !is_regular(&found) {
+        let what = kind_of(&found);
         return Err(invalid(format!("it is {what}; name a file")));
     }
     Ok(found)
+}
+
+/// Whether a disk holds the file.
+fn is_regular(found: &Metadata) -> bool {
+    found.is_file() && !is_of_the_system(found)
+}
+
+/// Whether it is one of the files that the kernel makes when they are read (`/proc/kmsg`). They are told as regular, and
+/// reading one may wait for ever.
+#[cfg(unix)]
+fn is_of_the_system(found: &Metadata) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    let device = |path: &str| fs::metadata(path).ok().map(|of| of.dev());
+    let root = device("/");
+    let of_kernel = ["/proc", "/sys", "/sys/kernel/debug", "/sys/kernel/tracing"].map(device);
+    let mut of_kernel = of_kernel
+        .into_iter()
+        .filter(|of| of.is_some() && *of != root);
+    of_kernel.any(|of| of == Some(found.dev()))
+}
+
+#[cfg(not(unix))]
+fn is_of_the_system(_: &Metadata) -> bool {
+    false
 }
 
 fn read_up_to(path: &Path, most: u64) -> io::Result<Vec<u8>> {
@@ -90,7 +132,7 @@ fn read_up_to(path: &Path, most: u64) -> io::Result<Vec<u8>> {
         return Err(too_long());
     }
     let mut bytes = Vec::new();
-    // A file may grow while it is read, and those of the system have no length.
+    // A file may grow while it is read.
     File::open(path)?.take(most + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > most {
         return Err(too_long());
@@ -102,7 +144,11 @@ fn invalid(message: String) -> io::Error {
     io::Error::new(ErrorKind::InvalidInput, message)
 }
 
-fn kind_of(kind: FileType) -> &'static str {
+fn kind_of(found: &Metadata) -> &'static str {
+    let kind = found.file_type();
+    if found.is_file() {
+        return "a file of the operating system, which makes it while it is read";
+    }
     if kind.is_dir() {
         return "a folder";
     }
@@ -156,6 +202,17 @@ mod tests {
         #[cfg(unix)]
         {
             assert!(refusal(Path::new("/dev/zero")).contains("a device"));
+            for of_kernel in ["/proc/kmsg", "/proc/cpuinfo", "/sys/kernel/notes"] {
+                if fs::metadata(of_kernel).is_ok() {
+                    let (said, found) =
+                        (refusal(Path::new(of_kernel)), no_file(Path::new(of_kernel)));
+                    assert!(
+                        said.contains("of the operating system"),
+                        "{of_kernel}: {said}"
+                    );
+                    assert!(found.is_some_and(|found| found.contains("name a file")));
+                }
+            }
             let pipe = folder.path().join("pipe");
             let made = std::process::Command::new("mkfifo").arg(&pipe).status();
             assert!(made.is_ok_and(|status| status.success()));

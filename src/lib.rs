@@ -55,7 +55,7 @@
 //! | --- | --- |
 //! | [`scene`] | the RON scene: types, checks, shapes filled with particles |
 //! | [`particle`] | the components of a particle |
-//! | [`loading`] | from a text to a checked scene: overrides, errors with their places |
+//! | [`loading`] | from a text to a checked scene: fragments, overrides, errors with their places |
 //! | [`state`] | columns, clock, constants, failure, threads: plain data that all systems share |
 //! | [`kernel`], [`lattice`] | the smoothing kernel; stability of a lattice, also beside walls |
 //! | [`registry`] | the lists of all stages and columns, each declared beside its code |
@@ -161,8 +161,8 @@ pub use plugin::{FluidPlugin, FluidStatus, FluidStopped, Pace};
 #[doc(inline)]
 pub use state::{Execution, particle};
 pub use step::{
-    Advance, Phase, Plan, Simulation, Step, StepError, StepOutcome, StepReport, advance, install,
-    plan, take_step, uninstall,
+    Advance, ApplyError, Phase, Plan, Simulation, Step, StepError, StepOutcome, StepReport,
+    advance, apply, install, plan, take_step, uninstall,
 };
 
 /// The README's commands and code, compiled.

@@ -56,6 +56,14 @@ pub(crate) fn is_wanted(scene: &Scene) -> bool {
 impl WallFriction {
     /// For the samples with these slip lengths, by row.
     pub fn new(scene: &Scene, slip: Vec<Option<f32>>) -> Self {
+        let mut friction = Self::default();
+        friction.set_viscosity(scene);
+        friction.take(slip);
+        friction
+    }
+
+    /// Takes the viscosity of a scene.
+    pub(crate) fn set_viscosity(&mut self, scene: &Scene) {
         let viscosity = match scene.fluid.viscosity {
             Viscosity::Laminar {
                 kinematic_viscosity,
@@ -65,12 +73,7 @@ impl WallFriction {
         };
         let d = f32::from(u8::from(scene.dimension));
         let grip = sampling::grip_of_wall(scene);
-        let mut friction = Self {
-            strength: 2.0 * (d + 2.0) * viscosity * scene.fluid.rest_density * grip,
-            ..Self::default()
-        };
-        friction.take(slip);
-        friction
+        self.strength = 2.0 * (d + 2.0) * viscosity * scene.fluid.rest_density * grip;
     }
 
     /// Takes the slip lengths of all samples over again.

@@ -10,6 +10,7 @@ pub mod direct_forcing;
 pub mod friction;
 pub mod moving;
 pub mod owners;
+pub mod room;
 mod samples;
 pub mod sums;
 mod volume;

@@ -18,8 +18,8 @@ use crate::{
     sampling::BoundarySample,
     scene::{BoundaryShape, Dimension, Scene, WallCourse, WallMotion},
     state::{
-        Clock, DomainTooLarge, Execution, Failure, FailureCause, Limit, Material, Phase, Product,
-        Stage,
+        Clock, DomainTooLarge, Execution, Failure, FailureCause, Limit, Material, PART_OF_PERIOD,
+        Phase, Product, Stage,
         particle::{Boundary, BoundaryNormal, Position},
     },
 };
@@ -59,10 +59,16 @@ fn limits(scene: &Scene) -> Vec<Limit> {
     };
     let speeds = scene.boundaries.iter().filter_map(of_one);
     let speed = speeds.fold(0.0, f32::max);
-    vec![(
-        "the speed of walls",
-        FARTHEST * scene.support_radius() / speed,
-    )]
+    let walls = scene.boundaries.iter();
+    let periods = walls.filter_map(|wall| wall.shortest_period(scene.spacing));
+    let period = periods.fold(f32::INFINITY, f32::min);
+    vec![
+        (
+            "the speed of walls",
+            FARTHEST * scene.support_radius() / speed,
+        ),
+        ("the period of walls", PART_OF_PERIOD * period),
+    ]
 }
 
 /// Where a boundary particle was before it moved, and the course that it takes. A host that moves one changes this.
@@ -150,6 +156,28 @@ impl MovingWalls {
         let places: Vec<_> = poses.iter().zip(points).map(of).collect();
         self.apart = Apart::new(scene, &places, execution)?;
         Ok(())
+    }
+
+    /// Numbers in the scene of the boundaries that move in this step, and of which a sample `touches` something.
+    pub(super) fn boundaries_in_motion(
+        &self,
+        samples: &BoundarySamples,
+        touches: impl Fn(Vec4) -> bool,
+    ) -> Vec<u32> {
+        let mut courses = vec![false; self.courses.len()];
+        for (row, rest) in &self.samples {
+            let row = *row as usize;
+            let known = courses[rest.course as usize];
+            let moves = samples.velocity(row) != Vec3::ZERO;
+            if !known && moves && touches(samples.packed[row]) {
+                courses[rest.course as usize] = true;
+            }
+        }
+        let of = |(number, course): (u32, &Option<u32>)| {
+            let moves = course.is_some_and(|course| courses[course as usize]);
+            moves.then_some(number)
+        };
+        (0..).zip(&self.of_boundary).filter_map(of).collect()
     }
 
     /// Every figure that the motions depend on and that is not in the scene.

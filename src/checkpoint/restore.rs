@@ -9,7 +9,7 @@ use serde::de::DeserializeOwned;
 use super::{
     error::CheckpointError,
     file::{Checkpoint, SCENE},
-    save::{COLUMN, KEPT, NUMBERS, STAGES, TABLES, WALLS, lasting, tables, walls},
+    save::{COLUMN, FILES, KEPT, NUMBERS, STAGES, TABLES, WALLS, lasting, tables, walls},
 };
 use crate::{
     boundary::moving,
@@ -20,7 +20,7 @@ use crate::{
         Rows, from_bytes,
         particle::{Fluid, ParticleId, give_number_back},
     },
-    step::Installed,
+    step::{Installed, NamedFile},
 };
 
 /// Sets the state of a world that has the same scene to that of a checkpoint.
@@ -85,6 +85,16 @@ impl Checkpoint {
         if let Some(line) = difference(&self.scene()?, &installed.scene)? {
             return other(line);
         }
+        // Checkpoints of older programs have no such part.
+        if self.find(FILES).is_some() {
+            let files: Vec<NamedFile> = self.part(FILES)?;
+            let differs = |(saved, now): &(&NamedFile, &NamedFile)| saved != now;
+            if let Some((_, (file, ..))) = files.iter().zip(&installed.files).find(differs) {
+                return other(format!(
+                    "the file {file} has changed since; put back the one that the run read, or start a new run"
+                ));
+            }
+        }
         let stages: Vec<(String, u64)> = self.part(STAGES)?;
         let same = |(a, b): (&(String, u64), &(&str, u64))| a.0 == b.0 && a.1 == b.1;
         if stages.len() != installed.stages.len() || !stages.iter().zip(&installed.stages).all(same)
@@ -105,7 +115,7 @@ impl Checkpoint {
                 "its walls move, or its forces act, by other figures: a file of a `Table` has changed".to_owned(),
             );
         }
-        let mut known: BTreeSet<String> = [SCENE, STAGES, WALLS, TABLES, NUMBERS]
+        let mut known: BTreeSet<String> = [SCENE, FILES, STAGES, WALLS, TABLES, NUMBERS]
             .map(str::to_owned)
             .into();
         known.extend(REMEMBERED.iter().map(|row| row.name.to_owned()));

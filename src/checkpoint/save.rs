@@ -23,6 +23,7 @@ use crate::{
 pub(super) const NUMBERS: &str = "particle numbers";
 pub(super) const WALLS: &str = "walls";
 pub(super) const TABLES: &str = "tables";
+pub(super) const FILES: &str = "files";
 pub(super) const STAGES: &str = "order of the stages";
 pub(super) const COLUMN: &str = "column ";
 pub(super) const KEPT: &str = "kept column ";
@@ -148,6 +149,7 @@ impl Checkpoint {
             Ok::<(), CheckpointError>(())
         };
         put(SCENE.to_owned(), Ok(installed.scene.to_ron()?.into_bytes()))?;
+        put(FILES.to_owned(), to_bytes(&installed.files))?;
         put(STAGES.to_owned(), to_bytes(&installed.stages))?;
         put(WALLS.to_owned(), to_bytes(&walls))?;
         put(TABLES.to_owned(), to_bytes(&tables))?;

@@ -7,21 +7,32 @@ use overfall::Plan;
 use overfall::scene::{Cfl, Rate, Scene, TimeStep, WallSlip};
 use overfall::step::Product;
 
+use super::checkpoints::Resumed;
 use super::exit::{Exit, Failure};
+use super::folder::RunFolder;
 use super::report::size;
 use super::waiting::waiting;
-use super::{console, options};
+use super::{console, options, plan_json};
 
 /// Prints the plan of a scene.
-pub(super) fn check(options: &options::Check) -> Result<Exit, Failure> {
-    let scene = waiting("reading the scene", false, || options.scene.load())?;
-    let plan = waiting("counting", false, || overfall::plan(&scene));
+pub(super) fn check(options: &options::Run) -> Result<Exit, Failure> {
+    let quiet = options.reporting.quiet;
+    let scene = waiting("reading the scene", quiet, || options.effective_scene())?;
+    if let Some(resumed) = &options.resume {
+        Resumed::read(resumed)?;
+    }
+    let plan = waiting("counting", quiet, || overfall::plan(&scene));
     let plan = plan.map_err(|error| options.scene.refuse(&error))?;
-    console::print(&text(&scene, &plan, options.scene.threads()))?;
+    let threads = options.scene.threads();
+    console::print(&if options.reporting.json {
+        plan_json::text(&scene, &plan, threads)?
+    } else {
+        text(&scene, &plan, threads, options)
+    })?;
     Ok(Exit::Done)
 }
 
-fn text(scene: &Scene, plan: &Plan, threads: usize) -> String {
+fn text(scene: &Scene, plan: &Plan, threads: usize, options: &options::Run) -> String {
     let mut text = format!("{}: the scene is fine\n", console::name(&scene.name));
     let rows = [
         (
@@ -54,13 +65,17 @@ fn text(scene: &Scene, plan: &Plan, threads: usize) -> String {
         ("density", density(plan)),
         (
             "duration",
-            format!(
-                "{} s, about {} steps at the limits below",
-                scene.duration,
-                plan.expected_steps.ceil()
-            ),
+            match options.steps {
+                Some(steps) => format!("{steps} steps, whatever their time"),
+                None => format!(
+                    "{} s, about {} steps at the limits below",
+                    scene.duration,
+                    plan.expected_steps.ceil()
+                ),
+            },
         ),
         ("threads", threads.to_string()),
+        ("output", output(scene, options)),
     ];
     for (name, value) in rows {
         // Writing to a String cannot fail, here and below.
@@ -175,6 +190,26 @@ fn gauges(scene: &Scene) -> String {
         let _ = writeln!(text, "  {:<15} {columns}", "");
     }
     text
+}
+
+/// Where a run would write, and what.
+fn output(scene: &Scene, options: &options::Run) -> String {
+    let folder = RunFolder::new(options.out.as_deref(), &scene.name);
+    let formats: Vec<_> = (scene.output.formats.iter())
+        .map(|format| format.extension())
+        .collect();
+    let mut kinds = formats.join(", ");
+    if kinds.is_empty() {
+        kinds.push_str("no files of frames");
+    }
+    if scene.output.pictures {
+        kinds.push_str(", pictures");
+    }
+    let rate = scene.output.frames_per_second;
+    format!(
+        "{} ({kinds}), {rate} frames per second",
+        console::name(&folder.root().display().to_string())
+    )
 }
 
 /// The compression of the fluid at the start.

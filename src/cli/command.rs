@@ -2,12 +2,12 @@
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 
 use super::{
     check, console,
     exit::{Exit, Failure},
-    options, picture, run, study, validate,
+    fields, options, picture, run, study, validate,
 };
 
 /// Smoothed particle hydrodynamics as entities and systems, driven by RON scene files.
@@ -22,14 +22,20 @@ struct Arguments {
 enum Command {
     /// Simulate a scene; write frames, pictures, a history and a summary.
     Run(options::Run),
-    /// Check a scene and print what a run of it would do; simulates nothing.
-    Check(options::Check),
+    /// Check a scene and print what a run with the same options would do; simulates and writes nothing.
+    Check(options::Run),
     /// Measure variants of a scene side by side; write a table and a chart.
     Study(options::Study),
     /// Run cases with known answers; print the error of every method and write a page with charts.
     Validate(options::Validate),
     /// Draw the pictures of a run again, from the frames it wrote.
     Picture(options::Picture),
+    /// List the fields of a scene file: type, default, unit and meaning.
+    Fields(options::Fields),
+    /// Print the JSON schema of scene files, from which editors complete and check.
+    Schema,
+    /// Print completions for a shell, e.g. `overfall completions bash > ~/.local/share/bash-completion/completions/overfall`.
+    Completions(options::Completions),
 }
 
 /// Parses the arguments and runs the command.
@@ -44,6 +50,9 @@ pub(crate) fn main() -> ExitCode {
         Command::Study(options) => study::study(&options),
         Command::Validate(options) => validate::validate(&options),
         Command::Picture(options) => picture::picture(&options),
+        Command::Fields(options) => fields::fields(&options),
+        Command::Schema => fields::schema(),
+        Command::Completions(options) => completions(&options),
     };
     match ended {
         Ok(exit) => exit.into(),
@@ -56,6 +65,15 @@ pub(crate) fn main() -> ExitCode {
             Exit::Failed.into()
         }
     }
+}
+
+/// Prints completions for a shell.
+fn completions(options: &options::Completions) -> Result<Exit, Failure> {
+    let mut script = Vec::new();
+    let mut command = Arguments::command();
+    clap_complete::generate(options.shell, &mut command, "overfall", &mut script);
+    console::print_raw(&script)?;
+    Ok(Exit::Done)
 }
 
 /// Prints what is wrong with the arguments, or the requested help.

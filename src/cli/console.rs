@@ -7,11 +7,13 @@ use super::exit::Failure;
 
 /// Writes a result to standard output. A closed reader (`overfall check … | head`) is not an error.
 pub(super) fn print(text: &str) -> Result<(), Failure> {
+    print_raw(shown(text).as_bytes())
+}
+
+/// As [`print`], for a text of our own that holds nothing of a user's: a script with tabs.
+pub(super) fn print_raw(text: &[u8]) -> Result<(), Failure> {
     let mut stdout = io::stdout().lock();
-    match stdout
-        .write_all(shown(text).as_bytes())
-        .and_then(|()| stdout.flush())
-    {
+    match stdout.write_all(text).and_then(|()| stdout.flush()) {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(Failure::Failed(format!(
             "cannot write to standard output: {error}"
         ))),

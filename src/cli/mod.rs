@@ -1,14 +1,16 @@
-//! The command line: `run`, `check`, `study`, `validate`, `picture`.
+//! The command line: `run`, `check`, `study`, `validate`, `picture`, `fields`, `schema`, `completions`.
 //!
 //! Results go to standard output, progress and errors to standard error. The exit status tells success from failure
 //! ([`Exit`](exit::Exit)).
 
+mod caret;
 mod check;
 mod checkpoints;
 mod claims;
 mod command;
 mod console;
 mod exit;
+mod fields;
 mod folder;
 mod gauges;
 mod interrupt;
@@ -16,6 +18,7 @@ mod kinds;
 mod manifest;
 mod options;
 mod picture;
+mod plan_json;
 mod progress;
 mod recorder;
 mod report;
@@ -28,3 +31,18 @@ mod validate;
 mod waiting;
 
 pub(crate) use command::main;
+
+/// The commit that the program was built from, if its builder knows: the variable `OVERFALL_COMMIT` at build time, or
+/// git in a clone.
+const COMMIT: Option<&str> = match option_env!("OVERFALL_COMMIT") {
+    Some(commit) => Some(commit),
+    None => Some(git_version::git_version!(
+        args = [
+            "--always",
+            "--abbrev=40",
+            "--dirty=-modified",
+            "--exclude=*"
+        ],
+        fallback = ""
+    )),
+};

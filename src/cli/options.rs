@@ -11,6 +11,7 @@ use overfall::{
     validate::{METHODS, Method},
 };
 
+use super::caret;
 use super::checkpoints::Every;
 use super::exit::Failure;
 use super::kinds::{Kind, with_kind};
@@ -24,11 +25,29 @@ pub(super) struct SceneOptions {
     /// The scene file (RON).
     #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath)]
     pub(super) scene: PathBuf,
+    #[command(flatten)]
+    set: Set,
+    #[command(flatten)]
+    threads: Threads,
+}
+
+/// Overrides of a scene.
+#[derive(Args, Debug)]
+pub(super) struct Set {
     /// Replace a value of the scene, e.g. --set spacing=0.01; may be repeated.
     #[arg(long = "set", value_name = "PATH=VALUE")]
     overrides: Vec<String>,
-    #[command(flatten)]
-    threads: Threads,
+}
+
+/// What is printed.
+#[derive(Args, Debug, Clone, Copy)]
+pub(super) struct Reporting {
+    /// Print the result on standard output as JSON.
+    #[arg(long)]
+    pub(super) json: bool,
+    /// Show no progress.
+    #[arg(long)]
+    pub(super) quiet: bool,
 }
 
 /// Number of threads.
@@ -85,19 +104,27 @@ pub(super) struct Run {
     /// Resume from a checkpoint file or from a run's folder; output continues in that folder unless --out is given.
     #[arg(long, value_name = "DIR|FILE", value_hint = ValueHint::AnyPath, conflicts_with = "force")]
     pub(super) resume: Option<PathBuf>,
-    /// Print the summary on standard output as JSON.
-    #[arg(long)]
-    pub(super) json: bool,
-    /// Show no progress.
-    #[arg(long)]
-    pub(super) quiet: bool,
+    #[command(flatten)]
+    pub(super) reporting: Reporting,
 }
 
-/// Options of `overfall check`.
+/// Options of `overfall fields`.
 #[derive(Args, Debug)]
-pub(super) struct Check {
-    #[command(flatten)]
-    pub(super) scene: SceneOptions,
+pub(super) struct Fields {
+    /// Show these alone: fields and variants whose path holds one of the words, e.g. `motion` or `time_step`.
+    #[arg(value_name = "WORD")]
+    pub(super) words: Vec<String>,
+    /// Print the JSON schema instead, as `overfall schema` does.
+    #[arg(long)]
+    pub(super) json: bool,
+}
+
+/// Options of `overfall completions`.
+#[derive(Args, Debug)]
+pub(super) struct Completions {
+    /// The shell.
+    #[arg(value_name = "SHELL")]
+    pub(super) shell: clap_complete::Shell,
 }
 
 /// Options of `overfall picture`.
@@ -116,12 +143,17 @@ pub(super) struct Study {
     /// The study file (RON), e.g. assets/studies/table_1.ron.
     #[arg(value_name = "STUDY", value_hint = ValueHint::FilePath)]
     pub(super) study: PathBuf,
+    /// Overrides of the study's scene, before those of its cases and variants.
+    #[command(flatten)]
+    pub(super) set: Set,
     /// Output folder; out/<study name> by default. An older table in it is moved into a subfolder older_1, older_2, …
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(super) out: Option<PathBuf>,
     /// Replace an older table of the study instead of moving it aside.
     #[arg(long)]
     pub(super) force: bool,
+    #[command(flatten)]
+    pub(super) reporting: Reporting,
     #[command(flatten)]
     pub(super) threads: Threads,
 }
@@ -151,6 +183,8 @@ pub(super) struct Validate {
     /// List the cases, the methods, and known cases that are not supported yet; run nothing.
     #[arg(long)]
     pub(super) list: bool,
+    #[command(flatten)]
+    pub(super) reporting: Reporting,
     #[command(flatten)]
     pub(super) threads: Threads,
 }
@@ -184,16 +218,14 @@ impl From<Format> for FrameFormat {
 impl SceneOptions {
     /// The scene of the file with `--set` applied.
     pub(super) fn load(&self) -> Result<Scene, Failure> {
-        self.overrides
-            .iter()
-            .map(|text| Override::parse(text))
-            .collect::<Result<Vec<_>, _>>()
+        self.set
+            .parse()
             .and_then(|overrides| Scene::load(&self.scene, &overrides))
             .map_err(|error| match error {
                 SceneError::Syntax {
                     place: Place::File { .. },
                     ..
-                } => Failure::Refused(with_kind(error.to_string(), &self.scene, Kind::Scene)),
+                } => Failure::Refused(with_kind(caret::of_scene(&error), &self.scene, Kind::Scene)),
                 error => refused(error),
             })
     }
@@ -206,6 +238,14 @@ impl SceneOptions {
     /// The requested number of threads, or the number of cores.
     pub(super) fn threads(&self) -> usize {
         self.threads.count()
+    }
+}
+
+impl Set {
+    /// The overrides.
+    pub(super) fn parse(&self) -> Result<Vec<Override>, SceneError> {
+        let texts = self.overrides.iter();
+        texts.map(|text| Override::parse(text)).collect()
     }
 }
 
@@ -250,7 +290,7 @@ impl Run {
 }
 
 fn refused(error: SceneError) -> Failure {
-    Failure::Refused(error.to_string())
+    Failure::Refused(caret::of_scene(&error))
 }
 
 fn positive(text: &str) -> Result<f32, String> {

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::{Builder, JoinHandle};
+use std::time::{Duration, Instant};
 
 use overfall::output::{Frame, OutputError, Series, write_durably};
 use overfall::scene::{FrameFormat, Scene};
@@ -41,6 +42,8 @@ pub(super) struct Recorded {
     pub(super) frames: u64,
     /// Why writing stopped, if it failed.
     pub(super) failure: Option<String>,
+    /// Time spent on files of frames, on pictures, and on checkpoints.
+    pub(super) times: [Duration; 3],
 }
 
 /// The writer has stopped; [`Recorder::finish`] returns the reason.
@@ -70,6 +73,7 @@ impl Recorder {
             formats,
             painter: painter.transpose()?,
             times: written.to_vec(),
+            spent: [Duration::ZERO; 3],
         };
         let writer = Builder::new()
             .name("frame writer".to_owned())
@@ -102,8 +106,8 @@ impl Recorder {
     pub(super) fn finish(self) -> Recorded {
         drop(self.sender);
         self.writer.join().unwrap_or_else(|_| Recorded {
-            frames: 0,
             failure: Some("the frame writer broke down".to_owned()),
+            ..Recorded::default()
         })
     }
 }
@@ -127,6 +131,8 @@ struct Writer {
     painter: Option<Painter>,
     /// Times of the written frames \[s], by number.
     times: Vec<f64>,
+    /// Time spent on files of frames, on pictures, and on checkpoints.
+    spent: [Duration; 3],
 }
 
 impl Writer {
@@ -138,7 +144,11 @@ impl Writer {
                 Task::Write(frame) => self.write(&frame),
                 Task::WithdrawAfter(time) => self.withdraw_after(time),
                 Task::Checkpoint(bytes) => {
-                    (self.claims.claim(CHECKPOINT)).and_then(|path| write_durably(&path, &bytes))
+                    let started = Instant::now();
+                    let written = (self.claims.claim(CHECKPOINT))
+                        .and_then(|path| write_durably(&path, &bytes));
+                    self.spent[2] += started.elapsed();
+                    written
                 }
             };
             if let Err(error) = done {
@@ -149,6 +159,7 @@ impl Writer {
         Recorded {
             frames: self.times.len() as u64,
             failure,
+            times: self.spent,
         }
     }
 
@@ -172,6 +183,7 @@ impl Writer {
 
     fn write(&mut self, frame: &Frame) -> Result<(), OutputError> {
         let number = self.times.len() as u64;
+        let started = Instant::now();
         for &format in &self.formats {
             let file = folder::frame(number, format);
             frame.write(&self.claims.claim(&file)?, format)?;
@@ -180,9 +192,12 @@ impl Writer {
                 self.series.push(frame.time, &file)?;
             }
         }
+        let painting = Instant::now();
+        self.spent[0] += painting - started;
         if let Some(painter) = &self.painter {
             painter.paint(frame, &self.claims.claim(&folder::picture(number))?)?;
         }
+        self.spent[1] += painting.elapsed();
         self.times.push(frame.time);
         Ok(())
     }

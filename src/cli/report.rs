@@ -5,16 +5,17 @@ use std::fmt::Write;
 use overfall::Phase;
 use overfall::output::{Status, Summary};
 use overfall::scene::Scene;
+use serde::Serialize;
 
 use super::console;
 use super::exit::Failure;
 use super::folder::{CONTACT_SHEET, HISTORY, RunFolder, SUMMARY};
 
-/// The summary as JSON.
-pub(super) fn json(summary: &Summary) -> Result<String, Failure> {
-    serde_json::to_string_pretty(summary)
+/// A result as JSON, as it may go to a terminal.
+pub(super) fn pretty(result: &impl Serialize) -> Result<String, Failure> {
+    serde_json::to_string_pretty(result)
         .map(|text| console::json(&text) + "\n")
-        .map_err(|error| Failure::Failed(format!("cannot write the summary as JSON: {error}")))
+        .map_err(|error| Failure::Failed(format!("cannot write the result as JSON: {error}")))
 }
 
 /// The summary as text: what was done, how fast, how accurately, and where the files are.
@@ -82,6 +83,26 @@ pub(super) fn text(summary: &Summary, scene: &Scene, folder: &RunFolder) -> Stri
     }
     if summary.steps > 0 {
         text.push_str(&phase_table(summary));
+    }
+    text.push_str(&wall_table(summary));
+    text
+}
+
+/// Where the wall time went, files and pictures included.
+fn wall_table(summary: &Summary) -> String {
+    let mut parts: Vec<_> = summary.wall_s_by_part.iter().collect();
+    parts.sort_by(|a, b| b.1.total_cmp(a.1));
+    let mut text = format!("\n  {:<24}{:>8}{:>8}\n", "wall time", "s", "share");
+    for (name, &seconds) in parts {
+        let share = 100.0 * seconds / summary.wall_s.max(1e-9);
+        let _ = writeln!(text, "  {name:<24}{seconds:>8.2}{share:>6.1} %");
+    }
+    let writes = summary
+        .wall_s_by_part
+        .keys()
+        .any(|name| name.starts_with("writer"));
+    if writes {
+        text.push_str("  (the writer works beside the steps)\n");
     }
     text
 }

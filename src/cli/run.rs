@@ -1,12 +1,13 @@
 //! `overfall run`: takes steps until the goal and writes all output.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use bevy_ecs::prelude::With;
 use overfall::checkpoint::{Checkpoint, CheckpointError, steps_until_possible};
-use overfall::output::{Frame, History, OutputError, RunTotals, Status, Summary};
+use overfall::output::{Frame, History, OutputError, Provenance, RunTotals, Status, Summary};
 use overfall::scene::Scene;
 use overfall::state::Execution;
 use overfall::state::particle::{Boundary, Fluid};
@@ -23,7 +24,7 @@ use super::recorder::{GaveUp, Recorder};
 use super::scene_copy::SceneCopy;
 use super::schedule::{FrameClock, Goal};
 use super::waiting::waiting;
-use super::{console, interrupt, options, picture, report};
+use super::{COMMIT, console, interrupt, options, picture, report};
 
 /// Largest number of further steps after a signal until a checkpoint is possible.
 const MOST_STEPS_TO_LEAVE: u64 = 100;
@@ -31,12 +32,13 @@ const MOST_STEPS_TO_LEAVE: u64 = 100;
 /// Runs a scene and writes its results.
 pub(super) fn run(options: &options::Run) -> Result<Exit, Failure> {
     let started = Instant::now();
-    let quiet = options.quiet;
+    let begun = Provenance::of_this_process(None).date;
+    let quiet = options.reporting.quiet;
     let scene = waiting("reading the scene", quiet, || options.effective_scene())?;
     let threads = options.scene.threads();
     let warnings = waiting("counting", quiet, || warnings(&scene))
         .map_err(|error| options.scene.refuse(&error.into()))?;
-    if !options.quiet {
+    if !options.reporting.quiet {
         for warning in warnings {
             console::note(&format!("warning: {warning}"));
         }
@@ -71,10 +73,10 @@ pub(super) fn run(options: &options::Run) -> Result<Exit, Failure> {
         }
     };
     let claims = Arc::new(claims);
-    if let Some(aside) = aside.filter(|_| !options.quiet) {
+    if let Some(aside) = aside.filter(|_| !options.reporting.quiet) {
         console::note(&format!("the older run is in {} now", aside.display()));
     }
-    let progress = Progress::start(&scene.name, goal, options.quiet);
+    let progress = Progress::start(&scene.name, goal, options.reporting.quiet);
     interrupt::listen(progress.announcer())?;
     let reserve = Reserve::take(&claims).map_err(cannot_write)?;
     let summary_file = claims.claim(SUMMARY).map_err(cannot_write)?;
@@ -85,16 +87,19 @@ pub(super) fn run(options: &options::Run) -> Result<Exit, Failure> {
         (threads, options.checkpoint),
         state,
     )?;
+    run.spent.set_up = started.elapsed();
     let ended = run.step_to_the_end();
     let mut summary = run.finish(ended, &scene, &folder, &claims, threads);
+    summary.provenance = Provenance::of_this_process(COMMIT);
+    summary.provenance.date = begun;
     summary.scene.clone_from(&scene.name);
     summary.threads = threads;
     summary.wall_s = started.elapsed().as_secs_f64();
     reserve.release();
     let written = summary.write(&summary_file).map_err(cannot_write);
 
-    let printed = console::print(&if options.json {
-        report::json(&summary)?
+    let printed = console::print(&if options.reporting.json {
+        report::pretty(&summary)?
     } else {
         report::text(&summary, &scene, &folder)
     });
@@ -116,7 +121,7 @@ fn set_up(
     threads: usize,
     resumed: Option<&Resumed>,
 ) -> Result<Simulation, Failure> {
-    waiting("setting the scene up", options.quiet, || {
+    waiting("setting the scene up", options.reporting.quiet, || {
         let mut simulation = Simulation::with_threads(scene, threads)
             .map_err(|error| options.scene.refuse(&error))?;
         if let Some(resumed) = resumed {
@@ -133,6 +138,7 @@ fn inputs(options: &options::Run, scene: &Scene) -> Vec<PathBuf> {
     let mut scene = scene.clone();
     let named = scene.files_mut().map(|file| PathBuf::from(&*file));
     let named = named.chain([options.scene.scene.clone()]);
+    let named = named.chain(Scene::fragments(&options.scene.scene));
     named.chain(options.resume.clone()).collect()
 }
 
@@ -151,6 +157,44 @@ struct Run {
     /// Times of the frames \[s], and their steps.
     frames: Vec<(f64, u64)>,
     checkpoints: CheckpointClock,
+    spent: Spent,
+}
+
+/// Wall time by what took it.
+#[derive(Debug, Default)]
+struct Spent {
+    /// Reading the scene, sampling, and preparing the folder.
+    set_up: Duration,
+    /// Steps of this process, those before a checkpoint excluded.
+    stepping: Duration,
+    /// Rows of the history and of gauges.
+    rows: Duration,
+    /// Copying frames and waiting for the writer.
+    waiting: Duration,
+}
+
+impl Spent {
+    /// By name \[s].
+    fn by_part(
+        &self,
+        [frames, pictures, checkpoints]: [Duration; 3],
+        sheet: Duration,
+    ) -> BTreeMap<String, f64> {
+        let parts = [
+            ("setting up", self.set_up),
+            ("steps", self.stepping),
+            ("history and gauges", self.rows),
+            ("waiting for the writer", self.waiting),
+            ("contact sheet", sheet),
+            ("writer: frames", frames),
+            ("writer: pictures", pictures),
+            ("writer: checkpoints", checkpoints),
+        ];
+        let parts = parts.into_iter().filter(|part| !part.1.is_zero());
+        parts
+            .map(|(name, time)| (name.to_owned(), time.as_secs_f64()))
+            .collect()
+    }
 }
 
 /// Why a run stops before its goal.
@@ -191,6 +235,7 @@ impl Run {
             totals: state.totals,
             stepping: Duration::try_from_secs_f64(state.stepping).unwrap_or_default(),
             frames: state.frames,
+            spent: Spent::default(),
         })
     }
 
@@ -249,9 +294,11 @@ impl Run {
             }?;
             let taken = started.elapsed();
             self.stepping += taken;
+            self.spent.stepping += taken;
             self.totals.add(&report);
             self.history.push(&report)?;
             self.gauges.take(self.simulation.world_mut(), false)?;
+            self.spent.rows += started.elapsed().saturating_sub(taken);
             if report.taken_back.is_some() {
                 self.withdraw(report.time)?;
                 self.progress.update(&report, taken);
@@ -272,8 +319,11 @@ impl Run {
             return Ok(());
         }
         self.frames.push((self.simulation.time(), step));
+        let started = Instant::now();
         let frame = Frame::from_world(self.simulation.world_mut());
-        self.recorder.record(frame)
+        let recorded = self.recorder.record(frame);
+        self.spent.waiting += started.elapsed();
+        recorded
     }
 
     /// Removes the output of steps after `time` \[s], to which the run went back.
@@ -312,7 +362,10 @@ impl Run {
                 .map(|error| cannot_write(error).into_text()),
         );
         failures.extend(self.gauges.finish(self.simulation.world_mut()));
+        let finishing = Instant::now();
         let recorded = self.recorder.finish();
+        self.spent.waiting += finishing.elapsed();
+        let painting = Instant::now();
         debug_assert!(last_frame.is_ok() || recorded.failure.is_some());
         failures.extend(recorded.failure);
         if scene.output.pictures
@@ -320,6 +373,7 @@ impl Run {
         {
             failures.push(failure.into_text());
         }
+        let sheet = painting.elapsed();
         self.progress.finish();
 
         if !failures.is_empty() {
@@ -340,6 +394,7 @@ impl Run {
                 .count(),
             instruction_set: instruction_set.to_owned(),
             frames: recorded.frames,
+            wall_s_by_part: self.spent.by_part(recorded.times, sheet),
             ms_per_step: 1e3 * self.stepping.as_secs_f64() / self.totals.steps().max(1) as f64,
             ..self.totals.summary()
         }

@@ -20,12 +20,13 @@ pub(super) struct Display {
     stage: String,
     since: Instant,
     shown: Option<Instant>,
+    quiet: bool,
 }
 
 impl Display {
-    /// Starts the display.
-    pub(super) fn start() -> Self {
-        let bar = std::io::stderr().is_terminal().then(|| {
+    /// Starts the display; `quiet` shows nothing.
+    pub(super) fn start(quiet: bool) -> Self {
+        let bar = (!quiet && std::io::stderr().is_terminal()).then(|| {
             let target = ProgressDrawTarget::stderr();
             let bar = ProgressBar::with_draw_target(Some(BAR_LENGTH), target);
             if let Ok(style) = ProgressStyle::with_template("{prefix} {wide_bar}\n{wide_msg}") {
@@ -38,11 +39,15 @@ impl Display {
             stage: String::new(),
             since: Instant::now(),
             shown: None,
+            quiet,
         }
     }
 
     /// Shows the completed fraction of a stage, if it is time.
     pub(super) fn step(&mut self, stage: &str, of: &str, fraction: f64) {
+        if self.quiet {
+            return;
+        }
         if self.stage != stage {
             (self.stage, self.since, self.shown) = (stage.to_owned(), Instant::now(), None);
         }

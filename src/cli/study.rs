@@ -1,12 +1,13 @@
 //! `overfall study`: variants of a scene side by side, as a table, CSV and a chart.
 
+use std::collections::BTreeMap;
 use std::io::Write as _;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use overfall::output::{OutputError, write_atomically};
-use overfall::scene::SceneError;
+use overfall::output::{OutputError, Provenance, write_atomically};
+use overfall::scene::{Scene, SceneError};
 use overfall::simd::InstructionSet;
 use overfall::study::{Event, Plan, StudyError, Table, chart, run};
 use serde::Serialize;
@@ -17,7 +18,7 @@ use super::folder::{self, SUMMARY};
 use super::kinds::{Kind, with_kind};
 use super::stages::Display;
 use super::waiting::waiting;
-use super::{console, interrupt, options};
+use super::{COMMIT, caret, console, interrupt, options};
 
 /// Names in the folder, in addition to the summary's.
 const TABLE: &str = "table.csv";
@@ -29,11 +30,13 @@ const LOOK_INTERVAL: Duration = Duration::from_secs(1);
 /// Runs a study and writes its results.
 pub(super) fn study(options: &options::Study) -> Result<Exit, Failure> {
     let started = Instant::now();
-    let plan = waiting("reading the study and its scenes", false, || {
-        Plan::load(&options.study)
+    let quiet = options.reporting.quiet;
+    let overrides = (options.set.parse()).map_err(|error| Failure::Refused(error.to_string()))?;
+    let plan = waiting("reading the study and its scenes", quiet, || {
+        Plan::load_with(&options.study, &overrides)
     });
     let plan = plan.map_err(|error| {
-        let refusal = error.to_string();
+        let refusal = caret::of_study(&error);
         Failure::Refused(match error {
             StudyError::Scene(SceneError::Syntax { .. }) => {
                 with_kind(refusal, &options.study, Kind::Study)
@@ -50,12 +53,12 @@ pub(super) fn study(options: &options::Study) -> Result<Exit, Failure> {
     };
     let planned = [TABLE, CHART, SUMMARY].map(str::to_owned);
     let (claims, aside) = Claims::start(&root, &writer, &planned)?;
-    if let Some(aside) = aside {
+    if let Some(aside) = aside.filter(|_| !quiet) {
         console::note(&format!("the older table is in {} now", aside.display()));
     }
     let files = Files::of(&claims).map_err(cannot_write)?;
 
-    let mut display = Display::start();
+    let mut display = Display::start(quiet);
     interrupt::listen(display.announcer())?;
     let threads = options.threads.count();
     let mut wrote = Ok(());
@@ -89,7 +92,13 @@ pub(super) fn study(options: &options::Study) -> Result<Exit, Failure> {
         other => Failure::Failed(other.to_string()),
     })?;
 
-    report(&plan, &table, &files, (threads, started.elapsed()))?;
+    report(
+        &plan,
+        &table,
+        &files,
+        (threads, started.elapsed()),
+        options.reporting.json,
+    )?;
     if table.rows.iter().all(|row| row.blocks.is_empty()) && !interrupt::asked() {
         return Err(Failure::Failed("no variant could be measured".into()));
     }
@@ -106,6 +115,7 @@ fn report(
     table: &Table,
     files: &Files,
     (threads, elapsed): (usize, Duration),
+    json: bool,
 ) -> Result<(), Failure> {
     table.write_csv(&files.table).map_err(cannot_write)?;
     let mut written = vec![&files.table, &files.summary];
@@ -122,6 +132,9 @@ fn report(
     }
     let summary = Summary::of(plan, table, threads, elapsed);
     summary.write(&files.summary).map_err(cannot_write)?;
+    if json {
+        return console::print(&super::report::pretty(&summary)?);
+    }
 
     let mut text = table.text();
     text.push_str(&format!(
@@ -157,6 +170,7 @@ impl Files {
 fn inputs(study: &Path, plan: &Plan) -> Vec<PathBuf> {
     let folder = study.parent().unwrap_or(Path::new(""));
     let mut inputs = vec![study.to_owned(), folder.join(&plan.study.scene)];
+    inputs.extend(Scene::fragments(&folder.join(&plan.study.scene)));
     inputs.extend((plan.study.reference.iter()).map(|name| folder.join(name)));
     for variant in plan.cases.iter().flat_map(|case| &case.variants) {
         let mut scene = variant.scene.clone();
@@ -177,6 +191,7 @@ struct Summary<'a> {
     instruction_set: &'static str,
     /// Wall time, starts and warm-ups included \[s].
     wall_s: f64,
+    provenance: Provenance,
     rows: Vec<SummaryRow<'a>>,
 }
 
@@ -187,6 +202,8 @@ struct SummaryRow<'a> {
     blocks: usize,
     steps: u64,
     failure: Option<&'a str>,
+    /// Its figures, by column.
+    figures: BTreeMap<&'a str, f64>,
 }
 
 impl<'a> Summary<'a> {
@@ -201,13 +218,21 @@ impl<'a> Summary<'a> {
             threads,
             instruction_set: InstructionSet::detect().name(),
             wall_s: wall.as_secs_f64(),
-            rows: (table.rows.iter())
-                .map(|row| SummaryRow {
+            provenance: Provenance::of_this_process(COMMIT),
+            rows: (0..table.rows.len())
+                .map(|number| (number, &table.rows[number]))
+                .map(|(number, row)| SummaryRow {
                     case: &row.case,
                     variant: &row.variant,
                     blocks: row.blocks.len(),
                     steps: row.steps(),
                     failure: row.failure.as_deref(),
+                    figures: (table.columns.iter().enumerate())
+                        .filter_map(|(column, of)| {
+                            let figure = table.figure(number, column)?;
+                            Some((of.name.as_str(), figure.value))
+                        })
+                        .collect(),
                 })
                 .collect(),
         }

@@ -5,17 +5,20 @@ use std::io::Write as _;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
-use overfall::output::{OutputError, write_atomically};
+use overfall::output::{OutputError, Provenance, write_atomically};
 use overfall::study::chart::{ErrorPanel, draw_orders, draw_runs_beside_known};
 use overfall::validate::{
-    CASES, Case, Convergence, Event, Job, METHODS, Method, Outcome, WAITING, convergence, csv,
-    page, run_all, table,
+    CASES, Case, Convergence, Event, Figure, Job, METHODS, Method, Outcome, WAITING, convergence,
+    csv, page, run_all, table,
 };
+
+use serde_json::{Value, json};
 
 use super::claims::{Claims, Writer};
 use super::exit::{Exit, Failure, cannot_write};
+use super::folder::SUMMARY;
 use super::stages::Display;
-use super::{console, folder, interrupt, options};
+use super::{COMMIT, console, folder, interrupt, options, report};
 
 /// Name of the default folder in `out/`.
 const NAME: &str = "validation";
@@ -26,10 +29,16 @@ const FIGURES: &str = "figures.csv";
 /// Runs cases and writes the results.
 pub(super) fn validate(options: &options::Validate) -> Result<Exit, Failure> {
     if options.list {
-        console::print(&list())?;
+        let known = if options.reporting.json {
+            report::pretty(&list_json())?
+        } else {
+            list()
+        };
+        console::print(&known)?;
         return Ok(Exit::Done);
     }
     let jobs = jobs(options)?;
+    let quiet = options.reporting.quiet;
     let root = folder::root(options.out.as_deref(), NAME);
     let writer = Writer {
         kind: "validation",
@@ -37,12 +46,12 @@ pub(super) fn validate(options: &options::Validate) -> Result<Exit, Failure> {
         force: options.force,
         inputs: Vec::new(),
     };
-    let planned = [PAGE, FIGURES].map(str::to_owned);
+    let planned = [PAGE, FIGURES, SUMMARY].map(str::to_owned);
     let (claims, aside) = Claims::start(&root, &writer, &planned)?;
-    if let Some(aside) = aside {
+    if let Some(aside) = aside.filter(|_| !quiet) {
         console::note(&format!("the older page is in {} now", aside.display()));
     }
-    let mut display = Display::start();
+    let mut display = Display::start(quiet);
     let announce = display.announcer();
     interrupt::listen(display.announcer())?;
     let mut wrote = Ok(());
@@ -54,7 +63,7 @@ pub(super) fn validate(options: &options::Validate) -> Result<Exit, Failure> {
             }
             // Written after every job, so that results are kept however the program ends.
             Event::Done { number, outcomes } => {
-                if let Some(outcome) = &outcomes[number] {
+                if let Some(outcome) = outcomes[number].as_ref().filter(|_| !quiet) {
                     announce(&said(outcome));
                 }
                 wrote = write_figures(&claims, outcomes);
@@ -70,9 +79,11 @@ pub(super) fn validate(options: &options::Validate) -> Result<Exit, Failure> {
     wrote.map_err(cannot_write)?;
     let outcomes: Vec<Outcome> = outcomes.into_iter().flatten().collect();
     let page = write_page(&claims, &outcomes).map_err(cannot_write)?;
+    let left = jobs.len() - outcomes.len();
+    let summary = report::pretty(&summary(&outcomes, left, options.threads.count()))?;
+    write(&claims, SUMMARY, &summary).map_err(cannot_write)?;
     let mut text = table(&outcomes);
     if interrupt::asked() {
-        let left = jobs.len() - outcomes.len();
         let _ = writeln!(
             text,
             "interrupted: {left} of {} runs are missing",
@@ -80,7 +91,11 @@ pub(super) fn validate(options: &options::Validate) -> Result<Exit, Failure> {
         );
     }
     let _ = writeln!(text, "\n  {}", page.display());
-    console::print(&text)?;
+    console::print(if options.reporting.json {
+        &summary
+    } else {
+        &text
+    })?;
     if interrupt::asked() {
         return Ok(Exit::Interrupted);
     }
@@ -123,6 +138,56 @@ fn list() -> String {
         let _ = writeln!(text, "  {:24} waits for {}", waiting.name, waiting.needs);
     }
     text
+}
+
+/// The same for programs.
+fn list_json() -> Value {
+    let cases = CASES.iter().map(|case| {
+        json!({"case": case.name, "title": case.title, "resolution": case.resolution, "across": case.across})
+    });
+    let methods = METHODS
+        .iter()
+        .map(|method| json!({"method": method.key, "name": method.name}));
+    let waiting = WAITING
+        .iter()
+        .map(|case| json!({"case": case.name, "needs": case.needs}));
+    json!({
+        "cases": cases.collect::<Vec<_>>(),
+        "methods": methods.collect::<Vec<_>>(),
+        "waiting": waiting.collect::<Vec<_>>(),
+    })
+}
+
+/// All results, and where they come from. What is no number is `null`.
+fn summary(outcomes: &[Outcome], left: usize, threads: usize) -> Value {
+    let figure = |figure: &Figure| {
+        json!({
+            "quantity": figure.quantity,
+            "measured": figure.measured,
+            "known": figure.known,
+            "error": figure.error(),
+        })
+    };
+    let of = |outcome: &Outcome| {
+        let (figures, failure) = match &outcome.result {
+            Ok(findings) => (findings.figures.iter().map(figure).collect(), None),
+            Err(error) => (Vec::new(), Some(error.to_string())),
+        };
+        json!({
+            "case": outcome.job.case.name,
+            "method": outcome.job.method.key,
+            "resolution": outcome.job.resolution,
+            "wall_s": outcome.seconds,
+            "failure": failure,
+            "figures": figures,
+        })
+    };
+    json!({
+        "status": if left == 0 { "done" } else { "interrupted" },
+        "threads": threads,
+        "provenance": Provenance::of_this_process(COMMIT),
+        "runs": outcomes.iter().map(of).collect::<Vec<_>>(),
+    })
 }
 
 /// The requested runs, case by case.

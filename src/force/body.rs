@@ -5,12 +5,18 @@
 use bevy_ecs::prelude::*;
 use glam::Vec3;
 
-use crate::state::{Accelerations, BodyForces, Clock, Execution, Phase, Positions, Product, Stage};
+use crate::state::{
+    Accelerations, BodyForces, Clock, Execution, PART_OF_PERIOD, Phase, Positions, Product, Stage,
+};
 
 /// Forces beside gravity.
 pub(crate) const STAGE: Stage = Stage {
     needs: &[Product::Columns, Product::Forces],
     wanted: |scene| !scene.body_forces.is_empty(),
+    limits: |scene| {
+        let period = scene.shortest_period_of_forces();
+        vec![("the period of body forces", PART_OF_PERIOD * period)]
+    },
     ..Stage::new("body_forces", Phase::Forces, |_| {
         apply_body_forces.into_configs()
     })

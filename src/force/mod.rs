@@ -16,8 +16,8 @@ pub(crate) use gravity::STAGE as GRAVITY;
 pub use gravity::apply_gravity;
 pub(crate) use surface_tension::STAGE as SURFACE_TENSION;
 pub use surface_tension::{Cohesion, apply_surface_tension};
-pub(crate) use viscosity::STAGE as VISCOSITY;
 pub use viscosity::{
     ArtificialViscosity, LaminarViscosity, NumericalViscosity, apply_artificial_viscosity,
     apply_laminar_viscosity, put_pressure_terms,
 };
+pub(crate) use viscosity::{STAGE as VISCOSITY, install as install_viscosity};

@@ -50,7 +50,8 @@ pub(crate) const STAGE: Stage = Stage {
     ..Stage::new("viscosity", Phase::Forces, systems)
 };
 
-fn install(world: &mut World, scene: &Scene) {
+/// Inserts the parameters of a scene's viscosity.
+pub(crate) fn install(world: &mut World, scene: &Scene) {
     match scene.fluid.viscosity {
         Viscosity::None => {}
         Viscosity::Laminar {

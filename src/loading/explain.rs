@@ -28,7 +28,7 @@ pub(crate) fn place_of(path: &str, text: &str, file_name: &str) -> Place {
 }
 
 /// An error of ron's as one of ours, at the place the user must look at.
-fn explain_in_file<T: DeserializeOwned>(
+pub(super) fn explain_in_file<T: DeserializeOwned>(
     error: &SpannedError,
     text: &str,
     file_name: &str,

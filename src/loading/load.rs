@@ -1,14 +1,15 @@
 //! From text to a checked scene: the file first, then the overrides, then the checks.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use ron::ser::PrettyConfig;
 
 use super::check::{self, Problem, Size};
 use super::explain::{place_of, read};
+use super::include::Source;
 use super::overrides::Override;
 use super::ron_text::{options, plain_names};
-use crate::input::{no_file, read_text, without_mark};
+use crate::input::{no_file, read_text};
 use crate::scene::{BodyForce, BoundaryShape, Place, Scene, SceneError, VelocityField};
 
 impl Scene {
@@ -21,21 +22,45 @@ impl Scene {
             source,
         })?;
         let file_name = path.display().to_string();
-        let scene = Self::parse(&text, &file_name, overrides)?;
+        let source = Source::new(&text, &file_name)?;
+        let scene = Self::parse_whole(source.text(), &file_name, overrides);
+        let scene = scene.map_err(|error| source.placed(error))?;
         let missing = scene.order.as_deref().map(Path::new).and_then(no_file);
         match missing {
             Some(reason) => {
                 let problem = Problem::new("order", reason);
-                Err(locate(problem, &text, &file_name, overrides))
+                Err(source.placed(locate(problem, source.text(), &file_name, overrides)))
             }
             None => Ok(scene),
         }
     }
 
-    /// As [`load`](Self::load), from a text. `file_name` stands in errors; `order` and the meshes' files
+    /// The files of the fragments (`include`) that a scene file is put together from; none if it cannot be read.
+    pub fn fragments(path: &Path) -> Vec<PathBuf> {
+        let Ok(text) = read_text(path) else {
+            return Vec::new();
+        };
+        let source = Source::new(&text, &path.display().to_string());
+        source.map_or_else(
+            |_| Vec::new(),
+            |source| source.fragments().map(Path::to_owned).collect(),
+        )
+    }
+
+    /// As [`load`](Self::load), from a text. `file_name` stands in errors; `order`, the meshes' files and fragments
     /// are taken relative to its folder.
     pub fn parse(text: &str, file_name: &str, overrides: &[Override]) -> Result<Self, SceneError> {
-        let text = without_mark(text);
+        let source = Source::new(text, file_name)?;
+        let scene = Self::parse_whole(source.text(), file_name, overrides);
+        scene.map_err(|error| source.placed(error))
+    }
+
+    /// As [`parse`](Self::parse), from a text without fragments.
+    fn parse_whole(
+        text: &str,
+        file_name: &str,
+        overrides: &[Override],
+    ) -> Result<Self, SceneError> {
         let mut scene: Self = read(text, file_name)?;
         for change in overrides {
             scene = change.apply(&scene)?;

@@ -6,6 +6,7 @@
 
 mod check;
 mod explain;
+mod include;
 mod load;
 mod overrides;
 mod ron_text;

@@ -10,10 +10,10 @@ use crate::input::{read_text, without_mark};
 pub struct Column<'a> {
     /// The field that names it, for errors.
     pub field: &'static str,
-    /// Its name; the one at `place` if absent.
-    pub name: Option<&'a str>,
-    /// Where it is if it has no name, from 0.
-    pub place: usize,
+    /// Its name.
+    pub name: &'a str,
+    /// Another name that it may have.
+    pub(super) alias: Option<&'static str>,
     /// Whether a file without it is refused.
     pub required: bool,
 }
@@ -23,8 +23,8 @@ impl<'a> Column<'a> {
     pub fn named(name: &'a str) -> Self {
         Self {
             field: "file",
-            name: Some(name),
-            place: 0,
+            name,
+            alias: None,
             required: true,
         }
     }
@@ -37,13 +37,26 @@ impl<'a> Column<'a> {
         }
     }
 
-    /// The first column, whatever its name is.
-    pub fn first() -> Self {
+    /// The column of times, `t` or `time`.
+    pub fn time() -> Self {
         Self {
-            name: None,
-            ..Self::named("")
+            alias: Some("time"),
+            ..Self::named("t")
         }
     }
+
+    fn is(&self, name: &str) -> bool {
+        self.name == name || self.alias == Some(name)
+    }
+}
+
+/// What becomes of columns that nobody asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Others {
+    /// They are left out: files of experiments have many columns.
+    Ignored,
+    /// The file is refused: a name that is misspelt would be left out silently.
+    Refused,
 }
 
 /// Columns of a file.
@@ -58,50 +71,41 @@ pub struct Columns<const N: usize> {
 }
 
 impl<const N: usize> Columns<N> {
-    /// Reads these columns of a file, which may begin with lines of comment (`#`).
+    /// Reads a table that has these columns alone, in any order, and may begin with lines of comment (`#`).
     ///
     /// # Errors
-    /// When the file cannot be read, a required column is absent, or a line holds what is no finite number.
+    /// When the file cannot be read, a required column is absent, a column is unknown or there twice, or a line holds
+    /// what is no finite number.
     pub fn load(file: &Path, wanted: [Column; N]) -> Result<Self, CurveError> {
         let text = read_text(file).map_err(|source| CurveError::Unreadable {
             file: file.to_owned(),
             source,
         })?;
-        Self::parse(&text, file, wanted)
+        Self::parse(&text, file, wanted, Others::Refused)
     }
 
     /// As [`load`](Self::load), from a text; `file` stands in errors.
-    pub fn parse(text: &str, file: &Path, wanted: [Column; N]) -> Result<Self, CurveError> {
+    pub fn parse(
+        text: &str,
+        file: &Path,
+        wanted: [Column; N],
+        others: Others,
+    ) -> Result<Self, CurveError> {
         let text = without_mark(text);
         let comments = text.lines().filter_map(|line| line.strip_prefix('#'));
         let notes = comments.map(|note| note.trim().to_owned()).collect();
-        let mut lines = (1..)
-            .zip(text.lines())
-            .filter(|(_, line)| !line.trim().is_empty() && !line.starts_with('#'));
-        let Some((_, header)) = lines.next() else {
-            let message = "there is no line with the names of the columns";
-            return Err(malformed(file, 1, message.to_owned()));
-        };
-        let names: Vec<&str> = header.split(',').map(str::trim).collect();
-        let mut places = [None; N];
-        for (place, column) in places.iter_mut().zip(wanted) {
-            *place = match column.name {
-                Some(name) => names.iter().position(|known| *known == name),
-                None => (column.place < names.len()).then_some(column.place),
-            };
-            if place.is_none() && column.required {
-                let name = column.name.map(str::to_owned);
-                return Err(CurveError::NoColumn {
-                    file: file.to_owned(),
-                    field: column.field,
-                    name: name.unwrap_or_else(|| (column.place + 1).to_string()),
-                    known: names.join(", "),
-                });
-            }
-        }
+        let (names, mut lines) = header(text, file)?;
+        let places = places(&names, file, &wanted, others)?;
         let mut rows = Vec::new();
-        for (line, text) in lines {
+        for (line, text) in &mut lines {
             let fields: Vec<&str> = text.split(',').map(str::trim).collect();
+            if fields.len() > names.len() {
+                let (found, known) = (fields.len(), names.len());
+                let message = format!(
+                    "{found} figures for {known} columns; figures have decimal points and are separated by commas"
+                );
+                return Err(malformed(file, line, message));
+            }
             let mut row = [0.0; N];
             for (figure, place) in row.iter_mut().zip(places) {
                 let Some(place) = place else { continue };
@@ -144,4 +148,108 @@ impl<const N: usize> Columns<N> {
             }
         }
     }
+}
+
+type Lines<'t> = Box<dyn Iterator<Item = (usize, &'t str)> + 't>;
+
+/// Names of a text's columns, and the numbered lines after them.
+fn header<'t>(text: &'t str, file: &Path) -> Result<(Vec<&'t str>, Lines<'t>), CurveError> {
+    let mut lines = (1..)
+        .zip(text.lines())
+        .filter(|(_, line)| !line.trim().is_empty() && !line.starts_with('#'));
+    let Some((number, header)) = lines.next() else {
+        let message = "there is no line with the names of the columns";
+        return Err(malformed(file, 1, message.to_owned()));
+    };
+    let names = names(header);
+    if let [name] = names[..]
+        && let Some(sign) = name.chars().find(|c| matches!(c, ';' | '\t'))
+    {
+        let message = format!("the columns are separated by {sign:?}; write commas");
+        return Err(malformed(file, number, message));
+    }
+    if let [first, ..] = names[..]
+        && first.parse::<f64>().is_ok()
+    {
+        let message = "there is no line with the names of the columns before the figures";
+        return Err(malformed(file, number, message.to_owned()));
+    }
+    Ok((names, Box::new(lines)))
+}
+
+/// Names in a line of names.
+fn names(header: &str) -> Vec<&str> {
+    header.split(',').map(plain).collect()
+}
+
+/// A name without the quotes that spreadsheets write.
+fn plain(name: &str) -> &str {
+    let name = name.trim();
+    let inner = name
+        .strip_prefix('"')
+        .and_then(|rest| rest.strip_suffix('"'));
+    inner.unwrap_or(name).trim()
+}
+
+/// The names of the columns of a text. Fails if there is none.
+pub(super) fn names_of<'t>(text: &'t str, file: &Path) -> Result<Vec<&'t str>, CurveError> {
+    header(without_mark(text), file).map(|(names, _)| names)
+}
+
+/// Where the wanted columns are.
+fn places<const N: usize>(
+    names: &[&str],
+    file: &Path,
+    wanted: &[Column; N],
+    others: Others,
+) -> Result<[Option<usize>; N], CurveError> {
+    let known = || {
+        let of = |column: &Column| match column.required {
+            true => column.name.to_owned(),
+            false => format!("{} (optional)", column.name),
+        };
+        wanted.iter().map(of).collect::<Vec<_>>().join(", ")
+    };
+    let refuse = |message: String| Err(malformed(file, 1, message));
+    let mut places = [None; N];
+    for (place, column) in places.iter_mut().zip(wanted) {
+        let mut found = (0..).zip(names).filter(|(_, name)| column.is(name));
+        *place = found.next().map(|(place, _)| place);
+        if let Some((second, name)) = found.next() {
+            let first = place.unwrap_or_default() + 1;
+            let name = match names.get(first - 1) {
+                Some(other) if other != name => format!("`{other}` and `{name}`"),
+                _ => format!("`{name}`"),
+            };
+            return refuse(format!(
+                "the column {name} is there twice, as column {first} and {}; keep one",
+                second + 1
+            ));
+        }
+    }
+    // A name in another case is the likeliest reason for a column that is missing.
+    if others == Others::Refused {
+        let is_known = |name: &&&str| wanted.iter().any(|column| column.is(name));
+        if let Some(name) = names.iter().find(|name| !is_known(name)) {
+            let meant = wanted.iter().find(|c| c.is(&name.to_lowercase()));
+            let meant = meant.map_or_else(String::new, |column| {
+                format!("; did you mean `{}`?", column.name)
+            });
+            return refuse(format!(
+                "unknown column `{name}`{meant} (columns: {})",
+                known()
+            ));
+        }
+    }
+    for (place, column) in places.iter().zip(wanted) {
+        if place.is_none() && column.required {
+            return Err(CurveError::NoColumn {
+                file: file.to_owned(),
+                field: column.field,
+                name: column.name.to_owned(),
+                known: names.join(", "),
+            });
+        }
+    }
+    Ok(places)
 }

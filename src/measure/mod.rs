@@ -4,11 +4,13 @@ mod columns;
 mod curve;
 mod curve_error;
 mod fit;
+mod reversals;
 mod shape;
 
-pub use columns::{Column, Columns};
+pub use columns::{Column, Columns, Others};
 pub use curve::Curve;
 pub use curve_error::CurveError;
 pub(crate) use curve_error::malformed;
 pub use fit::LineFit;
+pub use reversals::shortest_half_period;
 pub use shape::{front, height, semi_axes};

@@ -21,6 +21,8 @@ mod history;
 #[cfg(feature = "cli")]
 pub mod picture;
 mod ply;
+#[cfg(feature = "cli")]
+mod provenance;
 mod rows;
 mod series;
 #[cfg(feature = "cli")]
@@ -33,6 +35,8 @@ pub use fields::{FIELDS, Field};
 pub use frame::Frame;
 pub use gauges::GaugeFile;
 pub use history::History;
+#[cfg(feature = "cli")]
+pub use provenance::Provenance;
 pub use series::{Series, SeriesEntry};
 #[cfg(feature = "cli")]
 pub use summary::{RunTotals, Status, Summary, peak_rss_bytes};

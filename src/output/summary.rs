@@ -7,8 +7,8 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::OutputError;
 use super::atomic::write_atomically;
+use super::{OutputError, Provenance};
 use crate::input::read_bytes;
 use crate::{state::Phase, step::StepReport};
 
@@ -61,6 +61,12 @@ pub struct Summary {
     pub simulated_s: f64,
     /// Wall time of the run, output included \[s].
     pub wall_s: f64,
+    /// Where the wall time went \[s], by what took it. What the writer of frames does runs beside the steps.
+    #[serde(default)]
+    pub wall_s_by_part: BTreeMap<String, f64>,
+    /// Program, machine, date and command line.
+    #[serde(default)]
+    pub provenance: Provenance,
     /// Mean wall time per step \[ms]: of all its phases, unless the caller measured around them.
     pub ms_per_step: f64,
     /// Mean wall time of each phase per step \[ms].

@@ -91,6 +91,13 @@ impl PressureSolver for Dfsph {
         );
         world.init_resource::<NeighbourCounts>();
         world.init_resource::<DivergenceTerms>();
+        self.set_tolerances(world);
+    }
+
+    fn set_tolerances(&self, world: &mut World) {
+        if let Some(iterations) = self.iterations() {
+            world.insert_resource(iterations.convergence);
+        }
         world.insert_resource(DivergenceConvergence(Convergence {
             max_density_error: self.max_divergence_error,
             mean_density_error: None,

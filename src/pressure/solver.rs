@@ -92,6 +92,13 @@ pub(crate) trait PressureSolver {
     /// Inserts the resources that its systems use.
     fn install(&self, world: &mut World);
 
+    /// Gives its iterations the tolerances that it has now.
+    fn set_tolerances(&self, world: &mut World) {
+        if let Some(iterations) = self.iterations() {
+            world.insert_resource(iterations.convergence);
+        }
+    }
+
     /// Computes densities, and the other sums over pairs that the method needs.
     fn density(&self) -> Systems;
 

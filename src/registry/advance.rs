@@ -4,7 +4,7 @@ use bevy_ecs::prelude::*;
 
 use super::columns::lasting;
 use crate::{
-    boundary::{contact, direct_forcing, moving},
+    boundary::{contact, direct_forcing, moving, room},
     gauge,
     integrate::{self, Domain, GuardLimits, Motion},
     scene::{Scene, TimeStep},
@@ -60,6 +60,11 @@ fn systems(scene: &Scene) -> Systems {
         .map(|column| (column.check_unwritten)())
         .collect();
     let guard = (transfer::check_rows, chain(unwritten), integrate::guard).chain();
+    let guard = if moving::is_wanted(scene) && scene.pressure.iterations().is_some() {
+        (guard, room::look_for_room.run_if(healthy)).chain()
+    } else {
+        guard
+    };
     let goes_back = matches!(scene.time_step, TimeStep::Adaptive(_));
     let guard = if goes_back {
         (guard, adaptive::detect_shock.run_if(healthy)).chain()

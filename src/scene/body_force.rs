@@ -5,10 +5,11 @@ use std::path::Path;
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
-use crate::measure::{Column, Columns, CurveError};
+use crate::measure::{Column, Columns, CurveError, shortest_half_period};
 
 /// An acceleration of the fluid beside gravity. Several add up.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub enum BodyForce {
     /// Towards a point.
@@ -19,9 +20,11 @@ pub enum BodyForce {
 
 /// Acceleration towards a point, `−(linear r + constant) e_r` at the distance r.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct CentralForce {
     /// The point \[m].
+    #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]
     pub center: Vec3,
     /// Part that grows with the distance \[1/s²]: the square of the angular frequency of a drop as a whole.
     #[serde(default)]
@@ -31,10 +34,10 @@ pub struct CentralForce {
     pub constant: f32,
 }
 
-/// A CSV file of accelerations over time: a line of names, ascending times \[s] in the first
-/// column, and any of the columns `ax`,
-/// `ay` and `az` \[m/s²].
+/// A CSV file of accelerations over time: a line of names, a column `t` or `time` of ascending times \[s], and any of the
+/// columns `ax`, `ay` and `az` \[m/s²], in any order.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct AccelerationFile {
     /// The file, relative to the scene file's folder (after [`load`](super::Scene::load): to the working directory).
@@ -61,6 +64,9 @@ impl CentralForce {
 /// Names of an acceleration's columns.
 const COLUMNS: [&str; 3] = ["ax", "ay", "az"];
 
+/// Part of a table's range that is taken for noise of an instrument.
+const NOISE: f64 = 0.05;
+
 /// Accelerations over time.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct AccelerationTable {
@@ -72,7 +78,7 @@ impl AccelerationTable {
     /// Reads a file; a column that it does not have is zero.
     pub fn load(file: &Path) -> Result<Self, CurveError> {
         let [x, y, z] = COLUMNS.map(Column::optional);
-        let columns = Columns::load(file, [Column::first(), x, y, z])?.ascending(file)?;
+        let columns = Columns::load(file, [Column::time(), x, y, z])?.ascending(file)?;
         if columns.present == [true, false, false, false] {
             // None of them: refused for the first.
             Columns::load(file, [Column::named(COLUMNS[0])])?;
@@ -106,6 +112,28 @@ impl AccelerationTable {
     /// Mean acceleration from a time on over a step \[s]: what it changes velocities by does not depend on the steps.
     pub fn mean(&self, time: f64, dt: f64) -> DVec3 {
         (self.integral(time + dt) - self.integral(time)) / dt
+    }
+
+    /// Shortest time between two rows \[s]; infinite with one.
+    pub(crate) fn shortest_interval(&self) -> f64 {
+        let intervals = self.rows.windows(2).map(|pair| pair[1].0 - pair[0].0);
+        intervals.fold(f64::INFINITY, f64::min)
+    }
+
+    /// Shortest period of an oscillation \[s] that moves the fluid by more than `least` \[m] there and back. Of one
+    /// with the amplitude A and half the period τ that is 2 A τ²/π².
+    pub(crate) fn shortest_period(&self, least: f64) -> Option<f64> {
+        let of_axis = |axis: usize| {
+            let figures = || self.rows.iter().map(move |row| (row.0, row.1[axis]));
+            let (low, high) = figures()
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (_, a)| {
+                    (low.min(a), high.max(a))
+                });
+            let half = shortest_half_period(figures(), NOISE * (high - low))?;
+            let way = (high - low) * (half / std::f64::consts::PI).powi(2);
+            (way > least).then_some(2.0 * half)
+        };
+        (0..3).filter_map(of_axis).reduce(f64::min)
     }
 
     /// Its times and accelerations, row by row.
@@ -177,13 +205,36 @@ mod tests {
     }
 
     #[test]
+    fn columns_may_be_in_any_order() {
+        let tables = ["t,ax,ay\n0,1,2\n3,4,5\n", "ay,time,ax\n2,0,1\n5,3,4\n"];
+        let [a, b] = tables.map(|text| table(text).expect("a table"));
+        assert_eq!(a, b);
+    }
+
+    #[test]
     fn a_table_without_accelerations_is_refused() {
-        let error = table("t,x\n0,1\n").expect_err("refused").to_string();
-        assert!(
-            error.contains("no column `ax`; the columns are t, x"),
-            "{error}"
-        );
         for (text, expected) in [
+            ("t\n0\n", "there is no column `ax`; the columns are t"),
+            (
+                "t,x\n0,1\n",
+                "shake.csv:1: unknown column `x` (columns: t, ax (optional), ay (optional), az (optional))",
+            ),
+            (
+                "ax,ay\n0,1\n",
+                "there is no column `t`; the columns are ax, ay",
+            ),
+            (
+                "t,ax,AY\n0,1,2\n",
+                "unknown column `AY`; did you mean `ay`?",
+            ),
+            (
+                "t,ax,ax\n0,1,2\n",
+                "the column `ax` is there twice, as column 2 and 3",
+            ),
+            (
+                "t,ax,time\n0,1,2\n",
+                "the column `t` and `time` is there twice",
+            ),
             (
                 "t,ax\n0,a\n",
                 "shake.csv:2: `a` in column `ax` is not a number",

@@ -50,31 +50,54 @@ impl BoundaryShape {
     /// given. A table that cannot be read counts as standing: the scene's check names it.
     pub(crate) fn greatest_speed(&self, in_plane: bool, mesh: Option<[Vec3; 2]>) -> Option<f32> {
         match *self.motion()? {
-            WallMotion::Velocity { velocity, .. } => Some(velocity.length()),
+            WallMotion::Velocity { velocity, .. } => Some(long(velocity)),
             WallMotion::Rotation {
                 center,
                 angular_velocity,
                 ..
             } => {
-                let axis = angular_velocity.normalize_or_zero();
+                // In double precision: the square of the length may be beyond single.
+                let axis = angular_velocity.as_dvec3().normalize_or_zero().as_vec3();
                 let of_mesh = |[min, max]: [Vec3; 2]| {
                     farthest_corner(min, max, false, |x| (x - center).cross(axis).length())
                 };
                 let farthest = self.farthest_from(center, axis, in_plane);
-                Some(angular_velocity.length() * farthest.or(mesh.map(of_mesh))?)
+                Some(long(angular_velocity) * farthest.or(mesh.map(of_mesh))?)
             }
             WallMotion::Oscillation {
                 amplitude,
                 frequency,
                 ..
-            } => Some(amplitude.length() * std::f32::consts::TAU * frequency.abs()),
+            } => Some(long(amplitude) * std::f32::consts::TAU * frequency.abs()),
             WallMotion::Table { ref file, .. } => {
                 let table = MotionTable::load(Path::new(file)).ok()?;
                 Some(table.greatest_speed() as f32)
             }
         }
     }
+
+    /// Period of its back and forth \[s], at a `spacing` \[m]; the shortest of a table. A table that cannot be read
+    /// counts as standing.
+    pub(crate) fn shortest_period(&self, spacing: f32) -> Option<f32> {
+        match *self.motion()? {
+            WallMotion::Oscillation { frequency, .. } => Some(1.0 / frequency.abs()),
+            WallMotion::Table { ref file, .. } => {
+                let table = MotionTable::load(Path::new(file)).ok()?;
+                let least = f64::from(LEAST_WAY * spacing);
+                table.shortest_period(least).map(|period| period as f32)
+            }
+            WallMotion::Velocity { .. } | WallMotion::Rotation { .. } => None,
+        }
+    }
 }
+
+/// Length of a vector whose square may be beyond single precision.
+fn long(vector: Vec3) -> f32 {
+    vector.as_dvec3().length() as f32
+}
+
+/// Way that counts as a movement \[spacings].
+pub(crate) const LEAST_WAY: f32 = 1e-3;
 
 /// The largest distance of a box's corners; in 2-D of those in the plane.
 fn farthest_corner(min: Vec3, max: Vec3, in_plane: bool, distance: impl Fn(Vec3) -> f32) -> f32 {

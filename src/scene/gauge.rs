@@ -8,6 +8,7 @@ use crate::measure::{Curve, CurveError};
 
 /// One instrument: what it measures, how often, over which time it averages, and what it is compared with.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Gauge {
     /// Names its file, `gauges/<name>.csv`: letters, digits, `-` and `_`.
@@ -28,6 +29,7 @@ pub struct Gauge {
 
 /// How often a gauge is read.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Rate {
     /// At the ends of the steps nearest to the multiples of a time \[s]. Steps are not shortened for it, so gauges
     /// leave the result as it is.
@@ -46,6 +48,7 @@ impl Default for Rate {
 ///
 /// "Connected" is fluid without a gap of more than the support radius, seen along the direction of the measure.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub enum GaugeKind {
@@ -53,6 +56,7 @@ pub enum GaugeKind {
     /// its centre, of the highest particle of the largest connected part \[m].
     Height {
         /// A point on the axis of the column \[m].
+        #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]
         at: Vec3,
         /// Radius of the column \[m]; one spacing if absent.
         #[serde(default)]
@@ -63,8 +67,10 @@ pub enum GaugeKind {
     Front {
         /// Where 0 is \[m].
         #[serde(default)]
+        #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]
         from: Vec3,
         /// Along what; any length but zero.
+        #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]
         direction: Vec3,
         /// Particles outside of this box do not count; all count if absent.
         #[serde(default)]
@@ -73,6 +79,7 @@ pub enum GaugeKind {
     /// Pressure at a point of the fluid \[Pa]: the mean of the particles around it, weighted by the kernel (Shepard).
     Pressure {
         /// Where \[m].
+        #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]
         at: Vec3,
         /// Radius of the kernel \[m].
         #[serde(default)]
@@ -81,8 +88,10 @@ pub enum GaugeKind {
     /// Pressure on a wall \[Pa]: the same mean over the particles on the wall's wet side alone, 0 where it is dry.
     WallPressure {
         /// A point of the wall's face \[m].
+        #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]
         at: Vec3,
         /// Direction from the wall into the fluid; any length but zero.
+        #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]
         normal: Vec3,
         /// Radius of the kernel \[m].
         #[serde(default)]
@@ -94,6 +103,7 @@ pub enum GaugeKind {
     /// Velocity at a point \[m/s]: the mean of the particles around it, weighted by the kernel (Shepard).
     Velocity {
         /// Where \[m].
+        #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]
         at: Vec3,
         /// Radius of the kernel \[m].
         #[serde(default)]
@@ -105,18 +115,22 @@ pub enum GaugeKind {
         boundary: String,
         /// The point that the torque is about \[m].
         #[serde(default)]
+        #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]
         about: Vec3,
     },
     /// Volume that passes a parallelogram, in 2-D a segment, a second \[m³/s; m²/s in 2-D]. Each particle counts for
     /// its volume in all, spread over the support radius before and behind the surface.
     Flux {
         /// A corner; in 2-D an end \[m].
+        #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]
         corner: Vec3,
         /// From there to the next corner; in 2-D to the other end \[m].
+        #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]
         along: Vec3,
         /// From the first corner to the one on its other side \[m]; not in 2-D, where it points along z. Flow counts as
         /// positive along `along × across`.
         #[serde(default)]
+        #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]
         across: Vec3,
     },
     /// Energies of all fluid \[J; J/m in 2-D]: kinetic, potential in the scene's gravity (0 at the origin), that of
@@ -127,14 +141,16 @@ pub enum GaugeKind {
 
 /// A known curve: two columns of a CSV file, which may begin with lines of comment (`#`).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct GaugeReference {
     /// The file, relative to the scene file's folder (after [`load`](super::Scene::load): to the working directory).
     pub file: String,
-    /// Heading of its column of times; the first column if absent.
+    /// Heading of its column of times; if absent the one that is called `t`, `T`, `time` or `tau`, perhaps with a unit
+    /// after it.
     #[serde(default)]
     pub time: Option<String>,
-    /// Heading of its column of figures; the second column if absent.
+    /// Heading of its column of figures; if absent the only other column.
     #[serde(default)]
     pub value: Option<String>,
     /// The gauge's own column that it is drawn beside; the first if absent.
@@ -142,9 +158,11 @@ pub struct GaugeReference {
     pub quantity: Option<String>,
     /// What the file's times and figures are multiplied by to be in SI units \[-].
     #[serde(default = "one")]
+    #[cfg_attr(feature = "schema", schemars(with = "[f32; 2]"))]
     pub scale: Vec2,
     /// What is added to them after that, in SI units.
     #[serde(default)]
+    #[cfg_attr(feature = "schema", schemars(with = "[f32; 2]"))]
     pub offset: Vec2,
 }
 

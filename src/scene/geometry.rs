@@ -7,6 +7,7 @@ use super::{VelocityField, WallMotion, WallSlip};
 
 /// The number of space dimensions, 2 or 3 in the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(try_from = "u8", into = "u8")]
 pub enum Dimension {
     /// The plane z = 0.
@@ -18,26 +19,32 @@ pub enum Dimension {
 
 /// An axis-aligned box. In 2-D its z range only has to hold 0.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Bounds {
     /// Lower corner \[m].
+    #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]
     pub min: Vec3,
     /// Upper corner \[m].
+    #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]
     pub max: Vec3,
 }
 
 /// One body of fluid: a shape filled with particles on a lattice.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct FluidBody {
     /// Where.
     pub shape: Shape,
     /// Velocity at the start, of the shape's centre \[m/s].
     #[serde(default)]
+    #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]
     pub velocity: Vec3,
     /// Rows of the gradient `∂v_i/∂x_j` of the velocity at the start \[1/s]: a strain or a rotation about the shape's
     /// centre. `((0, -w, 0), (w, 0, 0), (0, 0, 0))` turns by w about z.
     #[serde(default)]
+    #[cfg_attr(feature = "schema", schemars(with = "[[f32; 3]; 3]"))]
     pub velocity_gradient: [Vec3; 3],
     /// Velocities at the start that come to these: rotation about a point, vortices; none if absent.
     #[serde(default)]
@@ -49,6 +56,7 @@ pub struct FluidBody {
 
 /// Random displacement of a lattice: the same seed gives the same particles everywhere.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Jitter {
     /// Largest displacement a coordinate, in spacings \[-]; from 0 to below 0.5.
@@ -62,19 +70,23 @@ pub struct Jitter {
 ///
 /// In 2-D a box's z range only has to hold 0, a sphere is a disc with its centre at z = 0, and a cylinder is refused.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub enum Shape {
     /// Axis-aligned box.
     Box {
         /// Lower corner \[m].
+        #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]
         min: Vec3,
         /// Upper corner \[m].
+        #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]
         max: Vec3,
     },
     /// Ball.
     Sphere {
         /// Centre \[m].
+        #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]
         center: Vec3,
         /// Radius \[m].
         radius: f32,
@@ -82,8 +94,10 @@ pub enum Shape {
     /// Cylinder between two points, with flat ends.
     Cylinder {
         /// Centre of one end \[m].
+        #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]
         start: Vec3,
         /// Centre of the other end \[m].
+        #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]
         end: Vec3,
         /// Radius \[m].
         radius: f32,
@@ -96,14 +110,17 @@ pub enum Shape {
 /// solid that is thinner than twice the depth of its layer of samples, about 1.2 spacings, counts as that thick, and so
 /// do the walls of a tank. In 2-D a box's or tank's z range only has to hold 0; centres and normals have z = 0.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub enum BoundaryShape {
     /// A tank that holds fluid inside the box `min`–`max`.
     Tank {
         /// Lower inner corner \[m].
+        #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]
         min: Vec3,
         /// Upper inner corner \[m].
+        #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]
         max: Vec3,
         /// Whether the side towards +y is missing.
         #[serde(default)]
@@ -121,8 +138,10 @@ pub enum BoundaryShape {
     /// A solid box.
     Box {
         /// Lower corner \[m].
+        #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]
         min: Vec3,
         /// Upper corner \[m].
+        #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]
         max: Vec3,
         /// What gauges call it; boundaries of one name are one body to them.
         #[serde(default)]
@@ -137,6 +156,7 @@ pub enum BoundaryShape {
     /// A solid sphere (a disc in 2-D).
     Sphere {
         /// Centre \[m].
+        #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]
         center: Vec3,
         /// Radius \[m].
         radius: f32,
@@ -153,8 +173,10 @@ pub enum BoundaryShape {
     /// A flat rectangular wall (a line in 2-D) that is solid on the far side of its normal.
     Plane {
         /// Centre of the wall \[m].
+        #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]
         center: Vec3,
         /// Direction from the solid into the fluid; any length but zero.
+        #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]
         normal: Vec3,
         /// Half the edge of the square \[m]; its edges lie along [`shapes::wall_axes`](super::shapes::wall_axes).
         half_size: f32,
@@ -177,6 +199,7 @@ pub enum BoundaryShape {
 /// A mesh's point p is put at `translation + rotation · (scale · p)`, in double precision, so the coordinates of a map
 /// can be moved to the origin. Vertices on borders that are up to 1/100 spacing apart are taken for one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct MeshBoundary {
     /// A Wavefront OBJ or an STL file (`.obj`, `.stl`), relative to the scene file's folder (after
@@ -187,9 +210,11 @@ pub struct MeshBoundary {
     pub scale: f64,
     /// Angles about the x, y and z axes, turned in this order \[°].
     #[serde(default)]
+    #[cfg_attr(feature = "schema", schemars(with = "[f64; 3]"))]
     pub rotation: DVec3,
     /// Where the file's origin is put \[m].
     #[serde(default)]
+    #[cfg_attr(feature = "schema", schemars(with = "[f64; 3]"))]
     pub translation: DVec3,
     /// Where the solid is.
     #[serde(default)]
@@ -211,6 +236,7 @@ fn one() -> f64 {
 
 /// Where the solid is that a mesh bounds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub enum MeshSide {
     /// The mesh is closed and the solid in it: fluid is outside. The winding must be the same all over a shell; a shell

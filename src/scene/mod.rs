@@ -16,6 +16,8 @@ mod geometry;
 mod output;
 mod physics;
 mod pressure;
+#[cfg(feature = "schema")]
+mod schema;
 pub mod shapes;
 mod velocity_field;
 mod velocity_grid;
@@ -23,6 +25,7 @@ mod wall_motion;
 mod wall_slip;
 
 pub use body_force::*;
+pub(crate) use boundary_motion::LEAST_WAY;
 pub(crate) use error::unknown_name;
 pub use error::{Place, SceneError};
 pub use gauge::*;
@@ -42,6 +45,7 @@ use serde::{Deserialize, Serialize};
 
 /// A whole scene, as its RON file gives it. Every field but `name`, `spacing` and `bodies` has a default.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
     /// Names the output folder and the pictures.
@@ -61,6 +65,7 @@ pub struct Scene {
     pub support: Option<f32>,
     /// Acceleration of every particle \[m/s²].
     #[serde(default = "default_gravity")]
+    #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]
     pub gravity: Vec3,
     /// Forces on the fluid beside gravity.
     #[serde(default)]
@@ -210,6 +215,21 @@ impl Scene {
                 .map_or(0.0, |table| table.greatest() as f32),
         };
         self.gravity.length() + self.body_forces.iter().map(of_force).sum::<f32>()
+    }
+
+    /// Shortest period of the forces on the fluid as a whole \[s], infinite if they do not oscillate. A file that cannot
+    /// be read counts for nothing.
+    pub(crate) fn shortest_period_of_forces(&self) -> f32 {
+        let least = f64::from(LEAST_WAY * self.spacing);
+        let of_force = |force: &BodyForce| match force {
+            BodyForce::Central(_) => None,
+            BodyForce::Table(table) => {
+                let table = AccelerationTable::load(Path::new(&table.file)).ok()?;
+                table.shortest_period(least)
+            }
+        };
+        let periods = self.body_forces.iter().filter_map(of_force);
+        periods.fold(f64::INFINITY, f64::min) as f32
     }
 
     /// Largest speed that a particle starts with \[m/s].

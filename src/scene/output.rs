@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// What a run writes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Output {
     /// Frames per simulated second \[1/s]; 0 writes none but the first and the last.
@@ -22,6 +23,7 @@ pub struct Output {
 
 /// File format of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub enum FrameFormat {
     /// VTK XML unstructured grid, binary; ParaView opens it.
@@ -32,11 +34,14 @@ pub enum FrameFormat {
 
 /// A pinhole camera; y is up.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Camera {
     /// Where the eye is \[m].
+    #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]
     pub position: Vec3,
     /// Where it looks \[m].
+    #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]
     pub target: Vec3,
     /// Vertical angle of view \[degrees].
     #[serde(default = "default_field_of_view")]

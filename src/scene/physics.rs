@@ -6,6 +6,7 @@ use super::Dimension;
 
 /// Material of the fluid; the defaults are water.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Fluid {
     /// Density at rest \[kg/m³].
@@ -18,6 +19,7 @@ pub struct Fluid {
 
 /// Viscosity model.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub enum Viscosity {
@@ -43,6 +45,7 @@ pub enum Viscosity {
 
 /// Surface tension model.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub enum SurfaceTension {
@@ -58,6 +61,7 @@ pub enum SurfaceTension {
 
 /// How walls keep the fluid off.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub enum BoundaryHandling {
@@ -71,6 +75,7 @@ pub enum BoundaryHandling {
 
 /// Parameters of direct forcing.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct DirectForcing {
     /// Distance r0 from a boundary particle within which fluid is put back, in spacings \[-]. The particles lie half a
@@ -82,6 +87,7 @@ pub struct DirectForcing {
 
 /// Control of the time step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub enum TimeStep {
@@ -96,6 +102,7 @@ pub enum TimeStep {
 
 /// Limits of a time step that follows the motion (see `time_step`).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Cfl {
     /// λ in dt ≤ λ h / v_max \[-].
@@ -108,6 +115,7 @@ pub struct Cfl {
 
 /// Limits of the time step that goes back from a shock (see `time_step::adaptive`).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Adaptive {
     /// Never below \[s]. A step that goes wrong in spite of it fails.
@@ -125,6 +133,7 @@ pub struct Adaptive {
 
 /// Function of the smoothing kernel (see [`kernel`](crate::kernel)).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum KernelFunction {
     /// Cubic spline (Monaghan 1992).
     CubicSpline,
@@ -162,6 +171,7 @@ impl KernelFunction {
 
 /// Structure that finds neighbours.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Index {
     /// Which structure.
@@ -174,6 +184,7 @@ pub struct Index {
 /// particles and need memory for every cell in it, at most [`MAX_CELLS`](crate::state::MAX_CELLS) cells; a step that
 /// would need more fails.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub enum IndexStructure {
     /// Basic uniform grid (paper 4.1): filled serially.
@@ -205,6 +216,7 @@ impl IndexStructure {
 
 /// Neighbour lists, or none (paper 5.3.1).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Neighbours {
     /// Found once a step and stored.
     #[default]
@@ -215,6 +227,7 @@ pub enum Neighbours {
 
 /// Limits of the failure guard.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Limits {
     /// Largest tolerated compression `(ρ − ρ0)/ρ0` \[-].
@@ -307,6 +320,7 @@ impl Default for Limits {
 
 /// How the systems of a step are run. The loops inside them are parallel either way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Executor {
     /// The faster one: one system at a time, at every size.
     #[default]

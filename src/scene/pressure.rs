@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// Pressure method with its own parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub enum PressureMethod {
@@ -19,6 +20,7 @@ pub enum PressureMethod {
 
 /// Parameters of SESPH.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Sesph {
     /// The equation of state.
@@ -27,6 +29,7 @@ pub struct Sesph {
 
 /// Equation of state.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub enum StateEquation {
@@ -44,6 +47,7 @@ pub enum StateEquation {
 
 /// Parameters of PCISPH.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Pcisph {
     /// Limit η on the density error `(ρ − ρ0)/ρ0` \[-]. With `recovery` below 1 it limits what a step leaves of the
@@ -82,6 +86,7 @@ pub struct Pcisph {
 
 /// Parameters of IISPH. Those that it shares with [`Pcisph`] mean the same.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Iisph {
     /// Limit η on the density error `(ρ − ρ0)/ρ0` \[-].
@@ -114,6 +119,7 @@ pub struct Iisph {
 /// Parameters of DFSPH. Those that it shares with [`Pcisph`] and [`Iisph`] mean the same, for the solve that keeps the
 /// density.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Dfsph {
     /// Limit η on the density error `(ρ − ρ0)/ρ0` \[-].
@@ -151,6 +157,7 @@ pub struct Dfsph {
 
 /// What a limit on the density error is compared with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub enum Criterion {
     /// The largest error of all particles (the paper's).
@@ -162,6 +169,7 @@ pub enum Criterion {
 
 /// What happens when an iterative method does not reach its limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub enum NotConverged {
     /// The run stops with an error.

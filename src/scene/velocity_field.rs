@@ -10,13 +10,16 @@ use crate::measure::CurveError;
 
 /// A field of velocities at the start.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub enum VelocityField {
     /// Rotation as a rigid body, `ω × (x − center)`.
     Rotation {
         /// A point of the axis \[m].
+        #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]
         center: Vec3,
         /// ω, along the axis \[rad/s]; in 2-D along z.
+        #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]
         angular_velocity: Vec3,
     },
     /// Taylor–Green vortices: with `k = 2π/wavelength` and ξ the place from `origin`,
@@ -30,6 +33,7 @@ pub enum VelocityField {
         wavelength: f32,
         /// Corner of a vortex \[m].
         #[serde(default)]
+        #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]
         origin: Vec3,
     },
     /// Velocities at the points of a grid, linear in between.

@@ -13,6 +13,8 @@ pub struct VelocityGrid {
     axes: [Vec<f64>; 3],
     /// By point, along x first, then y, then z \[m/s].
     velocities: Vec<DVec3>,
+    /// The plane of a file whose column `z` has one value \[m].
+    only_z: Option<f64>,
 }
 
 /// Names of the columns: a point \[m], and the velocity there \[m/s].
@@ -38,6 +40,10 @@ impl VelocityGrid {
         });
         let mut grid = Self {
             velocities: Vec::new(),
+            only_z: match axes[2].as_slice() {
+                [z] if columns.present[2] => Some(*z),
+                _ => None,
+            },
             axes,
         };
         let counts = grid.axes.each_ref().map(Vec::len);
@@ -62,6 +68,15 @@ impl VelocityGrid {
         }
         // As many rows as points, none twice: none is missing.
         grid.velocities = velocities.into_iter().flatten().collect();
+        for (planes, name) in grid.axes.iter().zip(COLUMNS).take(2) {
+            if let [only] = planes.as_slice() {
+                let message = format!(
+                    "the grid has one plane, {name} = {only} m; write planes at both ends of the body, with the same \
+                     velocities if the field does not change along {name}"
+                );
+                return Err(malformed(file, 1, message));
+            }
+        }
         Ok(grid)
     }
 
@@ -118,6 +133,16 @@ impl VelocityGrid {
     pub fn greatest_speed(&self) -> f64 {
         let speeds = self.velocities.iter().map(|v| v.length());
         speeds.fold(0.0, f64::max)
+    }
+
+    /// The plane of a file whose column `z` has one value \[m].
+    pub(crate) fn only_z(&self) -> Option<f64> {
+        self.only_z
+    }
+
+    /// Whether it has a velocity anywhere.
+    pub(crate) fn moves(&self) -> bool {
+        self.velocities.iter().any(|v| *v != DVec3::ZERO)
     }
 
     /// Whether it has a velocity along z.
@@ -177,6 +202,14 @@ mod tests {
         for (text, expected) in [
             ("x,y,vx\n0,0,1\n", "no column `vy`"),
             ("x,y,vx,vy\n0,0,1,inf\n", "field.csv:2: `inf`"),
+            ("x,y,vx,vy\n0,0,1,0\n", "one plane, x = 0 m"),
+            ("x,y,vx,vy\n0,3,1,0\n1,3,1,0\n", "one plane, y = 3 m"),
+            (
+                "x,y,vx,vy,VZ\n0,0,1,0,1\n",
+                "unknown column `VZ`; did you mean `vz`?",
+            ),
+            ("x,y,vx,vy,p\n0,0,1,0,1\n", "unknown column `p`"),
+            ("x,y,vx,vy,vy\n0,0,1,0,1\n", "`vy` is there twice"),
             (
                 "x,y,vx,vy\n0,0,1,0\n1,1,1,0\n",
                 "2 rows are not one for every point",

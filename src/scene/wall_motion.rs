@@ -7,15 +7,17 @@ use std::{f64::consts::TAU, path::Path};
 use glam::{DQuat, DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
-use crate::measure::{Column, Columns, CurveError};
+use crate::measure::{Column, Columns, CurveError, shortest_half_period};
 
 /// How a boundary moves.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub enum WallMotion {
     /// At a velocity, from a time to another: a piston, or a gate that opens.
     Velocity {
         /// \[m/s]
+        #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]
         velocity: Vec3,
         /// When it sets off \[s].
         #[serde(default)]
@@ -27,8 +29,10 @@ pub enum WallMotion {
     /// Rotation about an axis, from a time to another.
     Rotation {
         /// A point of the axis \[m].
+        #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]
         center: Vec3,
         /// Along the axis \[rad/s]; in 2-D along z.
+        #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]
         angular_velocity: Vec3,
         /// When it sets off \[s].
         #[serde(default)]
@@ -40,6 +44,7 @@ pub enum WallMotion {
     /// There and back, `amplitude (sin(2π frequency t + phase) − sin(phase))`.
     Oscillation {
         /// Half the way from end to end \[m].
+        #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]
         amplitude: Vec3,
         /// \[Hz]
         frequency: f32,
@@ -50,12 +55,13 @@ pub enum WallMotion {
     /// Along a direction, from a table over time.
     Table {
         /// A CSV file, relative to the scene file's folder (after [`load`](super::Scene::load): to the working
-        /// directory): a line of names, ascending times \[s] in the first column, a column `x` \[m] and, if known, one
-        /// `v` \[m/s]. Without `v` the wall moves at a constant speed from row to row, with it along cubics that have
+        /// directory): a line of names, and in any order a column `t` or `time` of ascending times \[s], one `x`
+        /// \[m] and, if known, one `v` \[m/s]. Without `v` the wall moves at a constant speed from row to row, with it along cubics that have
         /// these speeds (Hermite). It counts from where the table is at time 0; before its first and after its last
         /// time it rests.
         file: String,
         /// Direction of x; any length but zero.
+        #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]
         direction: Vec3,
     },
 }
@@ -160,6 +166,9 @@ impl WallCourse {
     }
 }
 
+/// Points of a cubic between two rows at which its reversals are looked for.
+const PARTS: u32 = 8;
+
 /// Where a wall is along a line, and how fast, over time.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct MotionTable {
@@ -172,7 +181,7 @@ pub struct MotionTable {
 impl MotionTable {
     /// Reads a file with the columns `x` and, perhaps, `v`.
     pub fn load(file: &Path) -> Result<Self, CurveError> {
-        let columns = [Column::first(), Column::named("x"), Column::optional("v")];
+        let columns = [Column::time(), Column::named("x"), Column::optional("v")];
         let columns = Columns::load(file, columns)?.ascending(file)?;
         Ok(Self {
             has_speeds: columns.present[2],
@@ -208,6 +217,31 @@ impl MotionTable {
     /// Times of its rows \[s].
     pub(crate) fn times(&self) -> impl Iterator<Item = f64> {
         self.rows.iter().map(|row| row[0])
+    }
+
+    /// Whether its place changes.
+    pub(crate) fn moves(&self) -> bool {
+        let is_other = |row: &[f64; 3]| row[1] != self.rows[0][1] || row[2] != 0.0;
+        self.rows.len() > 1 && self.rows.iter().any(is_other)
+    }
+
+    /// Shortest time between two rows \[s]; infinite with one.
+    pub(crate) fn shortest_interval(&self) -> f64 {
+        let intervals = self.rows.windows(2).map(|pair| pair[1][0] - pair[0][0]);
+        intervals.fold(f64::INFINITY, f64::min)
+    }
+
+    /// Shortest period of its back and forth by more than `least` \[m]: twice the time between two reversals \[s].
+    pub(crate) fn shortest_period(&self, least: f64) -> Option<f64> {
+        // Cubics may turn between their ends.
+        let parts = if self.has_speeds { PARTS } else { 1 };
+        let between = self.rows.windows(2).flat_map(|pair| {
+            let (start, length) = (pair[0][0], pair[1][0] - pair[0][0]);
+            (0..parts).map(move |k| start + length * f64::from(k) / f64::from(parts))
+        });
+        let times = between.chain(self.rows.last().map(|row| row[0]));
+        let points = times.map(|time| (time, self.at(time)));
+        shortest_half_period(points, least).map(|half| 2.0 * half)
     }
 
     /// Times, places and speeds, row by row.

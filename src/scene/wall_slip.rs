@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// How a boundary holds the fluid along its face. What is not `Free` needs a laminar viscosity.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub enum WallSlip {
     /// Not at all.

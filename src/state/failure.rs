@@ -45,7 +45,8 @@ impl Failure {
                 | FailureCause::Overwritten { .. }
                 | FailureCause::Schedule { .. }
                 | FailureCause::Seconds { .. }
-                | FailureCause::TooLarge { .. },
+                | FailureCause::TooLarge { .. }
+                | FailureCause::NoRoom { .. },
             ) => false,
             Some(
                 FailureCause::NotFinite { .. }
@@ -56,6 +57,13 @@ impl Failure {
                 | FailureCause::NotConverged { .. }
                 | FailureCause::Shock(_),
             ) => true,
+        }
+    }
+
+    /// Gives the failure its cause, of which the one that was recorded is a consequence.
+    pub(crate) fn explain(&mut self, cause: FailureCause) {
+        if self.cause.is_some() {
+            self.cause = Some(cause);
         }
     }
 
@@ -231,6 +239,21 @@ pub enum FailureCause {
         /// The limit \[J; J/m in 2-D].
         limit: f64,
     },
+    /// Walls have moved into fluid that they close in.
+    #[error(
+        "no room is left: the walls of {} have compressed the {particles} particles between them by {:.2} % on average, \
+         and no free surface is left; let the motion end before, leave the fluid a way out, or take less fluid",
+        boundaries(.walls),
+        100.0 * .compression
+    )]
+    NoRoom {
+        /// Numbers of the scene's boundaries that move into it.
+        walls: Vec<u32>,
+        /// Fluid particles without room.
+        particles: usize,
+        /// Their mean compression `(ρ − ρ0)/ρ0` \[-].
+        compression: f32,
+    },
     /// A particle left the scene's domain.
     #[error("a particle left the domain; widen `domain`, or put a boundary in its way")]
     LeftDomain,
@@ -260,6 +283,13 @@ pub enum FailureCause {
          small"
     )]
     Shock(Shock),
+}
+
+fn boundaries(numbers: &[u32]) -> String {
+    let names = numbers
+        .iter()
+        .map(|number| format!("`boundaries.{number}`"));
+    names.collect::<Vec<_>>().join(" and ")
 }
 
 /// As many particles of one table lack the same.

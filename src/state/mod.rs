@@ -37,5 +37,5 @@ pub(crate) use remembered::{Remembered, Remembers, from_bytes, to_bytes};
 pub(crate) use residual::{Corrected, wants_force};
 pub use residual::{DensityError, SolverState};
 pub use rows::Rows;
-pub(crate) use stage::chain;
 pub use stage::{Limit, Product, Stage, Systems};
+pub(crate) use stage::{PART_OF_PERIOD, chain};

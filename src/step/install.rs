@@ -1,5 +1,7 @@
 //! Setting a scene up in a world.
 
+use std::path::Path;
+
 use bevy_ecs::prelude::*;
 
 use super::{
@@ -15,7 +17,7 @@ use super::{
     uninstall::{note_installed, resources},
 };
 use crate::{
-    gauge,
+    gauge, input,
     pressure::warm_start,
     registry::Stages,
     scene::Scene,
@@ -46,6 +48,7 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
         None => Execution::new(0)?,
     };
     // Everything that can fail comes before the first change of the world.
+    let files = fingerprints(scene);
     let material = Material::new(scene);
     let fluid = FluidStart::new(scene, &execution)?;
     let walls = Walls::new(scene, &execution)?;
@@ -76,6 +79,7 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
     gauge::install(world, scene);
     world.insert_resource(Installed {
         scene: scene.clone(),
+        files,
         stages: order
             .stages()
             .map(|planned| (planned.stage.name, planned.every))
@@ -86,11 +90,26 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
     Ok(())
 }
 
+/// Path of a file that a scene names, its length \[bytes] and a checksum of its content.
+pub(crate) type NamedFile = (String, u64, u32);
+
+/// The files that a scene names. One that cannot be read has no content: whoever needs it has refused it.
+fn fingerprints(scene: &Scene) -> Vec<NamedFile> {
+    let mut scene = scene.clone();
+    let of = |path: &mut String| {
+        let (length, sum) = input::fingerprint(Path::new(path)).unwrap_or_default();
+        (std::mem::take(path), length, sum)
+    };
+    scene.files_mut().map(of).collect()
+}
+
 /// The scene that is installed in a world.
 #[derive(Resource, Debug, Clone)]
 pub(crate) struct Installed {
     /// The scene as the host passed it.
     pub(crate) scene: Scene,
+    /// The files that the scene names, as they were read.
+    pub(crate) files: Vec<NamedFile>,
     /// The stages of a step in their order, each with the number of steps between two of its runs.
     pub(crate) stages: Vec<(&'static str, u64)>,
 }

@@ -1,6 +1,7 @@
 //! The step: its order, its schedule, and the ways to run it.
 
 mod advance;
+mod apply;
 mod error;
 mod executor;
 mod install;
@@ -21,9 +22,10 @@ mod uninstall;
 mod warnings;
 
 pub use advance::{Advance, advance};
+pub use apply::{ApplyError, apply};
 pub use error::{InstallError, StartDensity};
-pub(crate) use install::Installed;
 pub use install::install;
+pub(crate) use install::{Installed, NamedFile};
 pub(crate) use order::check_order;
 pub use order::{Flow, Order, OrderError, OrderItem};
 pub use plan::{Plan, plan};

@@ -16,6 +16,7 @@ use super::{
     timer::{lap, start_timer},
 };
 use crate::{
+    boundary::{moving, room},
     gauge,
     pressure::first_force,
     scene::{Executor, Scene, TimeStep},
@@ -86,6 +87,9 @@ pub(super) fn build_schedules(
     }
     if has_gauges {
         configs.push(gauge::read_gauges.in_set(Phase::Observe).run_if(healthy));
+    }
+    if moving::is_wanted(scene) {
+        configs.push(room::explain_no_room.in_set(Phase::Observe));
     }
     configs.push(failure::locate_failure.in_set(Phase::Observe));
     if matches!(scene.time_step, TimeStep::Adaptive(_)) {

@@ -1,13 +1,21 @@
 //! Warnings: settings that are allowed but probably mistakes. They are given before the run, with a value that would be
 //! right.
 
-use glam::Vec3;
+use std::path::Path;
+
+use glam::{DVec3, Vec3};
 
 use super::limits;
 use crate::{
     loading::Size,
-    scene::{Gauge, GaugeKind, Rate, Scene, SceneError},
+    scene::{
+        AccelerationTable, BodyForce, BoundaryShape, Gauge, GaugeKind, LEAST_WAY, MotionTable,
+        Rate, Scene, SceneError, TimeStep, WallCourse, WallMotion,
+    },
 };
+
+/// Times at which a wall is looked at, evenly over the run. A prime: an oscillation is not met at its zeros.
+const LOOKS: u32 = 97;
 
 /// Above these lengths a scene was probably written in millimetres: spacing and extent \[m].
 const LARGE_SPACING: f32 = 1.0;
@@ -70,6 +78,72 @@ fn idle(scene: &Scene, size: &Size, gauge: &Gauge) -> Option<String> {
     })
 }
 
+/// A warning for a level without gravity, against which it is measured.
+fn without_up(scene: &Scene, gauge: &Gauge) -> Option<String> {
+    let is_level = matches!(gauge.kind, GaugeKind::Height { .. });
+    (is_level && scene.gravity == Vec3::ZERO).then(|| {
+        format!(
+            "the gauge `{}` measures a level, and the scene has no gravity to say where up is: it takes +y; \
+             `kind: Front(direction: …)` measures along any direction",
+            gauge.name
+        )
+    })
+}
+
+/// A warning for a wall that hardly moves while the scene lasts.
+fn stands(scene: &Scene, (index, wall): (usize, &BoundaryShape), size: &Size) -> Option<String> {
+    let course = WallCourse::new(wall.motion()?).ok()?;
+    let (low, high) = size.whole_box;
+    let end = f64::from(scene.duration);
+    let moved = |time: f64| {
+        let pose = course.pose(time);
+        let corners = [low, high, DVec3::new(low.x, high.y, low.z)];
+        let of = |x: DVec3| pose.place(x.as_vec3()).distance(x.as_vec3().as_dvec3());
+        corners.map(of).into_iter().fold(0.0, f64::max)
+    };
+    let times = (1..=LOOKS).map(|k| end * f64::from(k) / f64::from(LOOKS));
+    let most = times.map(moved).fold(0.0, f64::max);
+    (most < f64::from(LEAST_WAY * scene.spacing)).then(|| {
+        format!(
+            "the wall `boundaries.{index}` has a `motion`, and moves {} m at most in the {end} s of the scene: it \
+             stands; see its times and its speed, or leave `motion` out",
+            short(most)
+        )
+    })
+}
+
+/// A warning for tables whose rows are closer than a step: the fluid notices their mean alone.
+fn dense_tables(scene: &Scene) -> Option<String> {
+    let forces = scene.body_forces.iter().filter_map(|force| match force {
+        BodyForce::Table(table) => {
+            let read = AccelerationTable::load(Path::new(&table.file)).ok()?;
+            Some((read.shortest_interval(), &table.file))
+        }
+        BodyForce::Central(_) => None,
+    });
+    let walls = scene
+        .boundaries
+        .iter()
+        .filter_map(|wall| match wall.motion()? {
+            WallMotion::Table { file, .. } => {
+                let read = MotionTable::load(Path::new(file)).ok()?;
+                Some((read.shortest_interval(), file))
+            }
+            _ => None,
+        });
+    let (interval, file) = forces.chain(walls).min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let TimeStep::Fixed(dt) = scene.time_step else {
+        return None;
+    };
+    let dt = f64::from(dt);
+    (interval < dt * (1.0 - 1e-3)).then(|| {
+        format!(
+            "rows of `{file}` are {interval:e} s apart, and a step is {dt:e} s: what is between the ends of a step acts \
+             by its mean; `time_step: Fixed({interval:.0e})` would show every row"
+        )
+    })
+}
+
 pub(super) fn of_size(scene: &Scene, size: &Size) -> Vec<String> {
     let mut warnings = Vec::new();
     let extent = (size.whole_box.1 - size.whole_box.0).max_element();
@@ -97,6 +171,11 @@ pub(super) fn of_size(scene: &Scene, size: &Size) -> Vec<String> {
             .iter()
             .filter_map(|gauge| idle(scene, size, gauge)),
     );
+    let gauges = scene.gauges.iter();
+    warnings.extend(gauges.filter_map(|gauge| without_up(scene, gauge)));
+    let walls = scene.boundaries.iter().enumerate();
+    warnings.extend(walls.filter_map(|wall| stands(scene, wall, size)));
+    warnings.extend(dense_tables(scene));
     let (low, high) = size.fluid_box;
     warnings.extend(limits::too_long(scene, low.as_vec3(), high.as_vec3()));
     warnings
@@ -138,6 +217,45 @@ mod tests {
         ] {
             assert_eq!(of(&format!("(name: \"mine\", {gauge})")), "", "{gauge}");
         }
+    }
+
+    #[test]
+    fn walls_that_stand_and_levels_without_gravity_are_told() {
+        let scene = |motion: &str, gravity: &str| {
+            let text = format!(
+                "(name: \"t\", dimension: 2, spacing: 0.1, duration: 2, gravity: {gravity},
+                gauges: [(name: \"mine\", kind: Height(at: (1, 0, 0)))],
+                bodies: [(shape: Box(min: (0, 0, 0), max: (0.5, 0.5, 0)))],
+                boundaries: [Tank(min: (0, 0, 0), max: (2, 1, 0)),
+                    Box(min: (1.5, 0, 0), max: (1.7, 1, 0), motion: {motion})])"
+            );
+            let scene = Scene::parse(&text, "t.ron", &[]).unwrap_or_else(|error| panic!("{error}"));
+            warnings(&scene).expect("a scene").join("\n")
+        };
+        let down = "(0, -9.81, 0)";
+        for stands in [
+            "Velocity(velocity: (0, 1, 0), start: 2)",
+            "Velocity(velocity: (0, 1e-20, 0))",
+            "Oscillation(amplitude: (0, 1e-6, 0), frequency: 1)",
+        ] {
+            let told = scene(stands, down);
+            assert!(
+                told.contains("`boundaries.1` has a `motion`"),
+                "{stands}: {told}"
+            );
+        }
+        for moves in [
+            "Velocity(velocity: (0, 1, 0), start: 1.9)",
+            "Oscillation(amplitude: (0, 0.01, 0), frequency: 10)",
+            "Rotation(center: (1.6, 0.5, 0), angular_velocity: (0, 0, 0.1))",
+        ] {
+            assert_eq!(scene(moves, down), "", "{moves}");
+        }
+        let told = scene("Velocity(velocity: (0, 1, 0))", "(0, 0, 0)");
+        assert!(
+            told.contains("takes +y") && told.contains("`kind: Front"),
+            "{told}"
+        );
     }
 
     #[test]

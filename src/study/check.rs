@@ -21,6 +21,11 @@ impl Plan {
     ///
     /// Errors name file, line and column, the mistake and the remedy.
     pub fn load(path: &Path) -> Result<Self, StudyError> {
+        Self::load_with(path, &[])
+    }
+
+    /// As [`load`](Self::load), with `overrides` of the scene, which come before those of the cases and variants.
+    pub fn load_with(path: &Path, overrides: &[Override]) -> Result<Self, StudyError> {
         let text = read_file("study", path)?;
         let file = path.display().to_string();
         let mut study: Study = read(&text, &file)?;
@@ -29,6 +34,7 @@ impl Plan {
             text: &text,
             file: &file,
             folder: path.parent().unwrap_or(Path::new("")),
+            overrides,
         }
         .check()?;
         for column in &mut study.columns {
@@ -63,6 +69,7 @@ struct Checker<'a> {
     text: &'a str,
     file: &'a str,
     folder: &'a Path,
+    overrides: &'a [Override],
 }
 
 /// The overrides of a list in the file, and the path of that list.
@@ -351,7 +358,7 @@ impl Checker<'_> {
 
     /// The scene with the overrides of some lists. An error that no override causes is reported at the field `path`.
     fn scene(&self, sets: &[Set], path: &str) -> Result<Scene, StudyError> {
-        let mut overrides = Vec::new();
+        let mut overrides = self.overrides.to_vec();
         let mut places = Vec::new();
         for (list, texts) in sets {
             for (k, text) in texts.iter().enumerate() {

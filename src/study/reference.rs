@@ -20,7 +20,7 @@ impl Reference {
         let mut lines = (1..)
             .zip(without_mark(text).lines())
             .filter(|(_, line)| !line.trim().is_empty() && !line.starts_with('#'));
-        let Some((_, header)) = lines.next() else {
+        let Some((number, header)) = lines.next() else {
             return Err((1, "there is no line with the names of the columns".into()));
         };
         let columns: Vec<String> = header
@@ -28,6 +28,11 @@ impl Reference {
             .skip(1)
             .map(|name| name.trim().to_owned())
             .collect();
+        let twice = (1..columns.len()).find(|&k| columns[..k].contains(&columns[k]));
+        if let Some(twice) = twice {
+            let message = format!("the column `{}` is there twice; keep one", columns[twice]);
+            return Err((number, message));
+        }
         let mut rows = BTreeMap::new();
         for (number, line) in lines {
             let (name, figures) = split_name(line)
@@ -101,6 +106,7 @@ mod tests {
         for (text, line) in [
             ("# nothing\n", 1),
             ("row,a\n\none\n", 3),
+            ("# two\nrow,a,a\none,1,2\n", 2),
             ("row,a\none,x\n", 2),
             ("row,a\none,1,2\n", 2),
             ("row,a\none,1\none,2\n", 3),

@@ -115,6 +115,20 @@ impl AdaptiveTimeStep {
         pressure_limit(self.pressure_step, material, pressure).max(self.scheme.min)
     }
 
+    /// Takes the parameters of a scheme in the middle of a run, whose next step would be `next_dt` \[s], and returns that
+    /// step within the new limits \[s].
+    pub(crate) fn set_scheme(
+        &mut self,
+        scheme: scene::Adaptive,
+        limits: &StepLimits,
+        next_dt: f32,
+    ) -> f32 {
+        self.scheme = scheme;
+        self.constant_limit = limits.constant;
+        self.pressure_step = limits.pressure_step;
+        self.bounded(next_dt)
+    }
+
     /// Whether a failed step of this length \[s] may be repeated with a shorter one.
     pub fn may_go_back(&self, dt: f32) -> bool {
         dt > self.scheme.min && self.in_a_row < MOST_IN_A_ROW

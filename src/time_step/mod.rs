@@ -6,6 +6,7 @@
 //! | force | 0.25 sqrt(h/a_max) | Monaghan 1992 |
 //! | viscosity | h²/(32 ν); 0.8 of that of a [`lattice`](crate::lattice) | Morris et al. 1997, eq. 23 |
 //! | sound | 0.4 h/c | Becker & Teschner 2007, eq. 18 |
+//! | period | 1/20 of that of walls and body forces | a sine in 20 pieces is 1.2 % off |
 //! | pressure | half the limit of a lattice's waves under the largest pressure | [`lattice`](crate::lattice) |
 //!
 //! Speeds and forces are those of the previous step. Methods that iterate shorten steps further: see `cfl::ITERATIONS`.

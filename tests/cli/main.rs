@@ -9,6 +9,7 @@ mod gauges;
 #[cfg(unix)]
 mod limits;
 mod picture;
+mod reports;
 mod resume;
 mod roll_back;
 mod run;

@@ -320,3 +320,46 @@ fn a_piston_raises_the_level_by_the_volume_that_it_takes() {
         assert!((found / expected - 1.0).abs() < 0.04, "{figures}");
     }
 }
+
+/// A wall that goes on into fluid without a free surface: the run ends with that cause, and before the fluid shoots
+/// through the walls. A wall at the same speed into fluid that can give way does nothing of it.
+#[test]
+fn walls_that_leave_no_room_are_named() {
+    for (dimension, method) in [
+        (2, "Pcisph()"),
+        (2, "Iisph()"),
+        (2, "Dfsph()"),
+        (3, "Dfsph()"),
+        (2, "Dfsph(not_converged: Accept)"),
+    ] {
+        let deep = if dimension == 2 { 0.0 } else { 0.08 };
+        let scene = |height: f32| {
+            format!(
+                "(name: \"press\", dimension: {dimension}, spacing: 0.02, pressure: {method},
+                  bodies: [(shape: Box(min: (0, 0, 0), max: (0.2, 0.16, {deep})))],
+                  boundaries: [Tank(min: (0, 0, 0), max: (0.6, {height}, {deep})),
+                    Box(min: (0.2, 0, 0), max: (0.26, {height}, {deep}), motion: Velocity(velocity: (-1, 0, 0)))])"
+            )
+        };
+        let mut press = simulation(&scene(0.2));
+        let mut fastest = 0.0_f32;
+        // No room is left after 0.04 s.
+        let failure = loop {
+            match press.step() {
+                Ok(report) if report.time < 0.12 => fastest = fastest.max(report.max_speed),
+                Ok(report) => panic!("{dimension}-D {method}: no failure until {} s", report.time),
+                Err(error) => break error,
+            }
+        };
+        let figures = format!("{dimension}-D {method}: {failure}, {fastest:.1} m/s before");
+        measured(&figures);
+        let text = failure.to_string();
+        assert!(
+            text.contains("no room is left") && text.contains("`boundaries.1`"),
+            "{figures}"
+        );
+        assert!(failure.time > 0.035 && fastest < 20.0, "{figures}");
+        let mut piston = simulation(&scene(0.8));
+        run(&mut piston, 0.08, |_, _| {});
+    }
+}

@@ -21,13 +21,19 @@ fn motions_forces_and_fields_that_cannot_be_are_refused() {
             &["the angular velocity is zero"]),
         (wall, "motion: Rotation(center: (0, 0, 0), angular_velocity: (0, 0, 50))", "8:16", &["141.4", "`Cfl()`"]),
         (wall, "motion: Oscillation(amplitude: (1, 0, 0), frequency: 0)", "6:108", &["must be above 0"]),
-        (wall, "motion: Oscillation(amplitude: (1, 0, 0), frequency: 100)", "8:16", &["628.3", "`Cfl()`"]),
+        (wall, "motion: Oscillation(amplitude: (20, 0, 0), frequency: 5)", "8:16", &["628.3", "`Cfl()`"]),
+        (wall, "motion: Oscillation(amplitude: (0.01, 0, 0), frequency: 1000)", "8:16",
+            &["back and forth in 1.000e-3 s", "a twentieth", "`Fixed(4e-5)`", "`Cfl()`"]),
+        (wall, "motion: Oscillation(amplitude: (0.01, 0, 0), frequency: 51)", "8:16", &["a twentieth"]),
         (wall, "motion: Table(file: \"none.csv\", direction: (1, 0, 0))", "6:75", &["none.csv"]),
         (wall, "slip: Partial(length: 0)", "6:", &["must be above 0", "NoSlip"]),
         (wall, "slip: Rough", "6:", &["Free, NoSlip, Partial"]),
         (force, "body_forces: [Central(center: (0, 0, 0))]", "9:32", &["zero everywhere", "`linear`"]),
         (force, "body_forces: [Central(center: (0, 0, 0), linear: inf)]", "9:", &["is inf", "finite"]),
         (force, "body_forces: [Table(file: \"none.csv\")]", "9:44", &["none.csv"]),
+        (body, "velocity_field: TaylorGreen(speed: 0, wavelength: 1)", "5:", &["the speed is zero", "at rest"]),
+        (body, "velocity_field: Rotation(center: (0, 0, 0), angular_velocity: (0, 0, 0))", "5:",
+            &["the angular velocity is zero"]),
         (body, "velocity_field: TaylorGreen(speed: 1, wavelength: 0.1)", "5:109", &["four spacings"]),
         (body, "velocity_field: Table(file: \"none.csv\")", "5:", &["none.csv"]),
     ];
@@ -138,7 +144,51 @@ fn a_table_that_cannot_be_used_is_refused_with_its_line() {
         (
             &motion,
             "t,y\n0,0\n",
-            "there is no column `x`; the columns are t, y",
+            "table.csv:1: unknown column `y` (columns: t, x, v (optional))",
+        ),
+        (
+            &motion,
+            "t\n0\n",
+            "there is no column `x`; the columns are t",
+        ),
+        (
+            &motion,
+            "x,v\n0,0\n",
+            "there is no column `t`; the columns are x, v",
+        ),
+        (
+            &motion,
+            "t,x,V\n0,0,1\n",
+            "unknown column `V`; did you mean `v`?",
+        ),
+        (&motion, "t,x,x\n0,0,1\n", "`x` is there twice"),
+        (&motion, "t,x\n0,1\n2,1\n", "is the same in every row"),
+        (&motion, "t,x\n0,1\n", "is the same in every row"),
+        (
+            &motion,
+            "t,x\n0,0\n0.002,0.001\n0.004,0\n0.006,0.001\n1,0.001\n",
+            "back and forth in 4.000e-3 s",
+        ),
+        (&force, "t,ax\n0,0\n1,0\n", "all accelerations in it are 0"),
+        (
+            &force,
+            "ax,t\n100,0\n-100,0.005\n100,0.01\n-100,0.015\n",
+            "goes back and forth in 1.000e-2 s",
+        ),
+        (
+            &field,
+            "x,y,vx,vy\n0,0,0,0\n1,0,0,0\n0,1,0,0\n1,1,0,0\n",
+            "every velocity in it is zero",
+        ),
+        (
+            &field,
+            "x,y,vx,vy\n0,0,1,0\n1,0,1,0\n",
+            "the grid has one plane, y = 0 m",
+        ),
+        (
+            &field,
+            "x,y,z,vx,vy\n0,0,0,1,0\n1,0,0,1,0\n0,1,0,1,0\n1,1,0,1,0\n",
+            "one plane of `z`",
         ),
         (&motion, "t,x\n", "there is no row of figures"),
         (&motion, "", "there is no line with the names"),
@@ -173,6 +223,7 @@ fn a_table_that_cannot_be_used_is_refused_with_its_line() {
     }
     for (part, other, text) in [
         (motion.0, &motion.1, "# a piston\nt,x,v\n0,0,0\n1,1,2\n"),
+        (motion.0, &motion.1, "x,time\n0,0\n1,1\n"),
         (force.0, &force.1, "t,az\n0,1\n"),
         (
             field.0,
@@ -204,4 +255,86 @@ fn walls_hold_what_is_viscous_alone() {
             }
         }
     }
+}
+
+/// A step that is chosen follows walls and forces: its limits are those of their speeds and periods. Where the least
+/// step does not, the cause is named at its place, and no step that nobody could take is advised.
+#[test]
+fn the_least_step_leaves_room_for_walls_and_forces() {
+    let scene = SCENE.replacen("time_step: Fixed(0.001),", "", 1);
+    for (part, more, place, message) in [
+        (
+            "max: (2, 2, 1)",
+            "motion: Velocity(velocity: (-3e38, 0, 0))",
+            "6:",
+            "up to 3.000e38 m/s",
+        ),
+        (
+            "max: (2, 2, 1)",
+            "motion: Velocity(velocity: (3e38, 3e38, 0))",
+            "6:",
+            "up to inf m/s",
+        ),
+        (
+            "max: (2, 2, 1)",
+            "motion: Velocity(velocity: (1e6, 0, 0))",
+            "6:",
+            "`min: 8e-9` in `time_step`",
+        ),
+        (
+            "max: (2, 2, 1)",
+            "motion: Rotation(center: (0, 0, 0), angular_velocity: (0, 0, 1e20))",
+            "6:",
+            "moves with",
+        ),
+        (
+            "max: (2, 2, 1)",
+            "motion: Oscillation(amplitude: (1e-9, 0, 0), frequency: 1e6)",
+            "6:",
+            "in 1.000e-6 s",
+        ),
+        (
+            "max: (1, 1, 1))",
+            "velocity: (1e15, 0, 0)",
+            "5:",
+            "starts with up to 1.000e15 m/s",
+        ),
+        (
+            "duration: 1",
+            "gravity: (0, -1e15, 0)",
+            "9:",
+            "gravity is 1.000e15 m/s²",
+        ),
+        (
+            "duration: 1",
+            "body_forces: [Central(center: (9, 9, 9), constant: 1e25)]",
+            "9:",
+            "by gravity and body forces",
+        ),
+        (
+            "rest_density: 1000",
+            "viscosity: Laminar(kinematic_viscosity: 1e9)",
+            "4:",
+            "by viscosity",
+        ),
+    ] {
+        let error = refusal(&scene.replacen(part, &format!("{part}, {more}"), 1));
+        let placed = error.starts_with(&format!("s.ron:{place}"));
+        assert!(placed && error.contains(message), "{more}: {error}");
+        assert!(
+            !error.contains("0e0") && !error.contains("allows"),
+            "{error}"
+        );
+    }
+    // What is written is what is wrong.
+    let written = SCENE.replacen("Fixed(0.001)", "Cfl(min: 0.01)", 1);
+    let error = refusal(&written.replacen(
+        "max: (2, 2, 1)",
+        "max: (2, 2, 1), motion: Velocity(velocity: (100, 0, 0))",
+        1,
+    ));
+    assert!(
+        error.starts_with("s.ron:8:") && error.contains("leaves room"),
+        "{error}"
+    );
 }

@@ -4,6 +4,7 @@
 mod common;
 
 mod algorithm_2;
+mod apply;
 mod checkpoints;
 mod checkpoints_refused;
 mod determinism;

@@ -27,6 +27,10 @@ pub(super) fn body_forces(scene: &Scene) -> Checked {
                 let read = AccelerationTable::load(Path::new(&table.file));
                 let read = read.map_err(|error| Problem::new(&path, error.to_string()))?;
                 let flat = scene.dimension == Dimension::Three || !read.leaves_the_plane();
+                ensure(read.greatest() > 0.0, &path, || {
+                    "all accelerations in it are 0; write some in m/s², or leave the force out"
+                        .to_owned()
+                })?;
                 ensure(flat, path, || {
                     "a 2-D scene is the plane z = 0; column `az` must be 0 or left out".to_owned()
                 })?;
@@ -47,6 +51,11 @@ pub(super) fn velocity_fields(scene: &Scene) -> Checked {
                 angular_velocity,
             }) => {
                 is_flat(format!("{path}.center"), center, scene.dimension)?;
+                is_no_zero(
+                    angular_velocity != Vec3::ZERO,
+                    format!("{path}.angular_velocity"),
+                    "the angular velocity",
+                )?;
                 let about_z = angular_velocity * (Vec3::X + Vec3::Y) == Vec3::ZERO;
                 let in_plane = scene.dimension == Dimension::Three || about_z;
                 ensure(in_plane, format!("{path}.angular_velocity"), || {
@@ -55,8 +64,11 @@ pub(super) fn velocity_fields(scene: &Scene) -> Checked {
                 })?;
             }
             Some(&VelocityField::TaylorGreen {
-                wavelength, origin, ..
+                speed,
+                wavelength,
+                origin,
             }) => {
+                is_no_zero(speed != 0.0, format!("{path}.speed"), "the speed")?;
                 is_flat(format!("{path}.origin"), origin, scene.dimension)?;
                 let least = 4.0 * scene.spacing;
                 ensure(wavelength >= least, format!("{path}.wavelength"), || {
@@ -71,13 +83,31 @@ pub(super) fn velocity_fields(scene: &Scene) -> Checked {
     Ok(())
 }
 
+fn is_no_zero(moves: bool, path: String, what: &str) -> Checked {
+    ensure(moves, path, || {
+        format!("{what} is zero; leave `velocity_field` out for a body at rest")
+    })
+}
+
 fn table(scene: &Scene, body: &FluidBody, path: &str, file: &str) -> Checked {
     let path = format!("{path}.file");
     let grid = VelocityGrid::load(Path::new(file));
     let grid = grid.map_err(|error| Problem::new(&path, error.to_string()))?;
-    let flat = scene.dimension == Dimension::Three || !grid.leaves_the_plane();
-    ensure(flat, &path, || {
+    let is_flat = scene.dimension == Dimension::Two;
+    ensure(!(is_flat && grid.leaves_the_plane()), &path, || {
         "a 2-D scene is the plane z = 0; column `vz` must be 0 or left out".to_owned()
+    })?;
+    is_no_zero(grid.moves(), path.clone(), "every velocity in it")?;
+    let one_plane = grid.only_z();
+    ensure(
+        !is_flat || one_plane.is_none_or(|z| z == 0.0),
+        &path,
+        || "a 2-D scene is the plane z = 0; column `z` must be 0 or left out".to_owned(),
+    )?;
+    ensure(is_flat || one_plane.is_none(), &path, || {
+        "the grid has one plane of `z`; write planes at both ends of the body, or leave `z` out for a field that does \
+         not change along z"
+            .to_owned()
     })?;
     // The first particles are half a spacing within the body.
     let (low, high) = box_of_body(&body.shape);

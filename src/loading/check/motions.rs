@@ -74,8 +74,12 @@ fn of_one(scene: &Scene, motion: &WallMotion, path: &str) -> Checked {
             is_flat(field("direction"), direction, dimension)?;
             is_no_zero(field("direction"), direction, "the direction")?;
             let table = MotionTable::load(Path::new(file));
-            table.map_err(|error| Problem::new(field("file"), error.to_string()))?;
-            Ok(())
+            let table = table.map_err(|error| Problem::new(field("file"), error.to_string()))?;
+            ensure(table.moves(), field("file"), || {
+                "its `x` is the same in every row; write where the wall is at two times at least, or leave `motion` out \
+                 for a wall that stands"
+                    .to_owned()
+            })
         }
     }
 }

@@ -14,13 +14,13 @@ pub(in crate::loading) fn check(scene: &Scene) -> Result<Size, Problem> {
     numbers::finite(scene)?;
     numbers::numbers(scene)?;
     carried::mass(scene)?;
-    stability::least_time_step(scene)?;
     bodies::shapes(scene)?;
     forces::velocity_fields(scene)?;
     forces::body_forces(scene)?;
     solids::shapes(scene)?;
     motions::motions(scene)?;
     motions::slip(scene)?;
+    stability::least_time_step(scene)?;
     gauges::gauges(scene)?;
     let meshes = solids::meshes(scene)?;
     let size = size::count(scene, &meshes)?;
