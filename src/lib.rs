@@ -111,6 +111,7 @@ pub mod checkpoint;
 #[doc(hidden)]
 pub mod density;
 #[doc(hidden)]
+mod flow;
 pub mod force;
 pub mod gauge;
 #[doc(hidden)]

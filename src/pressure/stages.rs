@@ -9,6 +9,7 @@ use super::{
 };
 use crate::{
     boundary::sums,
+    flow,
     state::{Phase, Product, SolverState, Stage},
     time_step::RecoveryTime,
 };
@@ -90,6 +91,7 @@ pub(crate) const PRESSURE: Stage = Stage {
         } else {
             solve
         };
+        let solve = flow::around_solve(scene, solve);
         if warm_start::starts_from_means(scene) {
             (solve, warm_start::average_pressures).chain()
         } else {

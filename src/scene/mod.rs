@@ -10,6 +10,7 @@
 mod body_force;
 mod boundary_motion;
 mod build;
+mod emitter;
 mod error;
 mod gauge;
 mod geometry;
@@ -23,6 +24,7 @@ mod wall_motion;
 mod wall_slip;
 
 pub use body_force::*;
+pub use emitter::*;
 pub(crate) use error::unknown_name;
 pub use error::{Place, SceneError};
 pub use gauge::*;
@@ -68,17 +70,26 @@ pub struct Scene {
     /// What the fluid is made of.
     #[serde(default)]
     pub fluid: Fluid,
-    /// Where the fluid is at the start.
+    /// Where the fluid is at the start; may be empty where there are `emitters`.
     pub bodies: Vec<FluidBody>,
+    /// Where fluid enters during the run.
+    #[serde(default)]
+    pub emitters: Vec<Emitter>,
+    /// Boxes that remove the fluid that gets into them.
+    #[serde(default)]
+    pub outflow: Vec<Bounds>,
     /// Solid walls and obstacles.
     #[serde(default)]
     pub boundaries: Vec<BoundaryShape>,
     /// How boundaries keep the fluid off.
     #[serde(default)]
     pub boundary_handling: BoundaryHandling,
-    /// A particle outside stops the run; unbounded if absent.
+    /// The part of space that fluid may be in; unbounded if absent.
     #[serde(default)]
     pub domain: Option<Bounds>,
+    /// What happens to a particle outside `domain`.
+    #[serde(default)]
+    pub outside: Outside,
     /// How pressure is computed.
     #[serde(default)]
     pub pressure: PressureMethod,
@@ -153,9 +164,12 @@ impl Scene {
             body_forces: Vec::new(),
             fluid: Fluid::default(),
             bodies: Vec::new(),
+            emitters: Vec::new(),
+            outflow: Vec::new(),
             boundaries: Vec::new(),
             boundary_handling: BoundaryHandling::default(),
             domain: None,
+            outside: Outside::default(),
             pressure: PressureMethod::default(),
             time_step: TimeStep::default(),
             index: Index::default(),
@@ -212,9 +226,10 @@ impl Scene {
         self.gravity.length() + self.body_forces.iter().map(of_force).sum::<f32>()
     }
 
-    /// Largest speed that a particle starts with \[m/s].
+    /// Largest speed that a particle starts with, in a body or from an emitter \[m/s].
     pub fn max_initial_speed(&self) -> f32 {
         let speeds = self.bodies.iter().map(FluidBody::greatest_speed);
-        speeds.fold(0.0, f32::max)
+        let emitted = self.emitters.iter().map(|emitter| emitter.speed);
+        speeds.chain(emitted).fold(0.0, f32::max)
     }
 }

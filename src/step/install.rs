@@ -15,7 +15,7 @@ use super::{
     uninstall::{note_installed, resources},
 };
 use crate::{
-    gauge,
+    flow, gauge,
     pressure::warm_start,
     registry::Stages,
     scene::Scene,
@@ -61,6 +61,7 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
     let schedules = build_schedules(world, scene, &order, execution.threads())?;
     world.insert_resource(execution);
     warm_start::require_means(world, scene);
+    flow::require_held(world, scene);
     number_particles(world);
     fluid.spawn(world, &material);
     insert_resources(world, scene, &material, &stages);

@@ -26,7 +26,7 @@ pub(crate) use install::Installed;
 pub use install::install;
 pub(crate) use order::check_order;
 pub use order::{Flow, Order, OrderError, OrderItem};
-pub use plan::{Plan, plan};
+pub use plan::{Plan, PlannedEmitter, plan};
 pub use report::{StepOutcome, StepReport};
 pub use schedule::Step;
 pub use simulation::Simulation;
