@@ -72,7 +72,7 @@
 //! | `Pressure` | [`pressure`]: [SESPH](pressure::sesph), [PCISPH](pressure::pcisph) | 5.1, 5.2 |
 //! | | [IISPH](pressure::iisph), [DFSPH](pressure::dfsph) | |
 //! | `Integrate` | [`integrate`](mod@integrate): motion, guard; [`boundary::contact`]; [`time_step`] | 5 |
-//! | `Reorder` | [`reorder`](mod@reorder): rows along the Z-curve | 4.5.4 |
+//! | `Reorder` | [`reorder`](mod@reorder): rows along the Z-curve; `flow`: fluid that enters and leaves | 4.5.4 |
 //! | `Observe` | [`step::StepReport`]: what the step did | 6 |
 //!
 //! The modules below them:
@@ -110,8 +110,8 @@ pub mod boundary;
 pub mod checkpoint;
 #[doc(hidden)]
 pub mod density;
-#[doc(hidden)]
 mod flow;
+#[doc(hidden)]
 pub mod force;
 pub mod gauge;
 #[doc(hidden)]

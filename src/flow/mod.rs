@@ -1,0 +1,19 @@
+//! Fluid that enters and leaves during a run: emitters, boxes that remove, particles outside the domain.
+//!
+//! Both happen at the end of a step, after the rows were reordered: frames, checkpoints and hosts find the particles
+//! that there are at that time. A step that fails has changed nothing, so only a roll-back by two steps has to undo
+//! them ([`changes`]).
+//!
+//! A layer of an emitter is placed by the time alone, so layers are equally far apart whatever the steps are. It starts
+//! about a support radius behind the face and moves at the emitter's speed up to there ([`held`]): fluid in front of
+//! the face always has neighbours behind it. Why: `docs/decisions/emitters.md`.
+
+pub(crate) mod changes;
+mod emit;
+mod held;
+mod outflow;
+
+pub(crate) use changes::Changes;
+pub(crate) use emit::{EMIT, Emitters, Turnover};
+pub(crate) use held::{HELD, Hold, around_solve, find_held, has_emitters, require_held};
+pub(crate) use outflow::OUTFLOW;

@@ -1,0 +1,176 @@
+//! Fluid that enters: jets keep their speed and fall along parabolas, tanks fill at the rate of the flow, and no pressure
+//! is where there should be none. All known results are exact.
+
+use bevy_ecs::prelude::*;
+use glam::{DVec3, Vec3};
+use overfall::{
+    Simulation,
+    gauge::Gauges,
+    state::particle::{Fluid, ParticleId, Position, Pressure, Velocity},
+};
+
+use crate::support::{METHODS, Method, measured, scene};
+
+/// A particle: number, place, velocity, pressure.
+type One = (u32, Vec3, Vec3, f32);
+
+/// On one thread: these scenes are small.
+fn simulation(text: &str) -> Simulation {
+    Simulation::with_threads(&scene(text), 1).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// All fluid, by number.
+fn particles(simulation: &mut Simulation) -> Vec<One> {
+    type Parts<'w> = (&'w ParticleId, &'w Position, &'w Velocity, &'w Pressure);
+    let world = simulation.world_mut();
+    let mut fluid = world.query_filtered::<Parts, With<Fluid>>();
+    let mut found: Vec<_> = (fluid.iter(world))
+        .map(|(id, x, v, p)| (id.get(), x.0, v.0, p.0))
+        .collect();
+    found.sort_by_key(|particle| particle.0);
+    found
+}
+
+/// Speed of the jets \[m/s].
+const SPEED: f64 = 2.0;
+
+/// Fluid that enters at the origin along +x, through a square (in 2-D a segment) of 8 spacings.
+fn jet(dimension: u8, spacing: f32, method: &Method) -> String {
+    let size = 8.0 * spacing;
+    let height = match dimension {
+        2 => String::new(),
+        _ => format!(", height: {size}"),
+    };
+    format!(
+        "(name: \"jet\", dimension: {dimension}, spacing: {spacing}, pressure: {}, bodies: [],
+        emitters: [(shape: Rectangle(center: (0, 0, 0), normal: (1, 0, 0), width: {size}{height}), speed: {SPEED})])",
+        (method.pressure)(10.0 * SPEED as f32)
+    )
+}
+
+/// Each layer falls like a point thrown from the face, and no pressure acts on a jet that falls freely. Forces count
+/// from the face on to the part of a step, so what remains is the error of the scheme: semi-implicit Euler is
+/// ½ g dt t below the parabola.
+#[test]
+fn a_jet_in_free_air_keeps_its_speed_and_falls_along_a_parabola() {
+    for dimension in [2, 3] {
+        for spacing in [0.02, 0.01_f32] {
+            for method in METHODS {
+                let text = jet(dimension, spacing, &method);
+                let plan = overfall::plan(&scene(&text)).expect("a plan");
+                let (layer, pitch) = (plan.emitters[0].layer, plan.emitters[0].pitch);
+                let mut simulation = simulation(&text);
+                let (mut error, mut longest, mut highest) = (0.0_f32, 0.0_f32, 0.0_f32);
+                while simulation.time() < 0.25 {
+                    let report = simulation.step().unwrap_or_else(|error| panic!("{error}"));
+                    error = error.max(report.max_density_error);
+                    longest = longest.max(report.dt);
+                    let pressures = particles(&mut simulation).into_iter().map(|one| one.3);
+                    highest = pressures.fold(highest, f32::max);
+                }
+                let (mut off, mut drift) = (0.0_f64, 0.0_f64);
+                let all = particles(&mut simulation);
+                for (k, layer) in all.chunks_exact(layer).enumerate() {
+                    let mean = |value: fn(&One) -> Vec3| {
+                        let sum: DVec3 = layer.iter().map(|one| value(one).as_dvec3()).sum();
+                        sum / layer.len() as f64
+                    };
+                    let way = SPEED * simulation.time() - (k as f64 + 0.5) * pitch;
+                    let fallen = 0.5 * 9.81 * (way / SPEED).max(0.0).powi(2);
+                    off = off.max((mean(|one| one.1) - DVec3::new(way, -fallen, 0.0)).length());
+                    drift = drift.max((mean(|one| one.2).x - SPEED).abs());
+                }
+                let scheme = 0.5 * 9.81 * f64::from(longest) * simulation.time();
+                measured(&format!(
+                    "{} in {dimension}-D, spacing {spacing}: {off:.2e} m off the parabola ({scheme:.2e} m by the \
+                     scheme), speed {drift:.2e} m/s off, density error {error:.2e}, pressure up to {highest:.2e} Pa",
+                    method.name
+                ));
+            }
+        }
+    }
+}
+
+/// A tank without gravity's splashes: fluid enters for a second and comes to rest. Its level is that of the volume.
+#[test]
+fn a_tank_fills_at_the_rate_of_the_flow() {
+    for (dimension, spacing) in [(2, 0.02_f32), (2, 0.01), (3, 0.02)] {
+        for method in METHODS {
+            let depth = 0.2;
+            let (face, area) = match dimension {
+                2 => ("width: 0.1".to_owned(), 0.1),
+                _ => (format!("width: 0.1, height: {depth}, up: (0, 0, 1)"), 0.1 * depth),
+            };
+            let text = format!(
+                "(name: \"fill\", dimension: {dimension}, spacing: {spacing}, pressure: {},
+                bodies: [(shape: Box(min: (0, 0, 0), max: (0.4, 0.1, {depth})))],
+                emitters: [(shape: Rectangle(center: (0.15, 0.25, {}), normal: (0, -1, 0), {face}), speed: 0.5,
+                    end: 0.8)],
+                boundaries: [Tank(min: (0, 0, 0), max: (0.4, 0.6, {depth}))],
+                fluid: (viscosity: Laminar(kinematic_viscosity: 0.002)),
+                gauges: [(name: \"level\", kind: Height(at: (0.2, 0, {}), radius: 0.15), every: Seconds(0.01))])",
+                (method.pressure)(20.0),
+                if dimension == 2 { 0.0 } else { 0.5 * depth },
+                if dimension == 2 { 0.0 } else { 0.5 * depth },
+            );
+            let mut simulation = simulation(&text);
+            let (mut error, mut largest) = (0.0_f64, 0.0_f32);
+            let mut steps = 0.0;
+            while simulation.time() < 2.0 {
+                let report = simulation.step().unwrap_or_else(|error| panic!("{error}"));
+                error += f64::from(report.mean_density_error);
+                largest = largest.max(report.max_density_error);
+                steps += 1.0;
+            }
+            let fluid = particles(&mut simulation);
+            let volume = f64::from(spacing).powi(dimension) * fluid.len() as f64;
+            let across = if dimension == 2 { 1.0 } else { f64::from(depth) };
+            let known = 0.4 * 0.1 * across + area as f64 * 0.5 * 0.8;
+            let level = simulation.world().resource::<Gauges>().get("level").and_then(|gauge| gauge.value("height_m"));
+            measured(&format!(
+                "{} in {dimension}-D, spacing {spacing}: volume {volume:.5}, known {known:.5}; level {level:?}, known \
+                 {:.4} m; density error {largest:.2e}, mean {:.2e}, steps {steps}",
+                method.name,
+                known / (0.4 * across),
+                error / steps
+            ));
+        }
+    }
+}
+
+/// A channel that fluid flows through at 1 m/s, from an emitter to a box that removes it: it goes on flowing at 1 m/s.
+#[test]
+fn a_uniform_flow_from_an_emitter_to_an_outflow_stays_uniform() {
+    for (dimension, spacing) in [(2, 0.02_f32), (2, 0.01), (3, 0.02)] {
+        for method in METHODS {
+            let height = if dimension == 2 { String::new() } else { ", height: 0.2".to_owned() };
+            let text = format!(
+                "(name: \"channel\", dimension: {dimension}, spacing: {spacing}, pressure: {}, gravity: (0, 0, 0),
+                bodies: [(shape: Box(min: (0, 0, -0.1), max: (0.6, 0.2, 0.1)), velocity: (1, 0, 0))],
+                emitters: [(shape: Rectangle(center: (0, 0.1, 0), normal: (1, 0, 0), width: 0.2{height}), speed: 1)],
+                boundaries: [Tank(min: (-0.3, 0, -0.1), max: (1, 0.2, 0.1))],
+                outflow: [(min: (0.6, 0, -0.1), max: (0.9, 0.2, 0.1))])",
+                (method.pressure)(10.0),
+            );
+            let mut simulation = simulation(&text);
+            let (mut off, mut error, mut highest) = (0.0_f32, 0.0_f32, 0.0_f32);
+            let mut counts = (usize::MAX, 0);
+            let mut last = Default::default();
+            while simulation.time() < 1.0 {
+                last = simulation.step().unwrap_or_else(|error| panic!("{error}"));
+                error = error.max(last.max_density_error);
+                let now = particles(&mut simulation);
+                counts = (counts.0.min(now.len()), counts.1.max(now.len()));
+                for one in now {
+                    off = off.max((one.2 - Vec3::X).length());
+                    highest = highest.max(one.3);
+                }
+            }
+            measured(&format!(
+                "{} in {dimension}-D, spacing {spacing}: velocity {off:.2e} m/s off, density error {error:.2e}, \
+                 pressure up to {highest:.2e} Pa, {counts:?} particles, {} in, {} out",
+                method.name, last.emitted, last.removed
+            ));
+        }
+    }
+}
