@@ -82,6 +82,7 @@
 //! | [`pairs`] | sums over neighbours: the only loop of the physics; kernel gradients stored for a step |
 //! | [`sampling`] | surfaces of walls sampled with particles |
 //! | [`boundary`] | walls in a step: volumes, their sums for the fluid, contact, direct forcing |
+//! | `flow` | fluid that enters and leaves: emitters, outflow |
 //! | [`mesh`] | triangle meshes: files, distances, rays |
 //! | [`simd`] | vectors of eight lanes, chosen at run time; the only `unsafe` code |
 //! | [`input`] | reading a user's files with a size limit |

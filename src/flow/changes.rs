@@ -5,11 +5,7 @@
 use bevy_ecs::{entity::EntityHashSet, prelude::*};
 use serde::{Deserialize, Serialize};
 
-use super::{
-    emit::{Emitters, Turnover},
-    held::has_emitters,
-    outflow::removes,
-};
+use super::sources::{Emitters, Turnover, has_emitters, removes};
 use crate::{
     scene::{Scene, TimeStep},
     state::{
@@ -73,12 +69,6 @@ pub(crate) fn are_kept(scene: &Scene) -> bool {
     goes_back && (has_emitters(scene) || removes(scene))
 }
 
-pub(super) fn install(world: &mut World, scene: &Scene) {
-    if are_kept(scene) {
-        world.init_resource::<Changes>();
-    }
-}
-
 /// Begins anew, when a state is kept (phase `Integrate`, if the step succeeded).
 pub(crate) fn forget(
     mut changes: ResMut<Changes>,
@@ -93,11 +83,7 @@ pub(crate) fn forget(
 
 /// Undoes what came and went since a state of the particles `kept` was kept, where now `present` are. Gives the
 /// entities of that state; none, and nothing is changed, if others came or went besides.
-pub(crate) fn undo(
-    world: &mut World,
-    kept: &[Entity],
-    present: &[Entity],
-) -> Option<Vec<Entity>> {
+pub(crate) fn undo(world: &mut World, kept: &[Entity], present: &[Entity]) -> Option<Vec<Entity>> {
     let Some(changes) = world.get_resource::<Changes>() else {
         return Some(kept.to_vec());
     };
@@ -106,7 +92,10 @@ pub(crate) fn undo(
     let numbers: Vec<u32> = changes.gone.iter().map(|gone| gone.1).collect();
     let (turnover, emitted) = (changes.before.turnover, changes.before.emitted.clone());
     let there: EntityHashSet = present.iter().copied().collect();
-    let stayed = present.iter().filter(|entity| !came.contains(*entity)).count();
+    let stayed = present
+        .iter()
+        .filter(|entity| !came.contains(*entity))
+        .count();
     let remain = kept.iter().filter(|entity| there.contains(*entity)).count();
     let explained = stayed == remain
         && kept.len() - remain == numbers.len()

@@ -11,7 +11,7 @@ use bytemuck::TransparentWrapper;
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::emit::Emitters;
+use super::sources::{Emitters, has_emitters};
 use crate::{
     integrate::Motion,
     scene::Scene,
@@ -35,11 +35,6 @@ pub(crate) const HELD: Column = Column::lasting::<Held>(
 )
 .gathered::<Held>()
 .only_if(has_emitters);
-
-/// Whether a scene has emitters.
-pub(crate) fn has_emitters(scene: &Scene) -> bool {
-    !scene.emitters.is_empty()
-}
 
 /// Lets all fluid have the component, so that fluid of bodies and of emitters is in one table.
 pub(crate) fn require_held(world: &mut World, scene: &Scene) {
@@ -137,7 +132,7 @@ pub(crate) fn find_held(
         found.collect::<Vec<_>>()
     };
     let chunks = of.par_chunks(CHUNK).enumerate();
-    rows.par_extend(execution.install(|| chunks.flat_map_iter(of_chunk).collect::<Vec<_>>()));
+    rows.extend(execution.install(|| chunks.flat_map_iter(of_chunk).collect::<Vec<_>>()));
     for held in &*rows {
         let velocity = &mut velocities.0[held.row as usize];
         *velocity = held.velocity.extend(velocity.w);

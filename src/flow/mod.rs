@@ -12,8 +12,10 @@ pub(crate) mod changes;
 mod emit;
 mod held;
 mod outflow;
+mod sources;
+mod stages;
 
 pub(crate) use changes::Changes;
-pub(crate) use emit::{EMIT, Emitters, Turnover};
-pub(crate) use held::{HELD, Hold, around_solve, find_held, has_emitters, require_held};
-pub(crate) use outflow::OUTFLOW;
+pub(crate) use held::{HELD, Hold, around_solve, find_held, require_held};
+pub(crate) use sources::{Emitters, Turnover, has_emitters};
+pub(crate) use stages::{EMIT, OUTFLOW, install};

@@ -3,46 +3,18 @@
 use bevy_ecs::prelude::*;
 use rayon::prelude::*;
 
-use super::{
-    changes::{self, Changes},
-    emit::Turnover,
-};
+use super::{changes::Changes, sources::Turnover};
 use crate::{
     scene::{Bounds, Outside, Scene},
     state::{
-        CHUNK, Execution, Phase, Stage, in_order,
+        CHUNK, Execution, in_order,
         particle::{Fluid, ParticleId, Position},
     },
 };
 
-/// Fluid that leaves.
-pub(crate) const OUTFLOW: Stage = Stage {
-    invalidates: true,
-    wanted: removes,
-    install: |world, scene| {
-        world.init_resource::<Turnover>();
-        world.insert_resource(Outflow {
-            boxes: scene.outflow.clone(),
-            domain: scene
-                .domain
-                .filter(|_| scene.outside == Outside::Remove),
-            leaving: Vec::new(),
-        });
-        changes::install(world, scene);
-    },
-    ..Stage::new("outflow", Phase::Reorder, |_| {
-        (find_leaving, remove.run_if(somebody_leaves)).chain()
-    })
-};
-
-/// Whether particles may leave a scene.
-pub(crate) fn removes(scene: &Scene) -> bool {
-    !scene.outflow.is_empty() || scene.outside == Outside::Remove
-}
-
 /// Where particles are removed.
 #[derive(Resource, Debug)]
-struct Outflow {
+pub(super) struct Outflow {
     boxes: Vec<Bounds>,
     /// Outside of it they are removed, too.
     domain: Option<Bounds>,
@@ -50,8 +22,18 @@ struct Outflow {
     leaving: Vec<(Entity, u32)>,
 }
 
+impl Outflow {
+    pub(super) fn new(scene: &Scene) -> Self {
+        Self {
+            boxes: scene.outflow.clone(),
+            domain: scene.domain.filter(|_| scene.outside == Outside::Remove),
+            leaving: Vec::new(),
+        }
+    }
+}
+
 /// Finds the particles that leave (phase `Reorder`).
-fn find_leaving(
+pub(super) fn find_leaving(
     mut outflow: ResMut<Outflow>,
     fluid: Query<(Entity, &Position, &ParticleId), With<Fluid>>,
     execution: Res<Execution>,
@@ -62,9 +44,8 @@ fn find_leaving(
         leaving,
     } = &mut *outflow;
     leaving.clear();
-    let holds = |bounds: &Bounds, x: &Position| {
-        x.0.cmpge(bounds.min).all() && x.0.cmple(bounds.max).all()
-    };
+    let holds =
+        |bounds: &Bounds, x: &Position| x.0.cmpge(bounds.min).all() && x.0.cmple(bounds.max).all();
     let leaves = |x: &Position| {
         boxes.iter().any(|bounds| holds(bounds, x))
             || domain.is_some_and(|domain| !holds(&domain, x))
@@ -82,11 +63,11 @@ fn find_leaving(
     }
 }
 
-fn somebody_leaves(outflow: Res<Outflow>) -> bool {
+pub(super) fn somebody_leaves(outflow: Res<Outflow>) -> bool {
     !outflow.leaving.is_empty()
 }
 
-fn remove(world: &mut World) {
+pub(super) fn remove(world: &mut World) {
     let leaving = std::mem::take(&mut world.resource_mut::<Outflow>().leaving);
     world.resource_mut::<Turnover>().removed += leaving.len() as u64;
     for &(particle, _) in &leaving {

@@ -9,9 +9,7 @@ use crate::{
 
 /// The columns that a scene needs: first those of the state, then those that every step recomputes.
 pub fn columns(scene: &Scene) -> impl Iterator<Item = &'static Column> + Clone {
-    let all = COLUMNS
-        .iter()
-        .chain(const { &[MEAN_PRESSURE, HELD] });
+    let all = COLUMNS.iter().chain(const { &[MEAN_PRESSURE, HELD] });
     let of_method = scene.pressure.solver().columns();
     let wanted: Vec<_> = all.filter(|column| (column.wanted)(scene)).collect();
     wanted.into_iter().chain(of_method)

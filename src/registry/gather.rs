@@ -31,6 +31,7 @@ pub(super) const STAGE: Stage = Stage {
 };
 
 fn install(world: &mut World, scene: &Scene) {
+    flow::install(world, scene);
     world.init_resource::<Rows>();
     world.init_resource::<Positions>();
     world.init_resource::<PredictedPositions>();

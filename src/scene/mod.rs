@@ -217,7 +217,9 @@ impl Scene {
                 let shapes = self.bodies.iter().map(|body| &body.shape);
                 let distances = shapes
                     .map(|shape| shape.center().as_vec3().distance(central.center) + shape.reach());
-                let distance = distances.fold(0.0, f32::max);
+                let faces = self.emitters.iter().map(|emitter| emitter.shape.center());
+                let faces = faces.map(|face| face.distance(central.center));
+                let distance = distances.chain(faces).fold(0.0, f32::max);
                 (central.linear * distance).abs() + central.constant.abs()
             }
             BodyForce::Table(table) => AccelerationTable::load(Path::new(&table.file))

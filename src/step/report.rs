@@ -86,7 +86,8 @@ pub(super) fn finish(
         return;
     }
     let particles = positions.rows();
-    let Turnover { emitted, removed } = turnover.map_or_else(Turnover::default, |turnover| *turnover);
+    let Turnover { emitted, removed } =
+        turnover.map_or_else(Turnover::default, |turnover| *turnover);
     let (fluid, boundary) = lists;
     let pairs =
         fluid.map_or(0, |found| found.lists.pairs()) + boundary.map_or(0, |lists| lists.0.pairs());

@@ -1,5 +1,5 @@
-//! Fluid that enters: jets keep their speed and fall along parabolas, tanks fill at the rate of the flow, and no pressure
-//! is where there should be none. All known results are exact.
+//! Fluid that enters: jets keep their speed and fall along parabolas, tanks fill at the rate of the flow, and no
+//! pressure is where there should be none. All known results are exact.
 
 use bevy_ecs::prelude::*;
 use glam::{DVec3, Vec3};
@@ -99,7 +99,10 @@ fn a_tank_fills_at_the_rate_of_the_flow() {
             let depth = 0.2;
             let (face, area) = match dimension {
                 2 => ("width: 0.1".to_owned(), 0.1),
-                _ => (format!("width: 0.1, height: {depth}, up: (0, 0, 1)"), 0.1 * depth),
+                _ => (
+                    format!("width: 0.1, height: {depth}, up: (0, 0, 1)"),
+                    0.1 * depth,
+                ),
             };
             let text = format!(
                 "(name: \"fill\", dimension: {dimension}, spacing: {spacing}, pressure: {},
@@ -124,9 +127,17 @@ fn a_tank_fills_at_the_rate_of_the_flow() {
             }
             let fluid = particles(&mut simulation);
             let volume = f64::from(spacing).powi(dimension) * fluid.len() as f64;
-            let across = if dimension == 2 { 1.0 } else { f64::from(depth) };
+            let across = if dimension == 2 {
+                1.0
+            } else {
+                f64::from(depth)
+            };
             let known = 0.4 * 0.1 * across + area as f64 * 0.5 * 0.8;
-            let level = simulation.world().resource::<Gauges>().get("level").and_then(|gauge| gauge.value("height_m"));
+            let level = simulation
+                .world()
+                .resource::<Gauges>()
+                .get("level")
+                .and_then(|gauge| gauge.value("height_m"));
             measured(&format!(
                 "{} in {dimension}-D, spacing {spacing}: volume {volume:.5}, known {known:.5}; level {level:?}, known \
                  {:.4} m; density error {largest:.2e}, mean {:.2e}, steps {steps}",
@@ -143,7 +154,11 @@ fn a_tank_fills_at_the_rate_of_the_flow() {
 fn a_uniform_flow_from_an_emitter_to_an_outflow_stays_uniform() {
     for (dimension, spacing) in [(2, 0.02_f32), (2, 0.01), (3, 0.02)] {
         for method in METHODS {
-            let height = if dimension == 2 { String::new() } else { ", height: 0.2".to_owned() };
+            let height = if dimension == 2 {
+                String::new()
+            } else {
+                ", height: 0.2".to_owned()
+            };
             let text = format!(
                 "(name: \"channel\", dimension: {dimension}, spacing: {spacing}, pressure: {}, gravity: (0, 0, 0),
                 bodies: [(shape: Box(min: (0, 0, -0.1), max: (0.6, 0.2, 0.1)), velocity: (1, 0, 0))],

@@ -74,7 +74,8 @@ fn flow_that_cannot_be_is_refused() {
         // Outflow.
         (SCENE, "duration: 1", "outflow: [(min: (0, 1.4, 0), max: (1, 2, 1))]".to_owned(), "6:17",
             &["in the box `outflow.0`"]),
-        (SCENE, "duration: 1", "outflow: [(min: (0, 0, 0), max: (1, 0, 1))]".to_owned(), "12:41", &["`max` must be above"]),
+        (SCENE, "duration: 1", "outflow: [(min: (0, 0, 0), max: (1, 0, 1))]".to_owned(), "12:41",
+            &["`max` must be above"]),
         (SCENE, "duration: 1", "outflow: [Box(min: (0, 0, 0), max: (1, 1, 1))]".to_owned(), "12:", &["Bounds"]),
         (FLAT, "duration: 1", "outside: Remove".to_owned(), "8:14", &["without a `domain`"]),
         (SCENE, "duration: 1", "outside: Delete".to_owned(), "12:14", &["Stop, Remove"]),
@@ -87,7 +88,9 @@ fn flow_that_cannot_be_is_refused() {
         let error = refusal(&text.replacen(part, instead, 1));
         let right_place = error.starts_with(&format!("s.ron:{place}"));
         if !right_place || !message.iter().all(|fragment| error.contains(fragment)) {
-            wrong.push(format!("{instead}: expected {place} and {message:?}, got {error}"));
+            wrong.push(format!(
+                "{instead}: expected {place} and {message:?}, got {error}"
+            ));
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
@@ -104,15 +107,25 @@ fn emitters_that_do_not_meet_are_accepted() {
         Scene::parse(&text, "t.ron", &[])
     };
     let at = |x: f32, y: f32, more: &str| {
-        format!("(shape: Rectangle(center: ({x}, {y}, 0), normal: (0, -1, 0), width: 0.4), speed: 1{more})")
+        format!(
+            "(shape: Rectangle(center: ({x}, {y}, 0), normal: (0, -1, 0), width: 0.4), speed: 1{more})"
+        )
     };
     for emitters in [
         at(0.5, 1.0, ""),
         format!("{}, {}", at(0.2, 1.5, ""), at(0.6, 1.5, "")),
-        format!("{}, {}", at(0.2, 1.5, ", end: 1"), at(0.3, 1.5, ", start: 1")),
+        format!(
+            "{}, {}",
+            at(0.2, 1.5, ", end: 1"),
+            at(0.3, 1.5, ", start: 1")
+        ),
     ] {
         scene(&emitters).unwrap_or_else(|error| panic!("{emitters}: {error}"));
     }
-    let both = format!("{}, {}", at(0.2, 1.5, ", end: 1"), at(0.3, 1.5, ", start: 0.9"));
+    let both = format!(
+        "{}, {}",
+        at(0.2, 1.5, ", end: 1"),
+        at(0.3, 1.5, ", start: 0.9")
+    );
     assert!(scene(&both).is_err());
 }

@@ -76,8 +76,13 @@ fn every_particle_is_counted_and_numbers_are_never_given_again() {
         let mut before: HashSet<u32> = HashSet::new();
         let mut last = StepReport::default();
         for _ in 0..120 {
-            last = simulation.step().unwrap_or_else(|error| panic!("{pressure:?}: {error}"));
-            let now: HashSet<u32> = rows(simulation.world_mut()).iter().map(|row| row[0]).collect();
+            last = simulation
+                .step()
+                .unwrap_or_else(|error| panic!("{pressure:?}: {error}"));
+            let now: HashSet<u32> = rows(simulation.world_mut())
+                .iter()
+                .map(|row| row[0])
+                .collect();
             let new: Vec<u32> = now.difference(&before).copied().collect();
             assert!(new.iter().all(|id| seen.insert(*id)), "a number came back");
             // 15 × 5 particles of the body.
@@ -126,7 +131,10 @@ fn structures_agree() {
             let expected = expected.get_or_insert_with(|| found.clone());
             assert_eq!(found.len(), expected.len(), "{structure:?}");
             for (a, b) in found.iter().zip(expected) {
-                assert!(a.0 == b.0 && a.1.distance(b.1) < 1e-4, "{structure:?}: {a:?} {b:?}");
+                assert!(
+                    a.0 == b.0 && a.1.distance(b.1) < 1e-4,
+                    "{structure:?}: {a:?} {b:?}"
+                );
             }
         }
     }
@@ -134,7 +142,9 @@ fn structures_agree() {
 
 /// A new simulation from the checkpoint of another, through its bytes.
 fn resumed(simulation: &mut Simulation) -> Simulation {
-    let bytes = Checkpoint::of(simulation.world_mut()).expect("a checkpoint").to_bytes();
+    let bytes = Checkpoint::of(simulation.world_mut())
+        .expect("a checkpoint")
+        .to_bytes();
     let checkpoint = Checkpoint::read(&mut &bytes[..]).expect("the same");
     let scene = checkpoint.scene().expect("its scene");
     let mut resumed = Simulation::with_threads(&scene, 2).expect("a scene that runs");
@@ -159,7 +169,11 @@ fn a_resumed_run_has_the_bits_of_the_uninterrupted_one() {
                 assert_eq!(rows(part.world_mut()), rows(whole.world_mut()));
                 let [expected, found] = [&mut whole, &mut part].map(|run| reports(run, 15));
                 assert_eq!(found, expected, "{pressure:?} {control}");
-                assert_eq!(rows(part.world_mut()), rows(whole.world_mut()), "{pressure:?} {control}");
+                assert_eq!(
+                    rows(part.world_mut()),
+                    rows(whole.world_mut()),
+                    "{pressure:?} {control}"
+                );
             }
         }
     }
@@ -191,11 +205,22 @@ fn steps_taken_back_undo_what_came_and_went() {
                 came += after.emitted - before.emitted;
                 went += after.removed - before.removed;
                 // Also from a checkpoint between.
-                let mut back = if wrong % 2 == 0 { resumed(&mut back) } else { back };
+                let mut back = if wrong % 2 == 0 {
+                    resumed(&mut back)
+                } else {
+                    back
+                };
                 spoil(&mut back);
                 let report = back.step().expect("it goes back");
-                assert_eq!(report.taken_back.map(|back| back.steps), Some(2), "{pressure:?} {wrong}");
-                assert_eq!((report.emitted, report.removed), (before.emitted, before.removed));
+                assert_eq!(
+                    report.taken_back.map(|back| back.steps),
+                    Some(2),
+                    "{pressure:?} {wrong}"
+                );
+                assert_eq!(
+                    (report.emitted, report.removed),
+                    (before.emitted, before.removed)
+                );
                 let what = format!("{pressure:?} {interval} {wrong}");
                 assert!(rows(back.world_mut()) == expected, "{what}: another state");
                 // The same steps again, but for the numbers of what enters again.
@@ -205,7 +230,9 @@ fn steps_taken_back_undo_what_came_and_went() {
                     run(&mut back, 1);
                     let [a, b] = [&mut straight, &mut back].map(|run| {
                         let rows = rows(run.world_mut());
-                        rows.into_iter().map(|row| [row[1], row[2], row[4], row[5]]).collect::<Vec<_>>()
+                        rows.into_iter()
+                            .map(|row| [row[1], row[2], row[4], row[5]])
+                            .collect::<Vec<_>>()
                     });
                     assert!(a == b, "{what}");
                 }
@@ -221,7 +248,9 @@ fn a_scene_without_flow_has_nothing_of_it() {
     let flows = overfall::plan(&scene(sesph(), CFL)).expect("a plan");
     let stages = |plan: &overfall::Plan| {
         let names = plan.phases.iter().flat_map(|(_, stages)| stages.clone());
-        names.filter(|name| name == "emit" || name == "outflow").count()
+        names
+            .filter(|name| name == "emit" || name == "outflow")
+            .count()
     };
     assert_eq!((stages(&plain), stages(&flows)), (0, 2));
     let columns = |plan: &overfall::Plan| {
@@ -232,7 +261,9 @@ fn a_scene_without_flow_has_nothing_of_it() {
     let resources = |scene: &Scene| {
         let simulation = simulation(scene);
         let world = simulation.world();
-        let names = world.iter_resources().map(|(_, info, ..)| format!("{}", info.name()));
+        let names = world
+            .iter_resources()
+            .map(|(_, info, ..)| format!("{}", info.name()));
         names.filter(|name| name.contains("flow::")).count()
     };
     assert_eq!(resources(&common::dam()), 0);
@@ -243,9 +274,13 @@ fn a_scene_without_flow_has_nothing_of_it() {
         let entity = common::state(simulation.world_mut())[0].0;
         let world = simulation.world();
         let of = world.inspect_entity(entity).expect("a particle");
-        of.filter(|info| format!("{}", info.1.name()).contains("flow::")).count()
+        of.filter(|info| format!("{}", info.1.name()).contains("flow::"))
+            .count()
     };
-    assert_eq!((components(&common::dam()), components(&scene(sesph(), CFL))), (0, 1));
+    assert_eq!(
+        (components(&common::dam()), components(&scene(sesph(), CFL))),
+        (0, 1)
+    );
 }
 
 #[test]
@@ -256,16 +291,33 @@ fn particles_come_and_go_between_steps_alone() {
                 Run("divergence"), Run("clear_forces"), Run("gravity"), Run("viscosity"), Run("pressure"), {tail}])"#
         );
         let order = Order::parse(&text).expect("an order");
-        order.check(&scene(sesph(), CFL)).map_err(|error| error.to_string())
+        order
+            .check(&scene(sesph(), CFL))
+            .map_err(|error| error.to_string())
     };
     let fine = r#"Run("integrate"), Run("outflow"), Run("emit"), Run("reorder")"#;
     assert_eq!(order(fine), Ok(()));
     for (tail, part) in [
-        (r#"Run("emit"), Run("integrate"), Run("reorder"), Run("outflow")"#, "`emit` changes which particles"),
-        (r#"Run("outflow"), Run("integrate"), Run("reorder"), Run("emit")"#, "`outflow` changes which particles"),
-        (r#"Run("integrate"), Run("reorder"), Run("outflow"), Every(2, [Run("emit")])"#, "too late"),
-        (r#"Run("integrate"), Run("reorder"), Run("outflow")"#, "never runs `emit`"),
-        (r#"Run("integrate"), Run("reorder"), Run("emit")"#, "never runs `outflow`"),
+        (
+            r#"Run("emit"), Run("integrate"), Run("reorder"), Run("outflow")"#,
+            "`emit` changes which particles",
+        ),
+        (
+            r#"Run("outflow"), Run("integrate"), Run("reorder"), Run("emit")"#,
+            "`outflow` changes which particles",
+        ),
+        (
+            r#"Run("integrate"), Run("reorder"), Run("outflow"), Every(2, [Run("emit")])"#,
+            "too late",
+        ),
+        (
+            r#"Run("integrate"), Run("reorder"), Run("outflow")"#,
+            "never runs `emit`",
+        ),
+        (
+            r#"Run("integrate"), Run("reorder"), Run("emit")"#,
+            "never runs `outflow`",
+        ),
     ] {
         let error = order(tail).expect_err(tail);
         assert!(error.contains(part), "{tail}: {error}");
@@ -283,7 +335,12 @@ fn a_world_takes_the_next_scene_after_one_with_flow() {
             overfall::advance(&mut world, 1.0 / 60.0).unwrap_or_else(|error| panic!("{error}"));
         }
         let world = &mut world;
-        ends.push(rows(world).into_iter().map(|row| row[1..].to_vec()).collect::<Vec<_>>());
+        ends.push(
+            rows(world)
+                .into_iter()
+                .map(|row| row[1..].to_vec())
+                .collect::<Vec<_>>(),
+        );
         overfall::uninstall(world).expect("it goes");
         assert_eq!(rows(world).len(), 0);
     }
@@ -300,13 +357,21 @@ fn the_time_step_is_right_when_fluid_enters_late() {
             bodies: [(shape: Box(min: (0, 1, 0), max: (0.2, 1.2, 0)))])"
         );
         let scene = Scene::parse(&text, "late.ron", &[]).unwrap_or_else(|error| panic!("{error}"));
-        assert!(matches!(scene.time_step, TimeStep::Cfl(_) | TimeStep::Adaptive(_)));
+        assert!(matches!(
+            scene.time_step,
+            TimeStep::Cfl(_) | TimeStep::Adaptive(_)
+        ));
         let mut simulation = simulation(&scene);
         while simulation.time() < 0.55 {
-            let report = simulation.step().unwrap_or_else(|error| panic!("{control}: {error}"));
+            let report = simulation
+                .step()
+                .unwrap_or_else(|error| panic!("{control}: {error}"));
             assert_eq!(report.taken_back, None);
             if report.max_speed > 1.0 {
-                assert!(report.dt * 4.0 <= 0.41 * scene.support_radius(), "{control}: {report:?}");
+                assert!(
+                    report.dt * 4.0 <= 0.41 * scene.support_radius(),
+                    "{control}: {report:?}"
+                );
             }
         }
     }

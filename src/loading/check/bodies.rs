@@ -181,17 +181,18 @@ pub(super) struct Excess {
 }
 
 fn excess(scene: &Scene, body: &Particles, min: DVec3, max: DVec3, open: bool) -> Excess {
-    sticks_out(scene, (body.min, body.max), (min, max), open)
+    let half = 0.5 * f64::from(scene.spacing);
+    sticks_out(half, scene, (body.min, body.max), (min, max, open))
 }
 
-/// How far particles with centres in one box reach beyond another, which may be open upwards.
+/// How far particles with centres in one box, each with half a cell around it, reach beyond another box, which may be
+/// open upwards.
 pub(super) fn sticks_out(
+    half: f64,
     scene: &Scene,
     (low, high): (DVec3, DVec3),
-    (min, max): (DVec3, DVec3),
-    open: bool,
+    (min, max, open): (DVec3, DVec3, bool),
 ) -> Excess {
-    let half = 0.5 * f64::from(scene.spacing);
     let mut worst = Excess {
         depth: f64::NEG_INFINITY,
         side: String::new(),

@@ -3,6 +3,7 @@
 mod bodies;
 mod boxes;
 mod carried;
+mod emitter_places;
 mod emitters;
 mod forces;
 mod gauges;

@@ -1,7 +1,7 @@
 //! All checks of a scene in their order.
 
 use super::{
-    bodies, carried, emitters, forces, gauges, motions, numbers,
+    bodies, carried, emitter_places, emitters, forces, gauges, motions, numbers,
     problem::Problem,
     size::{self, Size},
     solids, stability,
@@ -28,6 +28,6 @@ pub(in crate::loading) fn check(scene: &Scene) -> Result<Size, Problem> {
     carried::coordinates(scene, &meshes)?;
     motions::courses(scene, &meshes)?;
     bodies::places(scene, &meshes)?;
-    emitters::places(scene, &meshes)?;
+    emitter_places::places(scene, &meshes)?;
     Ok(size)
 }

@@ -104,7 +104,11 @@ impl View {
         }
         let drop = (fluid.max.y - view.bounds.min.y).max(0.0);
         let emitted = scene.emitters.iter().map(|emitter| emitter.speed);
-        let start = scene.bodies.iter().map(|body| body.velocity.length()).chain(emitted);
+        let start = scene
+            .bodies
+            .iter()
+            .map(|body| body.velocity.length())
+            .chain(emitted);
         let fastest = (2.0 * scene.gravity.length() * drop).sqrt() + start.fold(0.0, f32::max);
         if fastest.is_finite() && fastest > 0.0 {
             view.speed_range.1 = round_up(fastest);

@@ -99,7 +99,10 @@ impl Inlet {
     /// Number of layers that are particles at a time \[s], those that wait behind the face included. The emitter has no
     /// limit here.
     fn layers(&self, emitter: &Emitter, time: f64) -> f64 {
-        let (start, rate) = (f64::from(emitter.start), f64::from(emitter.speed) / self.pitch);
+        let (start, rate) = (
+            f64::from(emitter.start),
+            f64::from(emitter.speed) / self.pitch,
+        );
         if time < start {
             return 0.0;
         }
@@ -198,11 +201,7 @@ fn segment(length: f64, spacing: f64) -> (f64, impl Iterator<Item = f64>) {
 }
 
 /// Area, cell area and places of a rectangle's layer \[m], with those numbers of rows that stretch the lattice least.
-fn rectangle(
-    (across, up): (DVec3, DVec3),
-    size: [f64; 2],
-    spacing: f64,
-) -> (f64, f64, Vec<DVec3>) {
+fn rectangle((across, up): (DVec3, DVec3), size: [f64; 2], spacing: f64) -> (f64, f64, Vec<DVec3>) {
     let area = size[0] * size[1];
     if size.iter().any(|size| *size < 0.5 * spacing) {
         return (area, area, Vec::new());
@@ -256,7 +255,9 @@ fn disc(normal: DVec3, radius: f64, spacing: f64) -> (f64, f64, Vec<DVec3>) {
         };
         let off = |count: usize| (count as f64 / wanted).ln().abs();
         let counts = (1..=places.len()).filter(|&count| is_shell(count));
-        let count = counts.min_by(|&a, &b| off(a).total_cmp(&off(b))).unwrap_or(1);
+        let count = counts
+            .min_by(|&a, &b| off(a).total_cmp(&off(b)))
+            .unwrap_or(1);
         if best.is_empty() || off(count) < off(best.len()) {
             best = places[..count].to_vec();
         }
@@ -282,11 +283,17 @@ mod tests {
         for k in 6..60 {
             let size = 0.01 * k as f32;
             let normal = [0.3, -1.0, 0.0];
-            faces.push((2, EmitterShape::rectangle([0.0; 3], normal, 2.0 * size, None)));
+            faces.push((
+                2,
+                EmitterShape::rectangle([0.0; 3], normal, 2.0 * size, None),
+            ));
             faces.push((2, EmitterShape::disc([0.0; 3], normal, size)));
             faces.push((3, EmitterShape::disc([0.0; 3], [0.1, 2.0, 0.5], size)));
             let height = Some(0.37);
-            faces.push((3, EmitterShape::rectangle([0.0; 3], [1.0, 1.0, 1.0], size, height)));
+            faces.push((
+                3,
+                EmitterShape::rectangle([0.0; 3], [1.0, 1.0, 1.0], size, height),
+            ));
         }
         for (dimension, shape) in faces {
             let scene = scene(dimension);
@@ -301,7 +308,10 @@ mod tests {
             let entered = volume * inlet.particles(&emitter, 100.0) as f64;
             let exact = inlet.area * 7.0 * 1.7;
             let off = (entered - exact).abs();
-            assert!(off <= 0.5001 * layer + 1e-5 * exact, "{shape:?}: {entered} {exact}");
+            assert!(
+                off <= 0.5001 * layer + 1e-5 * exact,
+                "{shape:?}: {entered} {exact}"
+            );
             assert!((inlet.area * inlet.pitch - layer).abs() < 1e-9, "{shape:?}");
             for point in &inlet.points {
                 assert!((*point - inlet.center).dot(inlet.normal).abs() < 1e-12);
@@ -312,7 +322,10 @@ mod tests {
     #[test]
     fn discs_of_some_size_are_stretched_little() {
         for k in 15..100 {
-            let emitter = Emitter::new(EmitterShape::disc([0.0; 3], [0.0, 1.0, 0.0], 0.01 * k as f32), 1.0);
+            let emitter = Emitter::new(
+                EmitterShape::disc([0.0; 3], [0.0, 1.0, 0.0], 0.01 * k as f32),
+                1.0,
+            );
             let inlet = Inlet::new(&emitter, &scene(3));
             assert!(inlet.stretch() < 1.1, "{k}: {}", inlet.stretch());
         }
