@@ -16,8 +16,8 @@ use crate::{
     integrate::Motion,
     scene::Scene,
     state::{
-        Accelerations, CHUNK, Clock, Column, Execution, GatheredColumn, Positions, StateColumn,
-        Systems, Velocities, particle::Fluid,
+        Accelerations, CHUNK, Clock, Column, Densities, Execution, GatheredColumn, Material,
+        Positions, StateColumn, Systems, Velocities, particle::Fluid,
     },
 };
 
@@ -160,6 +160,24 @@ impl Hold<'_> {
             *acceleration *= free;
         }
         held.work = work;
+    }
+}
+
+/// Takes no density behind a face for more than that at rest (phase `Density`): particles that do not yield could not
+/// be freed of the compression of a jitter, and no solve would converge.
+fn ease(mut densities: ResMut<Densities>, held: Res<HeldRows>, material: Res<Material>) {
+    for held in &held.rows {
+        let density = &mut densities.0[held.row as usize];
+        *density = density.min(material.rest_density);
+    }
+}
+
+/// The densities of a scene, with what emitters change of them.
+pub(crate) fn after_density(scene: &Scene, density: Systems) -> Systems {
+    if has_emitters(scene) {
+        (density, ease).chain()
+    } else {
+        density
     }
 }
 

@@ -29,11 +29,12 @@ pub(crate) const DENSITY: Stage = Stage {
     },
     ..Stage::new("density", Phase::Density, |scene| {
         let density = scene.pressure.solver().density();
-        if scene.boundaries.is_empty() {
+        let density = if scene.boundaries.is_empty() {
             density
         } else {
             (sums::sum_walls, density).chain()
-        }
+        };
+        flow::after_density(scene, density)
     })
 };
 

@@ -181,7 +181,7 @@ fn a_uniform_flow_from_an_emitter_to_an_outflow_stays_uniform() {
             let slowest = (particles(&mut simulation).iter())
                 .fold(f32::INFINITY, |least, one| least.min(one.2.x));
             measured(&format!(
-                "{}, spacing {spacing}: {slowest:.4} to {fastest:.4} m/s, density error {error:.2e}, {} particles in, {} out",
+                "{}, spacing {spacing}: {slowest:.4} to {fastest:.4} m/s, density error {error:.2e}, {} in, {} out",
                 method.name, last.emitted, last.removed
             ));
             assert!(
