@@ -31,6 +31,8 @@ pub struct Motion {
     /// Potential energy in the scene's gravity, zero at the origin, and in its central forces, zero at their centres
     /// \[J; J/m in 2-D].
     pub potential_energy: f64,
+    /// Work per mass that emitters do in the step, by keeping the speed of their particles \[m²/s²].
+    pub(crate) given: f64,
     /// Largest pressure of the step before \[Pa].
     pressure_before: f32,
     rows: usize,
@@ -300,8 +302,8 @@ pub fn guard(
         );
     }
     // What pressure may do work with: motion, the pressure of the last step, compression that is pushed out, and what
-    // other forces drive together, and the work of walls that move. A host that moves particles between steps does
-    // none.
+    // other forces drive together, and the work of walls that move and of emitters. A host that moves particles between
+    // steps does none.
     let (compression, row) = total.compression;
     let pushed = f64::from(compression * material.kernel.support_radius / clock.dt);
     let before = f64::from(motion.pressure_before / material.rest_density);
@@ -309,7 +311,8 @@ pub fn guard(
     let available = 0.5
         * (total.work.speed_squared + total.work.change_squared + rows * pushed.powi(2))
         + rows * before
-        + total.work.walls.max(0.0);
+        + total.work.walls.max(0.0)
+        + motion.given;
     let limit = f64::from(limits.0.energy) * available;
     if total.work.pressure > limit {
         let mass = f64::from(material.particle_mass);

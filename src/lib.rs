@@ -72,7 +72,7 @@
 //! | `Pressure` | [`pressure`]: [SESPH](pressure::sesph), [PCISPH](pressure::pcisph) | 5.1, 5.2 |
 //! | | [IISPH](pressure::iisph), [DFSPH](pressure::dfsph) | |
 //! | `Integrate` | [`integrate`](mod@integrate): motion, guard; [`boundary::contact`]; [`time_step`] | 5 |
-//! | `Reorder` | [`reorder`](mod@reorder): rows along the Z-curve | 4.5.4 |
+//! | `Reorder` | [`reorder`](mod@reorder): rows along the Z-curve; `flow`: fluid that enters and leaves | 4.5.4 |
 //! | `Observe` | [`step::StepReport`]: what the step did | 6 |
 //!
 //! The modules below them:
@@ -82,6 +82,7 @@
 //! | [`pairs`] | sums over neighbours: the only loop of the physics; kernel gradients stored for a step |
 //! | [`sampling`] | surfaces of walls sampled with particles |
 //! | [`boundary`] | walls in a step: volumes, their sums for the fluid, contact, direct forcing |
+//! | `flow` | fluid that enters and leaves: emitters, outflow |
 //! | [`mesh`] | triangle meshes: files, distances, rays |
 //! | [`simd`] | vectors of eight lanes, chosen at run time; the only `unsafe` code |
 //! | [`input`] | reading a user's files with a size limit |
@@ -110,6 +111,7 @@ pub mod boundary;
 pub mod checkpoint;
 #[doc(hidden)]
 pub mod density;
+mod flow;
 #[doc(hidden)]
 pub mod force;
 pub mod gauge;

@@ -74,13 +74,19 @@ impl Remembers for ReorderState {
     }
 }
 
+/// Whether rows lie in the tables with the marker, where new ones belong.
+pub(crate) fn is_marked(world: &World) -> bool {
+    let state = world.get_resource::<ReorderState>();
+    state.is_some_and(|state| state.marked)
+}
+
 /// In a table that holds rows while the others are filled in a given order.
 #[derive(Component)]
 struct Waiting;
 
 /// Moves rows into the order of `entities`, all to the side where rows lie.
 pub(crate) fn arrange(world: &mut World, entities: &[Entity]) {
-    let marked = (world.get_resource::<ReorderState>()).is_some_and(|state| state.marked);
+    let marked = is_marked(world);
     for &entity in entities {
         if let Ok(mut particle) = world.get_entity_mut(entity) {
             particle.insert(Waiting);

@@ -34,6 +34,7 @@ const FLOORS: &[&str] = &[
     "density",
     "integrate",
     "reorder",
+    "flow",
     "time_step",
     "pressure",
     "force",

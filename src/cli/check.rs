@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use glam::Vec3;
 use overfall::Plan;
-use overfall::scene::{Cfl, Rate, Scene, TimeStep, WallSlip};
+use overfall::scene::{Cfl, Outside, Rate, Scene, TimeStep, WallSlip};
 use overfall::step::Product;
 
 use super::checkpoints::Resumed;
@@ -85,6 +85,7 @@ fn text(scene: &Scene, plan: &Plan, threads: usize, options: &options::Run) -> S
     if scene.order.is_some() {
         text.push_str(&flow(plan));
     }
+    text.push_str(&flow_of_fluid(scene, plan));
     text.push_str(&motions(scene));
     text.push_str(&gauges(scene));
     text.push_str(&time_step(scene, plan));
@@ -114,6 +115,45 @@ fn written(value: &impl serde::Serialize) -> String {
         .with_default_extension(ron::extensions::Extensions::IMPLICIT_SOME);
     let text = options.to_string(value).unwrap_or_default();
     text.replace(',', ", ").replace(':', ": ")
+}
+
+/// Fluid that enters and leaves: emitters with what they add, boxes that remove, and the domain if it does.
+fn flow_of_fluid(scene: &Scene, plan: &Plan) -> String {
+    let mut text = String::new();
+    if !scene.emitters.is_empty() {
+        text.push_str("\nFluid that enters\n");
+    }
+    let unit = match u8::from(scene.dimension) {
+        2 => "m²/s",
+        _ => "m³/s",
+    };
+    for (index, (emitter, planned)) in scene.emitters.iter().zip(&plan.emitters).enumerate() {
+        let name = format!("emitters.{index}");
+        let _ = writeln!(text, "  {name:<15} {}", console::name(&written(emitter)));
+        let _ = writeln!(
+            text,
+            "  {:<15} {:.4e} {unit} in layers of {} particles {:.4e} m apart, {} of them behind the face",
+            "", planned.flow, planned.layer, planned.pitch, planned.waiting
+        );
+        let _ = writeln!(
+            text,
+            "  {:<15} {} particles until {} s",
+            "", planned.particles, scene.duration
+        );
+    }
+    let removes = scene.outside == Outside::Remove;
+    if removes || !scene.outflow.is_empty() {
+        text.push_str("\nFluid that leaves\n");
+    }
+    for (index, bounds) in scene.outflow.iter().enumerate() {
+        let name = format!("outflow.{index}");
+        let _ = writeln!(text, "  {name:<15} {}", extent((bounds.min, bounds.max)));
+    }
+    if let Some(domain) = scene.domain.filter(|_| removes) {
+        let outside = extent((domain.min, domain.max));
+        let _ = writeln!(text, "  {:<15} not {outside}", "outside");
+    }
+    text
 }
 
 /// What moves or drives beside gravity: fields of velocities at the start, body forces, walls in motion.

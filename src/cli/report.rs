@@ -29,6 +29,16 @@ pub(super) fn text(summary: &Summary, scene: &Scene, folder: &RunFolder) -> Stri
             summary.particles, summary.boundary_particles
         ),
     ));
+    if summary.particles_emitted > 0 || summary.particles_removed > 0 {
+        rows.push((
+            "flow",
+            format!(
+                "{} entered, {} removed",
+                count(summary.particles_emitted, "particle"),
+                count(summary.particles_removed, "particle")
+            ),
+        ));
+    }
     rows.push((
         "step",
         format!(

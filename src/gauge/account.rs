@@ -5,8 +5,8 @@
 //! particles, are not dissipation. Losses by viscosity, the pressure solve, walls at rest and the time integration are
 //! (gains are negative).
 //!
-//! Gravity and central forces have a potential. Work by moving walls and by tables of accelerations is external: it is
-//! included in the dissipation, as a negative contribution.
+//! Gravity and central forces have a potential. Work by moving walls, by emitters on what waits behind their faces and
+//! by tables of accelerations is external: it is included in the dissipation, as a negative contribution.
 
 use bevy_ecs::prelude::*;
 use serde::{Deserialize, Serialize};

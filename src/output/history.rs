@@ -10,7 +10,7 @@ use super::rows::RowFile;
 use crate::{state::Phase, step::StepReport};
 
 /// Columns before those of the phases; a name ends with its SI unit if it has one.
-const COLUMNS: [&str; 13] = [
+const COLUMNS: [&str; 15] = [
     "step",
     "t_s",
     "dt_s",
@@ -22,6 +22,8 @@ const COLUMNS: [&str; 13] = [
     "potential_energy_J",
     "max_speed_m_per_s",
     "particles",
+    "particles_emitted",
+    "particles_removed",
     "mean_neighbours",
     "steps_taken_back",
 ];
@@ -115,7 +117,7 @@ fn push_row(text: &mut String, r: &StepReport) {
     // Writing to a String cannot fail.
     let _ = write!(
         text,
-        "{},{},{:e},{},{},{:e},{:e},{:e},{:e},{},{},{},{}",
+        "{},{},{:e},{},{},{:e},{:e},{:e},{:e},{},{},{},{},{},{}",
         r.step,
         r.time,
         r.dt,
@@ -127,6 +129,8 @@ fn push_row(text: &mut String, r: &StepReport) {
         r.potential_energy,
         r.max_speed,
         r.particles,
+        r.emitted,
+        r.removed,
         r.mean_neighbours,
         r.taken_back
             .as_ref()

@@ -41,6 +41,12 @@ pub struct Summary {
     pub failure: Option<String>,
     /// Fluid particles at the end.
     pub particles: usize,
+    /// Particles that emitters added since the start.
+    #[serde(default)]
+    pub particles_emitted: u64,
+    /// Particles that were removed since the start, by outflow or outside the domain.
+    #[serde(default)]
+    pub particles_removed: u64,
     /// Boundary particles.
     pub boundary_particles: usize,
     /// Threads of the data-parallel loops.
@@ -121,6 +127,8 @@ pub struct RunTotals {
     iterations: u64,
     time: f64,
     particles: usize,
+    emitted: u64,
+    removed: u64,
     roll_backs: u64,
     steps_taken_back: u64,
     errors: Errors,
@@ -142,6 +150,7 @@ impl RunTotals {
         self.iterations += u64::from(report.iterations);
         self.time = report.time;
         self.particles = report.particles;
+        (self.emitted, self.removed) = (report.emitted, report.removed);
         if let Some(taken_back) = &report.taken_back {
             self.roll_backs += 1;
             self.steps_taken_back += u64::from(taken_back.steps);
@@ -174,6 +183,8 @@ impl RunTotals {
         Summary {
             output_version: OUTPUT_VERSION,
             particles: self.particles,
+            particles_emitted: self.emitted,
+            particles_removed: self.removed,
             steps: self.steps,
             roll_backs: self.roll_backs,
             steps_taken_back: self.steps_taken_back,

@@ -19,6 +19,7 @@ use super::{
 };
 use crate::{
     boundary::sums::{BoundarySums, Walls},
+    flow::Hold,
     pairs::{PairSum, PairsWithGradients, add, store, zip},
     scene::{Scene, Viscosity},
     state::{
@@ -90,6 +91,7 @@ pub struct WithFirstForce<'w> {
     first: Option<ResMut<'w, FirstForce>>,
     start: Option<Res<'w, WarmStart>>,
     accelerations: ResMut<'w, PressureAccelerations>,
+    hold: Hold<'w>,
     walls: Option<Res<'w, BoundarySums>>,
     material: Res<'w, Material>,
     /// The pairs.
@@ -114,6 +116,7 @@ impl WithFirstForce<'_> {
         let force = PressureForce::new(&self.material, Walls::of(self.walls.as_deref()));
         let sinks = zip(add(out), store(&mut self.accelerations.0));
         self.pairs.sum_into(&(pass, force), sinks);
+        self.hold.reduce(&mut self.accelerations.0);
         first.known = true;
     }
 }

@@ -11,6 +11,7 @@ use glam::{Vec3, Vec4};
 
 use crate::{
     boundary::sums::{BoundarySums, Walls},
+    flow::Hold,
     pairs::{Pair, PairSum, PairsWithGradients, accumulate},
     simd::Simd,
     state::{Material, PressureAccelerations},
@@ -19,6 +20,7 @@ use crate::{
 /// Accelerations of the pressure terms beside the positions (phase `Pressure`).
 pub fn pressure_force(
     mut accelerations: ResMut<PressureAccelerations>,
+    mut hold: Hold,
     walls: Option<Res<BoundarySums>>,
     pairs: PairsWithGradients,
     material: Res<Material>,
@@ -26,6 +28,7 @@ pub fn pressure_force(
     accelerations.0.resize(pairs.positions().rows(), Vec3::ZERO);
     let pass = PressureForce::new(&material, Walls::of(walls.as_deref()));
     pairs.sum(&pass, &mut accelerations.0);
+    hold.reduce(&mut accelerations.0);
 }
 
 /// The sum.

@@ -9,6 +9,7 @@ use super::{
 };
 use crate::{
     boundary::sums,
+    flow,
     state::{Phase, Product, SolverState, Stage},
     time_step::RecoveryTime,
 };
@@ -28,11 +29,12 @@ pub(crate) const DENSITY: Stage = Stage {
     },
     ..Stage::new("density", Phase::Density, |scene| {
         let density = scene.pressure.solver().density();
-        if scene.boundaries.is_empty() {
+        let density = if scene.boundaries.is_empty() {
             density
         } else {
             (sums::sum_walls, density).chain()
-        }
+        };
+        flow::after_density(scene, density)
     })
 };
 
@@ -97,6 +99,7 @@ pub(crate) const PRESSURE: Stage = Stage {
         } else {
             solve
         };
+        let solve = flow::around_solve(scene, solve);
         if warm_start::starts_from_means(scene) {
             (solve, warm_start::average_pressures).chain()
         } else {

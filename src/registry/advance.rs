@@ -5,9 +5,10 @@ use bevy_ecs::prelude::*;
 use super::columns::lasting;
 use crate::{
     boundary::{contact, direct_forcing, moving, room},
+    flow::changes,
     gauge,
     integrate::{self, Domain, GuardLimits, Motion},
-    scene::{Scene, TimeStep},
+    scene::{Outside, Scene, TimeStep},
     state::{Phase, Product, Stage, Systems, chain, clock, failure::healthy, transfer},
     time_step::{self, adaptive, roll_back},
 };
@@ -26,7 +27,7 @@ pub(super) const STAGE: Stage = Stage {
     install: |world, scene| {
         world.init_resource::<Motion>();
         world.insert_resource(GuardLimits(scene.limits));
-        if let Some(bounds) = scene.domain {
+        if let Some(bounds) = scene.domain.filter(|_| scene.outside == Outside::Stop) {
             world.insert_resource(Domain(bounds));
         }
         if let TimeStep::Adaptive(_) = scene.time_step {
@@ -81,6 +82,9 @@ fn accept(scene: &Scene) -> Systems {
     let mut systems: Vec<Systems> = Vec::new();
     if let TimeStep::Adaptive(_) = scene.time_step {
         systems.push(roll_back::keep_state.into_configs());
+        if changes::are_kept(scene) {
+            systems.push(changes::forget.into_configs());
+        }
         systems.extend(lasting.iter().map(|column| (column.keep)()));
     }
     systems.extend(lasting.iter().map(|column| (column.scatter)()));

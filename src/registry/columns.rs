@@ -1,6 +1,7 @@
 //! The columns of a scene's particles.
 
 use crate::{
+    flow::HELD,
     pressure::warm_start::MEAN_PRESSURE,
     scene::Scene,
     state::{COLUMNS, Column, Lasting},
@@ -8,9 +9,7 @@ use crate::{
 
 /// The columns that a scene needs: first those of the state, then those that every step recomputes.
 pub fn columns(scene: &Scene) -> impl Iterator<Item = &'static Column> + Clone {
-    let all = COLUMNS
-        .iter()
-        .chain(std::slice::from_ref(const { &MEAN_PRESSURE }));
+    let all = COLUMNS.iter().chain(const { &[MEAN_PRESSURE, HELD] });
     let of_method = scene.pressure.solver().columns();
     let wanted: Vec<_> = all.filter(|column| (column.wanted)(scene)).collect();
     wanted.into_iter().chain(of_method)

@@ -4,6 +4,7 @@ use bevy_ecs::prelude::*;
 
 use super::columns::lasting;
 use crate::{
+    flow,
     pairs::KernelGradients,
     scene::{Neighbours, Scene},
     state::{
@@ -30,6 +31,7 @@ pub(super) const STAGE: Stage = Stage {
 };
 
 fn install(world: &mut World, scene: &Scene) {
+    flow::install(world, scene);
     world.init_resource::<Rows>();
     world.init_resource::<Positions>();
     world.init_resource::<PredictedPositions>();
@@ -51,5 +53,8 @@ fn systems(scene: &Scene) -> Systems {
     systems.push(transfer::check_ids.into_configs());
     systems.push(transfer::gather_rows.into_configs());
     systems.extend(gathers.map(|gather| gather()));
+    if flow::has_emitters(scene) {
+        systems.push(flow::find_held.into_configs());
+    }
     chain(systems)
 }

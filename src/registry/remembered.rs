@@ -1,6 +1,7 @@
 //! State of a run besides the columns.
 
 use crate::{
+    flow::{Changes, Emitters, Turnover},
     gauge::{EnergyAccount, Gauges},
     integrate::Motion,
     reorder::ReorderState,
@@ -18,6 +19,9 @@ pub(crate) const REMEMBERED: &[Remembered] = &[
     Remembered::new::<AdaptiveTimeStep>("adaptive time step"),
     Remembered::new::<KeptState>("state to go back to"),
     Remembered::new::<ReorderState>("reordering"),
+    Remembered::new::<Emitters>("emitters"),
+    Remembered::new::<Turnover>("turnover"),
+    Remembered::new::<Changes>("changes since the state to go back to"),
     Remembered::new::<Gauges>("gauges"),
     Remembered::new::<EnergyAccount>("energy account"),
 ];

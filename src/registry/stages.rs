@@ -5,7 +5,7 @@ use bevy_ecs::prelude::*;
 use super::{advance, columns::columns, gather};
 use crate::{
     boundary::moving,
-    force, index,
+    flow, force, index,
     lattice::Lattice,
     neighbours,
     pressure::stages as pressure,
@@ -31,6 +31,8 @@ const STAGES: &[Stage] = &[
     pressure::PRESSURE,
     advance::STAGE,
     reorder::STAGE,
+    flow::OUTFLOW,
+    flow::EMIT,
 ];
 
 /// The stages that an order may name: the engine's, and those that a host registers before it installs a scene.

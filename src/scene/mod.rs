@@ -10,6 +10,7 @@
 mod body_force;
 mod boundary_motion;
 mod build;
+mod emitter;
 mod error;
 mod gauge;
 mod geometry;
@@ -26,6 +27,7 @@ mod wall_slip;
 
 pub use body_force::*;
 pub(crate) use boundary_motion::LEAST_WAY;
+pub use emitter::*;
 pub(crate) use error::unknown_name;
 pub use error::{Place, SceneError};
 pub use gauge::*;
@@ -73,17 +75,26 @@ pub struct Scene {
     /// What the fluid is made of.
     #[serde(default)]
     pub fluid: Fluid,
-    /// Where the fluid is at the start.
+    /// Where the fluid is at the start; may be empty where there are `emitters`.
     pub bodies: Vec<FluidBody>,
+    /// Where fluid enters during the run.
+    #[serde(default)]
+    pub emitters: Vec<Emitter>,
+    /// Boxes that remove the fluid that gets into them.
+    #[serde(default)]
+    pub outflow: Vec<Bounds>,
     /// Solid walls and obstacles.
     #[serde(default)]
     pub boundaries: Vec<BoundaryShape>,
     /// How boundaries keep the fluid off.
     #[serde(default)]
     pub boundary_handling: BoundaryHandling,
-    /// A particle outside stops the run; unbounded if absent.
+    /// The part of space that fluid may be in; unbounded if absent.
     #[serde(default)]
     pub domain: Option<Bounds>,
+    /// What happens to a particle outside `domain`.
+    #[serde(default)]
+    pub outside: Outside,
     /// How pressure is computed.
     #[serde(default)]
     pub pressure: PressureMethod,
@@ -158,9 +169,12 @@ impl Scene {
             body_forces: Vec::new(),
             fluid: Fluid::default(),
             bodies: Vec::new(),
+            emitters: Vec::new(),
+            outflow: Vec::new(),
             boundaries: Vec::new(),
             boundary_handling: BoundaryHandling::default(),
             domain: None,
+            outside: Outside::default(),
             pressure: PressureMethod::default(),
             time_step: TimeStep::default(),
             index: Index::default(),
@@ -208,7 +222,9 @@ impl Scene {
                 let shapes = self.bodies.iter().map(|body| &body.shape);
                 let distances = shapes
                     .map(|shape| shape.center().as_vec3().distance(central.center) + shape.reach());
-                let distance = distances.fold(0.0, f32::max);
+                let faces = self.emitters.iter().map(|emitter| emitter.shape.center());
+                let faces = faces.map(|face| face.distance(central.center));
+                let distance = distances.chain(faces).fold(0.0, f32::max);
                 (central.linear * distance).abs() + central.constant.abs()
             }
             BodyForce::Table(table) => AccelerationTable::load(Path::new(&table.file))
@@ -232,9 +248,10 @@ impl Scene {
         periods.fold(f64::INFINITY, f64::min) as f32
     }
 
-    /// Largest speed that a particle starts with \[m/s].
+    /// Largest speed that a particle starts with, in a body or from an emitter \[m/s].
     pub fn max_initial_speed(&self) -> f32 {
         let speeds = self.bodies.iter().map(FluidBody::greatest_speed);
-        speeds.fold(0.0, f32::max)
+        let emitted = self.emitters.iter().map(|emitter| emitter.speed);
+        speeds.chain(emitted).fold(0.0, f32::max)
     }
 }

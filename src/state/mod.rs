@@ -21,6 +21,7 @@ pub use body_forces::BodyForces;
 pub use clock::Clock;
 pub(crate) use column::in_order;
 pub use column::{Column, Lasting};
+pub(crate) use column::{GatheredColumn, StateColumn};
 pub(crate) use columns::TOO_LARGE;
 pub use columns::{
     Accelerations, COLUMNS, Densities, MeanPressures, Positions, PredictedPositions,

@@ -165,7 +165,7 @@ fn put(world: &mut World, before: &Scene, scene: &Scene) {
     let Clock { next_dt, step, .. } = *world.resource::<Clock>();
     let has_begun = step > 0;
     if let Some(iterations) = scene.pressure.iterations().filter(|_| !has_begun)
-        && let Some(recovery) = RecoveryTime::new(iterations.recovery, scene)
+        && let Some(recovery) = RecoveryTime::new(iterations.recovery, iterations.is_linear, scene)
     {
         world.insert_resource(recovery);
     }

@@ -17,7 +17,7 @@ use super::{
     uninstall::{note_installed, resources},
 };
 use crate::{
-    gauge, input,
+    flow, gauge, input,
     pressure::warm_start,
     registry::Stages,
     scene::Scene,
@@ -64,6 +64,7 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
     let schedules = build_schedules(world, scene, &order, execution.threads())?;
     world.insert_resource(execution);
     warm_start::require_means(world, scene);
+    flow::require_held(world, scene);
     number_particles(world);
     fluid.spawn(world, &material);
     insert_resources(world, scene, &material, &stages);

@@ -40,7 +40,8 @@ pub(crate) fn need(scene: &Scene, size: &Size) -> Result<Need, InstallError> {
     if !scene.boundaries.is_empty() {
         tables += cells(size.whole_box).map_err(InstallError::Boundary)?;
     }
-    let running = size.fluid * a_particle + size.boundary * a_sample + tables as f64;
+    let fluid = size.fluid + size.emitted;
+    let running = fluid * a_particle + size.boundary * a_sample + tables as f64;
     let sampling = size.fluid * a_particle + size.boundary * a_sample;
     let most = running.max(sampling + size.candidates * BYTES_A_CANDIDATE);
     Ok(Need { running, most })
@@ -58,6 +59,9 @@ fn enough(scene: &Scene, size: &Size, need: &Need, machine: f64) -> Result<(), I
         return Ok(());
     }
     let mut parts = vec![format!("{:.1} million fluid particles", size.fluid / 1e6)];
+    if size.emitted > 0.0 {
+        parts.push(format!("{:.1} million from emitters", size.emitted / 1e6));
+    }
     if size.boundary > 0.0 {
         parts.push(format!(
             "{:.1} million boundary particles",

@@ -28,7 +28,7 @@ pub use install::install;
 pub(crate) use install::{Installed, NamedFile};
 pub(crate) use order::check_order;
 pub use order::{Flow, Order, OrderError, OrderItem};
-pub use plan::{Plan, plan};
+pub use plan::{Plan, PlannedEmitter, plan};
 pub use report::{StepOutcome, StepReport};
 pub use schedule::Step;
 pub use simulation::Simulation;

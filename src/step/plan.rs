@@ -13,7 +13,10 @@ use crate::{
     boundary, index,
     registry::Stages,
     sampling,
-    scene::{Scene, TimeStep, shapes},
+    scene::{
+        Scene, TimeStep,
+        shapes::{self, Inlet},
+    },
     state::{Execution, Material, Phase},
 };
 
@@ -24,8 +27,10 @@ const FEW_CANDIDATES: f64 = 5e5;
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Plan {
-    /// Fluid particles.
+    /// Fluid particles at the start, those behind emitters' faces included.
     pub particles: usize,
+    /// The emitters, in the order of the scene.
+    pub emitters: Vec<PlannedEmitter>,
     /// Boundary particles.
     pub boundary_particles: usize,
     /// Whether the number of boundary particles is estimated: meshes with many particles are not sampled for a plan.
@@ -60,6 +65,46 @@ pub struct Plan {
     pub start_density: Option<StartDensity>,
 }
 
+/// What an emitter adds to a scene.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct PlannedEmitter {
+    /// Particles in a layer.
+    pub layer: usize,
+    /// Distance between layers \[m].
+    pub pitch: f64,
+    /// Layers that wait behind the face.
+    pub waiting: u32,
+    /// Volume that enters per second \[m³/s; m²/s in 2-D].
+    pub flow: f64,
+    /// Particles until the end of the scene, those behind the face included.
+    pub particles: u64,
+}
+
+/// The emitters of a scene. Adds what they have emitted at the start to a number of particles, and to the box around
+/// them.
+fn emitters(
+    scene: &Scene,
+    (particles, low, high): (&mut usize, &mut Vec3, &mut Vec3),
+) -> Vec<PlannedEmitter> {
+    let numbered = scene.emitters.iter();
+    numbered
+        .map(|emitter| {
+            let inlet = Inlet::new(emitter, scene);
+            *particles += inlet.particles(emitter, 0.0) as usize;
+            let (min, max) = inlet.bounds();
+            (*low, *high) = (low.min(min.as_vec3()), high.max(max.as_vec3()));
+            PlannedEmitter {
+                layer: inlet.points.len(),
+                pitch: inlet.pitch,
+                waiting: inlet.waiting,
+                flow: inlet.area * f64::from(emitter.speed),
+                particles: inlet.particles(emitter, scene.duration.into()),
+            }
+        })
+        .collect()
+}
+
 /// Plans a scene. Refuses what [`install`](super::install) would refuse.
 pub fn plan(scene: &Scene) -> Result<Plan, InstallError> {
     let size = scene.checked_size()?;
@@ -71,6 +116,7 @@ pub fn plan(scene: &Scene) -> Result<Plan, InstallError> {
         particles += 1;
         (low, high) = (low.min(seed.position), high.max(seed.position));
     });
+    let emitters = emitters(scene, (&mut particles, &mut low, &mut high));
     index::table_bytes(scene, low.as_dvec3(), high.as_dvec3()).map_err(InstallError::Fluid)?;
     let (start_density, sampled) = if start_density::is_small(&size) {
         let (density, samples) = ask(scene)?;
@@ -91,6 +137,7 @@ pub fn plan(scene: &Scene) -> Result<Plan, InstallError> {
     let single = |(low, high): (DVec3, DVec3)| (low.as_vec3(), high.as_vec3());
     Ok(Plan {
         particles,
+        emitters,
         boundary_particles,
         boundary_is_estimate: !is_exact,
         fluid_box: (low, high),

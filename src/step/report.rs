@@ -4,6 +4,7 @@ use bevy_ecs::prelude::*;
 
 use super::timer::PhaseTimer;
 use crate::{
+    flow::Turnover,
     integrate::Motion,
     neighbours::{BoundaryNeighbours, FluidNeighbours},
     pressure::SolverState,
@@ -38,8 +39,12 @@ pub struct StepReport {
     pub potential_energy: f64,
     /// Largest speed \[m/s].
     pub max_speed: f32,
-    /// Fluid particles.
+    /// Fluid particles in the step.
     pub particles: usize,
+    /// Particles from emitters since the start, those behind their faces included.
+    pub emitted: u64,
+    /// Particles removed by outflow and out of the domain since the start.
+    pub removed: u64,
     /// Mean number of neighbours per particle, fluid and boundary together; 0 if they are not stored.
     pub mean_neighbours: f32,
     /// Wall time of every phase \[s], in the order of [`Phase::ALL`].
@@ -62,7 +67,11 @@ impl Default for StepOutcome {
 pub(super) fn finish(
     mut outcome: ResMut<StepOutcome>,
     failure: Res<Failure>,
-    (clock, adaptive): (Res<Clock>, Option<Res<AdaptiveTimeStep>>),
+    (clock, adaptive, turnover): (
+        Res<Clock>,
+        Option<Res<AdaptiveTimeStep>>,
+        Option<Res<Turnover>>,
+    ),
     timer: Res<PhaseTimer>,
     solve: Res<SolverState>,
     motion: Res<Motion>,
@@ -77,6 +86,8 @@ pub(super) fn finish(
         return;
     }
     let particles = positions.rows();
+    let Turnover { emitted, removed } =
+        turnover.map_or_else(Turnover::default, |turnover| *turnover);
     let (fluid, boundary) = lists;
     let pairs =
         fluid.map_or(0, |found| found.lists.pairs()) + boundary.map_or(0, |lists| lists.0.pairs());
@@ -92,6 +103,8 @@ pub(super) fn finish(
         potential_energy: motion.potential_energy,
         max_speed: motion.max_speed,
         particles,
+        emitted,
+        removed,
         mean_neighbours: pairs as f32 / particles.max(1) as f32,
         phase_seconds: timer.seconds,
         taken_back: adaptive.and_then(|adaptive| adaptive.taken_back.clone()),

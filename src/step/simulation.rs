@@ -47,6 +47,8 @@ impl Simulation {
 
     /// Takes one step. After an error the world holds the last good state.
     pub fn step(&mut self) -> Result<StepReport, StepError> {
+        // Bevy notes every component that is removed and keeps the notes until they are cleared.
+        self.world.clear_trackers();
         take_step(&mut self.world)
     }
 

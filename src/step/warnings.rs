@@ -161,7 +161,7 @@ pub(super) fn of_size(scene: &Scene, size: &Size) -> Vec<String> {
     let start = scene.max_initial_speed();
     if start > FASTEST {
         warnings.push(format!(
-            "a body starts at {start} m/s; all methods take the fluid for incompressible, which water is up to \
+            "fluid starts at {start} m/s; all methods take the fluid for incompressible, which water is up to \
              {FASTEST:.0} m/s, three tenths of its speed of sound"
         ));
     }
@@ -176,6 +176,14 @@ pub(super) fn of_size(scene: &Scene, size: &Size) -> Vec<String> {
     let walls = scene.boundaries.iter().enumerate();
     warnings.extend(walls.filter_map(|wall| stands(scene, wall, size)));
     warnings.extend(dense_tables(scene));
+    for (index, emitter) in scene.emitters.iter().enumerate() {
+        if emitter.start >= scene.duration {
+            warnings.push(format!(
+                "`emitters.{index}` starts at {} s, and the scene ends at {} s: nothing enters",
+                emitter.start, scene.duration
+            ));
+        }
+    }
     let (low, high) = size.fluid_box;
     warnings.extend(limits::too_long(scene, low.as_vec3(), high.as_vec3()));
     warnings
@@ -256,6 +264,15 @@ mod tests {
             told.contains("takes +y") && told.contains("`kind: Front"),
             "{told}"
         );
+    }
+
+    #[test]
+    fn an_emitter_that_starts_after_the_end_is_told() {
+        let text = "(name: \"t\", dimension: 2, spacing: 0.1, bodies: [], duration: 2, emitters: [
+            (shape: Disc(center: (0, 0, 0), normal: (0, 1, 0), radius: 0.2), speed: 1, start: 2)])";
+        let scene = Scene::parse(text, "t.ron", &[]).unwrap_or_else(|error| panic!("{error}"));
+        let told = warnings(&scene).expect("a scene").join("\n");
+        assert!(told.contains("`emitters.0` starts at 2 s"), "{told}");
     }
 
     #[test]

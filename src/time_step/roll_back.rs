@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{adaptive::AdaptiveTimeStep, recovery::RecoveryTime};
 use crate::{
+    flow::changes,
     index::FluidIndex,
     integrate::Motion,
     reorder::{self, ReorderState},
@@ -152,26 +153,38 @@ pub fn roll_back(world: &mut World) {
 
 /// Restores state and row of every particle. Returns false and changes nothing if the particles differ.
 fn restore(world: &mut World, kept: &KeptState) -> bool {
-    let mut fluid = world.query_filtered::<Entity, With<Fluid>>();
-    let mut present = Vec::with_capacity(kept.entities.len());
-    let tables = fluid.contiguous_iter(world).into_iter().flatten();
-    for entities in in_order(tables, |table| table) {
-        present.extend_from_slice(entities);
-    }
-    if present != kept.entities {
-        let mut before = kept.entities.clone();
+    let present = rows(world);
+    let Some(entities) = changes::undo(world, &kept.entities, &present) else {
+        return false;
+    };
+    let mut present = rows(world);
+    if present != entities {
+        let mut before = entities.clone();
         present.sort_unstable();
         before.sort_unstable();
         if present != before {
             return false;
         }
         if world.contains_resource::<ReorderState>() {
-            reorder::bring_back(world, &kept.entities, kept.downwards);
+            reorder::bring_back(world, &entities, kept.downwards);
+        } else {
+            reorder::arrange(world, &entities);
         }
         world.resource_mut::<FluidIndex>().reordered = true;
     }
     for column in &kept.columns {
-        (column.restore)(world, &kept.entities);
+        (column.restore)(world, &entities);
     }
     true
+}
+
+/// The fluid particles in the order of the rows.
+fn rows(world: &mut World) -> Vec<Entity> {
+    let mut fluid = world.query_filtered::<Entity, With<Fluid>>();
+    let mut rows = Vec::new();
+    let tables = fluid.contiguous_iter(world).into_iter().flatten();
+    for entities in in_order(tables, |table| table) {
+        rows.extend_from_slice(entities);
+    }
+    rows
 }

@@ -11,6 +11,7 @@ mod support;
 
 mod couette;
 mod dam_break;
+mod emitters;
 mod forces;
 mod gauge_readings;
 mod gauges;

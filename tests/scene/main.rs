@@ -6,6 +6,7 @@ mod mesh_support;
 mod support;
 
 mod errors;
+mod errors_of_flow;
 mod errors_of_motion;
 mod extremes;
 mod files;

@@ -9,6 +9,7 @@ mod checkpoints;
 mod checkpoints_refused;
 mod determinism;
 mod embedding;
+mod flow;
 mod guard;
 mod host;
 mod host_stages;

@@ -20,7 +20,8 @@ use crate::scene::{BoundaryShape, Dimension, Scene, Shape};
 
 pub(super) fn shapes(scene: &Scene) -> Checked {
     let dimension = scene.dimension;
-    ensure(!scene.bodies.is_empty(), "bodies", || {
+    let has_fluid = !scene.bodies.is_empty() || !scene.emitters.is_empty();
+    ensure(has_fluid, "bodies", || {
         "there is no body of fluid; add one, such as \
          `(shape: Box(min: (0, 0, 0), max: (0.5, 0.5, 0.5)))`"
             .to_owned()
@@ -173,21 +174,32 @@ fn all_apart(bodies: &[Particles], spacing: f64) -> Checked {
 }
 
 /// How far a body reaches beyond a box, at the worst side.
-struct Excess {
+pub(super) struct Excess {
     /// \[m]; negative if the body is inside.
-    depth: f64,
-    side: String,
+    pub(super) depth: f64,
+    pub(super) side: String,
 }
 
 fn excess(scene: &Scene, body: &Particles, min: DVec3, max: DVec3, open: bool) -> Excess {
     let half = 0.5 * f64::from(scene.spacing);
+    sticks_out(half, scene, (body.min, body.max), (min, max, open))
+}
+
+/// How far particles with centres in one box, each with half a cell around it, reach beyond another box, which may be
+/// open upwards.
+pub(super) fn sticks_out(
+    half: f64,
+    scene: &Scene,
+    (low, high): (DVec3, DVec3),
+    (min, max, open): (DVec3, DVec3, bool),
+) -> Excess {
     let mut worst = Excess {
         depth: f64::NEG_INFINITY,
         side: String::new(),
     };
     for axis in 0..axes(scene.dimension) {
-        let lower = (min[axis] - (body.min[axis] - half), '−');
-        let upper = ((body.max[axis] + half) - max[axis], '+');
+        let lower = (min[axis] - (low[axis] - half), '−');
+        let upper = ((high[axis] + half) - max[axis], '+');
         for (depth, sign) in [lower, upper] {
             let missing = open && axis == 1 && sign == '+';
             if !missing && depth > worst.depth {
@@ -345,11 +357,11 @@ fn apart(first: &Particles, first_index: usize, second: &Particles, spacing: f64
     ))
 }
 
-fn length(metres: f64, spacing: f64) -> String {
+pub(super) fn length(metres: f64, spacing: f64) -> String {
     format!("{metres:.4} m ({:.2} spacings)", metres / spacing)
 }
 
-fn point(at: DVec3, dimension: Dimension) -> String {
+pub(super) fn point(at: DVec3, dimension: Dimension) -> String {
     match dimension {
         Dimension::Two => format!("({:.4}, {:.4}) m", at.x, at.y),
         Dimension::Three => format!("({:.4}, {:.4}, {:.4}) m", at.x, at.y, at.z),

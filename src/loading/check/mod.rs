@@ -3,6 +3,8 @@
 mod bodies;
 mod boxes;
 mod carried;
+mod emitter_places;
+mod emitters;
 mod forces;
 mod gauges;
 mod motions;

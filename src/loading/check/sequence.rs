@@ -1,7 +1,7 @@
 //! All checks of a scene in their order.
 
 use super::{
-    bodies, carried, forces, gauges, motions, numbers,
+    bodies, carried, emitter_places, emitters, forces, gauges, motions, numbers,
     problem::Problem,
     size::{self, Size},
     solids, stability,
@@ -15,6 +15,7 @@ pub(in crate::loading) fn check(scene: &Scene) -> Result<Size, Problem> {
     numbers::numbers(scene)?;
     carried::mass(scene)?;
     bodies::shapes(scene)?;
+    emitters::fields(scene)?;
     forces::velocity_fields(scene)?;
     forces::body_forces(scene)?;
     solids::shapes(scene)?;
@@ -27,5 +28,6 @@ pub(in crate::loading) fn check(scene: &Scene) -> Result<Size, Problem> {
     carried::coordinates(scene, &meshes)?;
     motions::courses(scene, &meshes)?;
     bodies::places(scene, &meshes)?;
+    emitter_places::places(scene, &meshes)?;
     Ok(size)
 }

@@ -4,11 +4,12 @@
 
 use glam::{DVec3, Vec3};
 
+use super::emitters;
 use super::problem::{Checked, Problem, ensure};
 use super::proper::axes;
 use crate::mesh::Mesh;
 use crate::sampling;
-use crate::scene::shapes::{Lattice, volume, wall_axes};
+use crate::scene::shapes::{Inlet, Lattice, volume, wall_axes};
 use crate::scene::{BoundaryShape, Dimension, Scene, Shape};
 
 /// More particles than any machine this is meant for holds; a larger number is a slip in the units.
@@ -28,6 +29,8 @@ const ROUND: f64 = 20.0;
 pub(crate) struct Size {
     /// Fluid particles, at most.
     pub(crate) fluid: f64,
+    /// Particles that emitters add until the end, at most.
+    pub(crate) emitted: f64,
     /// Boundary particles, at most or, for meshes, roughly.
     pub(crate) boundary: f64,
     /// Candidates that the samples of the largest mesh are chosen from.
@@ -53,6 +56,7 @@ fn measure(scene: &Scene, meshes: &[Option<Mesh>]) -> Size {
     let spacing = f64::from(scene.spacing);
     let mut size = Size {
         fluid: 0.0,
+        emitted: 0.0,
         boundary: 0.0,
         candidates: 0.0,
         is_estimate: false,
@@ -76,6 +80,12 @@ fn measure(scene: &Scene, meshes: &[Option<Mesh>]) -> Size {
     // Particles are half a spacing within.
     let half = DVec3::splat(0.5 * spacing).min(0.5 * (size.fluid_box.1 - size.fluid_box.0));
     size.fluid_box = (size.fluid_box.0 + half, size.fluid_box.1 - half);
+    for emitter in &scene.emitters {
+        let around = Inlet::new(emitter, scene).bounds();
+        size.fluid_box = join(size.fluid_box, around);
+        size.whole_box = join(size.whole_box, around);
+    }
+    size.emitted = emitters::expected(scene, size.fluid);
     let depth = if scene.boundaries.is_empty() {
         0.0
     } else {
@@ -124,6 +134,15 @@ fn enough_for_all(scene: &Scene, size: &Size) -> Checked {
             PLENTY / 1e6,
             size.whole_box.0.as_vec3(),
             size.whole_box.1.as_vec3(),
+        )
+    })?;
+    ensure(total + size.emitted <= MAX_PARTICLES, "emitters", || {
+        format!(
+            "emitters add {:.0} million particles until the end at {} s; at most {:.0} million are possible: give them \
+             an `end` or a `limit`, or a `domain` beside `outflow`, which holds no more than fills it",
+            size.emitted / 1e6,
+            scene.duration,
+            MAX_PARTICLES / 1e6
         )
     })?;
     ensure(size.candidates <= 36.0 * MAX_PARTICLES, "spacing", || {

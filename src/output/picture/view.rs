@@ -7,7 +7,7 @@ use glam::{Vec2, Vec3, vec2, vec3};
 use super::projection::Projection;
 use super::solid::{Solid, around, corners};
 use crate::mesh::Mesh;
-use crate::scene::shapes::wall_axes;
+use crate::scene::shapes::{Inlet, wall_axes};
 use crate::scene::{BoundaryShape, Bounds, Camera, Dimension, Scene, Shape};
 
 /// Direction from the scene to the default camera: from the front, slightly from the right and above.
@@ -74,6 +74,10 @@ impl View {
         for body in &scene.bodies {
             view.include(shape_bounds(&body.shape));
         }
+        for emitter in &scene.emitters {
+            let (min, max) = Inlet::new(emitter, scene).bounds();
+            view.include(Bounds::new(min.as_vec3(), max.as_vec3()));
+        }
         let fluid = view.bounds;
         // A picture does not know where a wall that moves is.
         let standing = |wall: &&BoundaryShape| wall.motion().is_none();
@@ -99,7 +103,12 @@ impl View {
             view.floor = bottoms.reduce(f32::min);
         }
         let drop = (fluid.max.y - view.bounds.min.y).max(0.0);
-        let start = scene.bodies.iter().map(|body| body.velocity.length());
+        let emitted = scene.emitters.iter().map(|emitter| emitter.speed);
+        let start = scene
+            .bodies
+            .iter()
+            .map(|body| body.velocity.length())
+            .chain(emitted);
         let fastest = (2.0 * scene.gravity.length() * drop).sqrt() + start.fold(0.0, f32::max);
         if fastest.is_finite() && fastest > 0.0 {
             view.speed_range.1 = round_up(fastest);

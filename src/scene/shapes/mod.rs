@@ -3,6 +3,7 @@
 //! Everything is computed in f64 with IEEE operations only and rounded once: the same scene gives the same particles on
 //! every machine.
 
+mod inlet;
 mod jitter;
 mod lattice;
 #[cfg(test)]
@@ -13,6 +14,7 @@ use glam::{DVec2, DVec3, Vec3};
 use super::{Dimension, FluidBody, Scene, Shape};
 use jitter::Displacement;
 
+pub(crate) use inlet::{Inlet, rectangle_axes};
 pub(crate) use jitter::split_mix;
 use lattice::frame;
 pub(crate) use lattice::{Lattice, RESOLUTION, tolerance};

@@ -137,6 +137,12 @@ impl Checker<'_> {
         if every > 1 && stage.name == "reorder" {
             return Err(OrderError::TwoIntervals { count: every });
         }
+        if matches!(stage.name, "emit" | "outflow") && self.current.contains(&Product::Columns) {
+            return Err(OrderError::WithinStep { stage: stage.name });
+        }
+        if every > 1 && stage.name == "emit" {
+            return Err(OrderError::EntersLate { count: every });
+        }
         let mut reads = Vec::new();
         for &product in stage.needs {
             reads.extend(self.need(stage, product)?);

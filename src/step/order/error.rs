@@ -112,6 +112,23 @@ pub enum OrderError {
         /// Number of steps between two runs.
         count: u64,
     },
+    /// Particles would come or go within a step.
+    #[error(
+        "stage `{stage}` changes which particles there are, and the columns of the step hold others; run it after \
+         `reorder`, or before `gather`"
+    )]
+    WithinStep {
+        /// The stage.
+        stage: &'static str,
+    },
+    /// Fluid would enter only in some steps.
+    #[error(
+        "`emit` is inside `Every({count}, …)`: layers would come too late; move it out of `Every`"
+    )]
+    EntersLate {
+        /// Number of steps between two runs.
+        count: u64,
+    },
     /// The order lacks a stage that the scene asks for.
     #[error(
         "the order never runs `{stage}`, which the scene asks for; add `Run(\"{stage}\")`, or say `leave_out: \
