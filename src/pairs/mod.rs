@@ -7,6 +7,7 @@
 //! density pass the gradient factors of the kernel are stored, too (see [`KernelGradients`]).
 
 mod gradients;
+mod image;
 mod pass;
 mod rows;
 mod sinks;
@@ -143,6 +144,7 @@ impl Pairs<'_> {
             fluid,
             boundary: samples.map_or(&[SENTINEL], |samples| &samples.packed),
             kernel: &self.material.kernel,
+            period: self.material.period,
         }
     }
 

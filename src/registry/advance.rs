@@ -8,7 +8,7 @@ use crate::{
     gauge,
     integrate::{self, Domain, GuardLimits, Motion},
     scene::{Scene, TimeStep},
-    state::{Phase, Product, Stage, Systems, chain, clock, failure::healthy, transfer},
+    state::{Phase, Product, Stage, Systems, chain, clock, failure::healthy, transfer, wrap},
     time_step::{self, adaptive, roll_back},
 };
 
@@ -54,6 +54,11 @@ fn systems(scene: &Scene) -> Systems {
         (integrated, corrected.chain()).chain()
     } else {
         (integrated, contact::keep_outside).chain()
+    };
+    let moved = if scene.period().is_any() {
+        (moved, wrap::wrap_end).chain()
+    } else {
+        moved
     };
     let unwritten = lasting(scene)
         .iter()

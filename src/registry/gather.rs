@@ -8,7 +8,7 @@ use crate::{
     scene::{Neighbours, Scene},
     state::{
         Accelerations, Densities, Phase, Positions, PredictedPositions, PressureAccelerations,
-        Pressures, Product, Rows, Stage, Systems, Velocities, chain, transfer,
+        Pressures, Product, Rows, Stage, Systems, Velocities, chain, transfer, wrap,
     },
 };
 
@@ -51,5 +51,8 @@ fn systems(scene: &Scene) -> Systems {
     systems.push(transfer::check_ids.into_configs());
     systems.push(transfer::gather_rows.into_configs());
     systems.extend(gathers.map(|gather| gather()));
+    if scene.period().is_any() {
+        systems.push(wrap::wrap_start.into_configs());
+    }
     chain(systems)
 }

@@ -14,6 +14,7 @@ mod error;
 mod gauge;
 mod geometry;
 mod output;
+mod periodic;
 mod physics;
 mod pressure;
 pub mod shapes;
@@ -28,6 +29,7 @@ pub use error::{Place, SceneError};
 pub use gauge::*;
 pub use geometry::*;
 pub use output::*;
+pub use periodic::{Period, Periodic};
 pub use physics::*;
 pub use pressure::*;
 pub use velocity_field::*;
@@ -76,6 +78,9 @@ pub struct Scene {
     /// How boundaries keep the fluid off.
     #[serde(default)]
     pub boundary_handling: BoundaryHandling,
+    /// Axes along which space repeats: what leaves at one face comes in at the other.
+    #[serde(default)]
+    pub periodic: Periodic,
     /// A particle outside stops the run; unbounded if absent.
     #[serde(default)]
     pub domain: Option<Bounds>,
@@ -155,6 +160,7 @@ impl Scene {
             bodies: Vec::new(),
             boundaries: Vec::new(),
             boundary_handling: BoundaryHandling::default(),
+            periodic: Periodic::default(),
             domain: None,
             pressure: PressureMethod::default(),
             time_step: TimeStep::default(),

@@ -72,7 +72,7 @@ pub fn plan(scene: &Scene) -> Result<Plan, InstallError> {
         (low, high) = (low.min(seed.position), high.max(seed.position));
     });
     index::table_bytes(scene, low.as_dvec3(), high.as_dvec3()).map_err(InstallError::Fluid)?;
-    let (start_density, sampled) = if start_density::is_small(&size) {
+    let (start_density, sampled) = if start_density::is_small(scene, &size) {
         let (density, samples) = ask(scene)?;
         (Some(density), Some(samples))
     } else {

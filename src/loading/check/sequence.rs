@@ -1,7 +1,7 @@
 //! All checks of a scene in their order.
 
 use super::{
-    bodies, carried, forces, gauges, motions, numbers,
+    bodies, carried, forces, gauges, motions, numbers, periodic,
     problem::Problem,
     size::{self, Size},
     solids, stability,
@@ -22,6 +22,7 @@ pub(in crate::loading) fn check(scene: &Scene) -> Result<Size, Problem> {
     motions::motions(scene)?;
     motions::slip(scene)?;
     gauges::gauges(scene)?;
+    periodic::axes_and_walls(scene)?;
     let meshes = solids::meshes(scene)?;
     let size = size::count(scene, &meshes)?;
     carried::coordinates(scene, &meshes)?;
