@@ -6,7 +6,7 @@
 use glam::{Vec3, Vec4};
 
 use super::rows::Points;
-use crate::simd::Simd;
+use crate::{scene::Period, simd::Simd};
 
 /// Half a step moves no particle further than half the support radius, so that a pair of a list is nearer than two. A
 /// row further than this from every face has no neighbour beyond one, nor has one that was predicted from there \[h].
@@ -14,6 +14,12 @@ const REACH: f32 = 2.0;
 
 /// Added and subtracted, it rounds to a whole number: 1.5 times 2²³.
 const ROUNDING: f32 = 12_582_912.0;
+
+/// Whether a row at `own` may have neighbours beyond a face. Its pairs then have positions in any case.
+#[inline(always)]
+pub fn reaches_across(period: &Period, support_radius: f32, own: Vec4) -> bool {
+    period.is_any() && period.is_near_face(own.truncate(), REACH * support_radius)
+}
 
 /// Periods in lanes.
 #[derive(Clone, Copy)]
@@ -32,8 +38,7 @@ impl<S: Simd> Image<S> {
     #[inline(always)]
     pub(super) fn of(simd: S, points: &Points, own: Vec4) -> Option<Self> {
         let period = &points.period;
-        let reach = REACH * points.kernel.support_radius;
-        if !period.is_any() || !period.is_near_face(own.truncate(), reach) {
+        if !reaches_across(period, points.kernel.support_radius, own) {
             return None;
         }
         let lanes = |of: Vec3| of.to_array().map(|x| simd.splat(x));

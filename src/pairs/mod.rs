@@ -21,6 +21,7 @@ use rayon::prelude::*;
 use self::gradients::Generations;
 pub use self::{
     gradients::KernelGradients,
+    image::reaches_across,
     pass::{Pair, PairSum, accumulate, broadcast, difference, dot},
     rows::{Points, Source, sum},
     sinks::{add, store, zip},

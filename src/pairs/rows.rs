@@ -187,7 +187,7 @@ fn row<P: PairSum, S: Simd, L: GradFactors>(
     let image = Image::of(simd, &points, points.fluid[i]);
     while P::FLUID && !fluid.is_empty() {
         let rows = simd.rows(fluid);
-        let pair = if P::GRADIENTS_ONLY && L::KNOWN {
+        let pair = if P::GRADIENTS_ONLY && L::KNOWN && image.is_none() {
             let zero = simd.splat(0.0);
             Pair {
                 x_ij: [zero; 3],

@@ -13,5 +13,6 @@ mod mesh_corpus;
 mod mesh_files;
 mod mesh_sampling;
 mod overrides;
+mod periodic;
 mod readers;
 mod slips;

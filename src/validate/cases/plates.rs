@@ -83,14 +83,15 @@ fn measure(
 ) -> Result<Findings, Stopped> {
     let mut figures = Vec::new();
     let mut profile = Vec::new();
-    let end = f64::from(scene.duration);
-    for time in TIMES {
-        let mut last = (0.0, Vec::new());
+    let mut moments = Vec::new();
+    flow.steps(f64::from(scene.duration), |world, report| {
+        let next = TIMES.get(moments.len());
         // At the time of the step, which may be a little later.
-        flow.steps(time.min(end), |world, report| {
-            last = (report.time, particles_of(world))
-        })?;
-        let (now, particles) = last;
+        if next.is_some_and(|&time| report.time >= time - 1e-6) {
+            moments.push((report.time, particles_of(world)));
+        }
+    })?;
+    for (time, (now, particles)) in TIMES.into_iter().zip(moments) {
         figures.push(Figure::residual(
             format!("error of the velocities at {time} s [largest]"),
             error(&particles, |y| known(y, now)),
