@@ -186,7 +186,7 @@ pub fn move_walls(
         let volume = boundary.packed[row].w;
         let here = period.wrap_exactly(from);
         boundary.packed[row] = here.as_vec3().extend(volume);
-        boundary.ahead[row] = (here + (to - from)).as_vec3().extend(volume);
+        boundary.ahead[row] = (to - (from - here)).as_vec3().extend(volume);
         boundary.velocities[row] = ((to - from) / dt).as_vec3().extend(0.0);
         boundary.normals[row] = now.turn(rest.normal);
         farthest = farthest.max(from.distance(to));

@@ -70,5 +70,16 @@ pub(crate) fn table_bytes(scene: &Scene, low: DVec3, high: DVec3) -> Result<u64,
 
 /// Memory of the structure besides these tables \[bytes per particle].
 pub(crate) fn bytes_per_particle(scene: &Scene) -> f64 {
-    row(scene.index.structure).bytes_per_particle
+    let bytes = row(scene.index.structure).bytes_per_particle;
+    let reach = 2.0 * f64::from(scene.support_radius());
+    let period = scene.period();
+    if !period.is_any() {
+        return bytes;
+    }
+    // Points and images, and the row of each of these.
+    let with_images: f64 = (0..3)
+        .filter_map(|axis| period.faces(axis))
+        .map(|[low, high]| 1.0 + reach / f64::from(high - low))
+        .product();
+    (bytes + 16.0) * with_images + 4.0 * (with_images - 1.0)
 }

@@ -30,8 +30,8 @@ pub(super) fn axes_and_walls(scene: &Scene) -> Checked {
         let (length, support) = (high - low, scene.support_radius());
         ensure(length >= LEAST * support, &path, || {
             format!(
-                "the period is {length} m long, {:.2} support radii of {support} m; it must be at least {LEAST:.0}, \
-                 {} m, so that no particle meets two images of another",
+                "the period is {length:.4} m long, {:.2} support radii of {support:.4} m; it must be at least \
+                 {LEAST:.0}, {:.4} m, so that no particle meets two images of another",
                 length / support,
                 LEAST * support
             )
@@ -150,7 +150,7 @@ pub(super) fn meets_itself(scene: &Scene, path: &str, (min, max): (DVec3, DVec3)
         };
         let length = f64::from(high) - f64::from(low);
         let gap = (length - (max[axis] - min[axis])) / spacing;
-        let fits = (gap - 1.0).abs() <= TOLERANCE || gap >= 2.0;
+        let fits = (gap - 1.0).abs() <= TOLERANCE || gap >= 2.0 - TOLERANCE;
         ensure(fits, path, || {
             let rows = (length / spacing).round().max(1.0);
             format!(
