@@ -108,11 +108,15 @@ fn vortices_scene(dimension: u32, method: &str, search: &str, shift: Vec3) -> Sc
     scene(&text)
 }
 
+/// Steps of the vortices. In a box without a free surface the solvers can only raise pressures as the lattice distorts;
+/// later than this they break down (`docs/accuracy.md`), and rounding decides.
+const STEPS: usize = 11;
+
 /// The same after some steps.
 fn vortices(dimension: u32, method: &str, search: &str, shift: Vec3, threads: usize) -> Simulation {
     let scene = vortices_scene(dimension, method, search, shift);
     let mut simulation = Simulation::with_threads(&scene, threads).expect("a simulation");
-    for _ in 0..40 {
+    for _ in 0..STEPS {
         step(&mut simulation);
     }
     simulation
@@ -270,7 +274,7 @@ fn a_checkpoint_resumes_across_seams() {
     let scene = vortices_scene(2, "Dfsph()", SEARCHES[4], Vec3::ZERO);
     let mut resumed = Simulation::with_threads(&scene, 2).expect("a simulation");
     checkpoint::restore(resumed.world_mut(), &mut &saved[..]).expect("a resumed run");
-    for _ in 0..30 {
+    for _ in 0..STEPS {
         step(&mut whole);
         step(&mut resumed);
     }
