@@ -6,7 +6,7 @@ use super::{
     domain::TableSize,
     entries::{Entries, Run},
     grid::Grid,
-    periodic::Images,
+    images::Images,
 };
 use crate::state::{DomainTooLarge, Execution};
 

@@ -5,7 +5,6 @@
 
 use glam::{Vec3, Vec4};
 
-use super::rows::Points;
 use crate::{scene::Period, simd::Simd};
 
 /// Half a step moves no particle further than half the support radius, so that a pair of a list is nearer than two. A
@@ -36,9 +35,8 @@ pub(super) struct Image<S: Simd> {
 impl<S: Simd> Image<S> {
     /// Of a row at `own`; none where no neighbour is an image.
     #[inline(always)]
-    pub(super) fn of(simd: S, points: &Points, own: Vec4) -> Option<Self> {
-        let period = &points.period;
-        if !reaches_across(period, points.kernel.support_radius, own) {
+    pub(super) fn of(simd: S, period: &Period, support_radius: f32, own: Vec4) -> Option<Self> {
+        if !reaches_across(period, support_radius, own) {
             return None;
         }
         let lanes = |of: Vec3| of.to_array().map(|x| simd.splat(x));

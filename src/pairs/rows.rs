@@ -184,7 +184,8 @@ fn row<P: PairSum, S: Simd, L: GradFactors>(
     let neighbours = fluid.len() + boundary.len();
     let mut sums = pass.start(simd, i, points.fluid[i]);
     let own = broadcast(simd, points.fluid[i]);
-    let image = Image::of(simd, &points, points.fluid[i]);
+    let support_radius = points.kernel.support_radius;
+    let image = Image::of(simd, &points.period, support_radius, points.fluid[i]);
     while P::FLUID && !fluid.is_empty() {
         let rows = simd.rows(fluid);
         let pair = if P::GRADIENTS_ONLY && L::KNOWN && image.is_none() {

@@ -176,6 +176,11 @@ impl Scene {
         }
     }
 
+    /// The box that repeats.
+    pub fn period(&self) -> Period {
+        self.periodic.into()
+    }
+
     /// Function of the kernel, as written or as advised (`docs/decisions/kernels.md`).
     pub fn kernel(&self) -> KernelFunction {
         self.kernel.unwrap_or(match (self.dimension, self.support) {

@@ -3,7 +3,7 @@
 use glam::{BVec3, DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
-use super::{BoundaryShape, Scene};
+use super::BoundaryShape;
 
 /// The axes along which space repeats, each with the two faces that are one \[m].
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
@@ -129,11 +129,10 @@ impl Period {
     }
 }
 
-impl Scene {
-    /// The box that repeats.
-    pub fn period(&self) -> Period {
-        let mut period = Period::NONE;
-        for (axis, faces) in self.periodic.axes().into_iter().enumerate() {
+impl From<Periodic> for Period {
+    fn from(periodic: Periodic) -> Self {
+        let mut period = Self::NONE;
+        for (axis, faces) in periodic.axes().into_iter().enumerate() {
             let Some([low, high]) = faces else { continue };
             let length = high - low;
             if length > 0.0 {
@@ -155,11 +154,7 @@ mod tests {
             y: None,
             z: Some([1.0, 4.0]),
         };
-        Scene {
-            periodic,
-            ..Scene::new("p", 0.1)
-        }
-        .period()
+        Period::from(periodic)
     }
 
     #[test]
