@@ -29,7 +29,7 @@ pub struct Motion {
     /// Kinetic energy \[J; J/m in 2-D].
     pub kinetic_energy: f64,
     /// Potential energy in the scene's gravity, zero at the origin, and in its central forces, zero at their centres
-    /// \[J; J/m in 2-D].
+    /// \[J; J/m in 2-D]. Gravity along a periodic axis has none.
     pub potential_energy: f64,
     /// Work per mass that emitters do in the step, by keeping the speed of their particles \[m²/s²].
     pub(crate) given: f64,
@@ -209,6 +209,7 @@ pub fn measure(
     execution: Res<Execution>,
 ) {
     let bounds = domain.map(|domain| domain.0);
+    let gravity = material.gravity_with_potential();
     let rows = positions.rows();
     let columns =
         (predicted.0[..rows].par_chunks(CHUNK)).zip(velocities.0[..rows].par_chunks(CHUNK));
@@ -223,7 +224,7 @@ pub fn measure(
             for (row, (x, v)) in (chunk * CHUNK..).zip(positions.iter().zip(velocities)) {
                 let position = x.truncate();
                 end.speed_squared_sum += f64::from(v.truncate().length_squared());
-                end.height_sum += f64::from(material.gravity.dot(position));
+                end.height_sum += f64::from(gravity.dot(position));
                 if let Some(forces) = &body_forces {
                     end.height_sum -= f64::from(forces.potential(position));
                 }

@@ -7,7 +7,7 @@ use glam::{Vec3, Vec4};
 use super::volume::VolumeRule;
 use crate::{
     index::{self, BoundarySamples},
-    scene::Scene,
+    scene::{Period, Scene},
     state::{DomainTooLarge, Execution, SENTINEL},
 };
 
@@ -21,6 +21,8 @@ pub(super) struct Apart {
     alone: Vec<f32>,
     /// Box around those that stand \[m].
     standing: Around,
+    /// The box before anything is in it.
+    nothing: Around,
     support_radius: f32,
 }
 
@@ -32,10 +34,11 @@ struct Around {
 }
 
 impl Around {
-    const NOTHING: Self = Self {
-        low: Vec3::INFINITY,
-        high: Vec3::NEG_INFINITY,
-    };
+    /// A box without points, but without end along periodic axes: what is beyond a face is near.
+    fn nothing(period: &Period) -> Self {
+        let low = Vec3::select(period.axes(), Vec3::NEG_INFINITY, Vec3::INFINITY);
+        Self { low, high: -low }
+    }
 
     fn include(&mut self, point: Vec3) {
         (self.low, self.high) = (self.low.min(point), self.high.max(point));
@@ -58,16 +61,18 @@ impl Apart {
         if groups.windows(2).all(|pair| pair[0] == pair[1]) {
             return Ok(None);
         }
-        let rule = VolumeRule::new(scene);
+        let (rule, period) = (VolumeRule::new(scene), scene.period());
         let mut alone = vec![0.0; groups.len()];
-        let mut standing = Around::NOTHING;
+        let nothing = Around::nothing(&period);
+        let mut standing = nothing;
         for wanted in 0..=groups.iter().copied().max().unwrap_or_default() {
             let rows = (0..groups.len()).filter(|&row| groups[row] == wanted);
             let rows: Vec<usize> = rows.collect();
             if rows.is_empty() {
                 continue;
             }
-            let mut packed: Vec<Vec4> = rows.iter().map(|&row| places[row].1).collect();
+            let wrapped = |&row: &usize| period.wrap(places[row].1.truncate()).extend(0.0);
+            let mut packed: Vec<Vec4> = rows.iter().map(wrapped).collect();
             let mut index = index::build(scene);
             index.rebuild(&packed, execution)?;
             packed.push(SENTINEL);
@@ -84,6 +89,7 @@ impl Apart {
             groups,
             alone,
             standing,
+            nothing,
             support_radius: scene.support_radius(),
         }))
     }
@@ -102,7 +108,7 @@ impl Apart {
             index,
             ..
         } = boundary;
-        let mut boxes = vec![Around::NOTHING; courses + 1];
+        let mut boxes = vec![self.nothing; courses + 1];
         boxes[0] = self.standing;
         for (point, &group) in packed.iter_mut().zip(&self.groups) {
             if group > 0 {

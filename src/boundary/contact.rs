@@ -15,6 +15,7 @@ use smallvec::SmallVec;
 use crate::{
     index::BoundarySamples,
     pairs::Pairs,
+    scene::Period,
     state::{Material, PredictedPositions, Velocities},
 };
 
@@ -47,6 +48,7 @@ pub fn keep_outside(
         clearance: boundary.layer_depth - PENETRATION * material.spacing,
         boundary: &boundary,
         spacing: material.spacing,
+        period: material.period,
     };
     let columns = (&mut predicted.0[..rows], &mut velocities.0[..rows]);
     let start = &pairs.positions().0;
@@ -60,6 +62,7 @@ struct Wall<'a> {
     /// Smallest distance from the layer of samples \[m].
     clearance: f32,
     spacing: f32,
+    period: Period,
 }
 
 impl Wall<'_> {
@@ -74,7 +77,10 @@ impl Wall<'_> {
             let velocity_of_wall = self.boundary.velocity(sample);
             if faces.is_empty() {
                 let place = self.boundary.packed[sample].truncate();
-                back = start + (self.boundary.place_ahead(sample) - place);
+                back = start
+                    + self
+                        .period
+                        .nearest(self.boundary.place_ahead(sample) - place);
                 carried = velocity_of_wall;
             }
             let depth = depth + normal.dot(way);
@@ -117,13 +123,14 @@ impl Wall<'_> {
                 continue;
             };
             let place = self.boundary.packed[sample as usize].truncate();
-            let offset = point - self.boundary.place_ahead(sample as usize);
+            let ahead = self.boundary.place_ahead(sample as usize);
+            let offset = self.period.nearest(point - ahead);
             let height = offset.dot(normal);
             let along = offset.length_squared() - height * height;
             let depth = clearance - height;
             if depth > deepest.map_or(0.0, |(depth, _)| depth)
                 && along < sideways * sideways
-                && (start - place).dot(normal) >= 0.0
+                && self.period.nearest(start - place).dot(normal) >= 0.0
             {
                 deepest = Some((depth, sample as usize));
             }

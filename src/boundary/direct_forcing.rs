@@ -35,6 +35,7 @@ pub struct DirectForcing {
     /// r0 \[m].
     rest_distance: f32,
     slip: f32,
+    period: scene::Period,
 }
 
 impl DirectForcing {
@@ -43,6 +44,7 @@ impl DirectForcing {
         Self {
             rest_distance: parameters.rest_distance * material.spacing,
             slip: parameters.slip,
+            period: material.period,
         }
     }
 
@@ -63,8 +65,8 @@ impl DirectForcing {
             };
             let place = boundary.packed[sample as usize].truncate();
             let ahead = boundary.place_ahead(sample as usize);
-            let missing = self.rest_distance - x.distance(ahead);
-            if missing > 0.0 && (start - place).dot(normal) >= 0.0 {
+            let missing = self.rest_distance - self.period.nearest(x - ahead).length();
+            if missing > 0.0 && self.period.nearest(start - place).dot(normal) >= 0.0 {
                 let weight = missing / self.rest_distance;
                 weights += weight;
                 way += weight * missing;

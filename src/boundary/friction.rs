@@ -162,7 +162,10 @@ impl Vectorised for RoughRows<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         let Material {
-            kernel, spacing, ..
+            kernel,
+            spacing,
+            period,
+            ..
         } = self.material;
         let depth = self.boundary.layer_depth;
         let points = self.search.among_points;
@@ -175,7 +178,7 @@ impl Vectorised for RoughRows<'_> {
             let slip = self.friction.slip[sample].unwrap_or_default();
             let (mut weights, mut velocity, mut height) = (0.0, Vec3::ZERO, 0.0);
             for &other in near.of(simd, sample) {
-                let arm = points[other as usize].truncate() - place;
+                let arm = period.nearest(points[other as usize].truncate() - place);
                 let over = arm.dot(normal) - depth;
                 // What is behind the face is on the other side of a thin wall.
                 if over > -0.5 * spacing {
@@ -225,7 +228,7 @@ pub fn apply_wall_friction(
                 continue;
             };
             let place = boundary.packed[sample as usize];
-            let x = own - place.truncate();
+            let x = material.period.nearest(own - place.truncate());
             *acceleration +=
                 friction.acceleration(row, sample as usize, (x, place.w, normal), &material.kernel);
         }

@@ -206,13 +206,15 @@ pub fn move_walls(
         .velocities
         .resize(boundary.packed.len(), Default::default());
     let mut farthest = 0.0_f64;
+    let period = material.period;
     for (row, rest) in &walls.samples {
         let row = *row as usize;
         let (now, then) = &poses[rest.course as usize];
         let (from, to) = (now.place(rest.position), then.place(rest.position));
         let volume = boundary.packed[row].w;
-        boundary.packed[row] = from.as_vec3().extend(volume);
-        boundary.ahead[row] = to.as_vec3().extend(volume);
+        let here = period.wrap_exactly(from);
+        boundary.packed[row] = here.as_vec3().extend(volume);
+        boundary.ahead[row] = (to - (from - here)).as_vec3().extend(volume);
         boundary.velocities[row] = ((to - from) / dt).as_vec3().extend(0.0);
         boundary.normals[row] = now.turn(rest.normal);
         farthest = farthest.max(from.distance(to));
@@ -240,6 +242,7 @@ pub fn show_walls(
     mut particles: Query<(&mut Position, &mut BoundaryNormal, &RestPose), With<Boundary>>,
     walls: Res<MovingWalls>,
     boundary: Res<BoundarySamples>,
+    material: Res<Material>,
     clock: Res<Clock>,
 ) {
     // An order may leave the motion out.
@@ -251,7 +254,8 @@ pub fn show_walls(
         .collect();
     for (mut position, mut normal, rest) in &mut particles {
         if let Some(pose) = poses.get(rest.course as usize) {
-            position.0 = pose.place(rest.position).as_vec3();
+            let place = pose.place(rest.position);
+            position.0 = material.period.wrap_exactly(place).as_vec3();
             normal.0 = pose.turn(rest.normal);
         }
     }
@@ -259,12 +263,14 @@ pub fn show_walls(
 
 /// Puts the boundary particles of a world where they are at its time, between two steps: after its clock was set.
 pub(crate) fn place_walls(world: &mut World) {
-    let (Some(walls), Some(clock)) = (
+    let (Some(walls), Some(clock), Some(material)) = (
         world.get_resource::<MovingWalls>(),
         world.get_resource::<Clock>(),
+        world.get_resource::<Material>(),
     ) else {
         return;
     };
+    let period = material.period;
     // Before the first step all are where their shapes say.
     let poses: Vec<_> = (walls.courses.iter())
         .map(|course| course.pose(clock.time))
@@ -273,7 +279,7 @@ pub(crate) fn place_walls(world: &mut World) {
         world.query_filtered::<(&mut Position, &mut BoundaryNormal, &RestPose), With<Boundary>>();
     for (mut position, mut normal, rest) in particles.iter_mut(world) {
         if let Some(pose) = poses.get(rest.course as usize) {
-            position.0 = pose.place(rest.position).as_vec3();
+            position.0 = period.wrap_exactly(pose.place(rest.position)).as_vec3();
             normal.0 = pose.turn(rest.normal);
         }
     }

@@ -23,9 +23,10 @@ pub fn pack(
     samples: &[BoundarySample],
     execution: &Execution,
 ) -> Result<BoundarySamples, DomainTooLarge> {
+    let period = scene.period();
     let mut packed: Vec<Vec4> = samples
         .iter()
-        .map(|sample| sample.position.extend(0.0))
+        .map(|sample| period.wrap(sample.position).extend(0.0))
         .collect();
     let mut index = index::build(scene);
     index.rebuild(&packed, execution)?;

@@ -10,7 +10,7 @@ use crate::{
     kernel::Kernel,
     neighbours::{Recomputed, Search},
     pairs::{self, Pair, PairSum, Points, Source},
-    scene::{BoundaryHandling, Scene},
+    scene::{BoundaryHandling, Period, Scene},
     simd::{Simd, Vectorised},
     state::{CHUNK, Execution, Material, SENTINEL},
 };
@@ -19,6 +19,7 @@ use crate::{
 #[derive(Debug, Clone, Copy)]
 pub struct VolumeRule {
     kernel: Kernel,
+    period: Period,
     /// With direct forcing: the volume of a fluid particle \[m³; m² in 2-D], and the sum of a flat layer's kernels.
     layer: Option<[f32; 2]>,
 }
@@ -39,7 +40,12 @@ impl VolumeRule {
                 Some([material.particle_mass / material.rest_density, layer])
             }
         };
-        Self { kernel, layer }
+        let period = scene.period();
+        Self {
+            kernel,
+            period,
+            layer,
+        }
     }
 
     /// Volumes \[m³; m² in 2-D] of the particles of `index`, at `packed` without its sentinel.
@@ -68,6 +74,7 @@ impl VolumeRule {
                 fluid: packed,
                 boundary: &[SENTINEL],
                 kernel: &pass.kernel,
+                period: self.period,
             },
             &mut volumes,
             execution,
@@ -91,6 +98,7 @@ impl VolumeRule {
             chunks.for_each(|(volumes, rows)| {
                 execution.instruction_set.dispatch(SomeRows {
                     kernel: &self.kernel,
+                    period: self.period,
                     search,
                     rows,
                     volumes,
@@ -114,6 +122,7 @@ impl VolumeRule {
 /// Rows whose volumes are summed one after the other.
 struct SomeRows<'a> {
     kernel: &'a Kernel,
+    period: Period,
     search: Search<'a>,
     rows: &'a [u32],
     volumes: &'a mut [f32],
@@ -129,8 +138,8 @@ impl Vectorised for SomeRows<'_> {
         for (&row, volume) in self.rows.iter().zip(self.volumes) {
             let place = points[row as usize].truncate();
             let value = |&other: &u32| {
-                let distance = points[other as usize].truncate().distance(place);
-                self.kernel.value(distance)
+                let offset = points[other as usize].truncate() - place;
+                self.kernel.value(self.period.nearest(offset).length())
             };
             let others: f32 = near.of(simd, row as usize).iter().map(value).sum();
             *volume = 1.0 / (self.kernel.value(0.0) + others);

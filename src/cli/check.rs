@@ -32,6 +32,16 @@ pub(super) fn check(options: &options::Run) -> Result<Exit, Failure> {
     Ok(Exit::Done)
 }
 
+/// The axes along which space repeats.
+fn periodic(scene: &Scene) -> Option<String> {
+    let axes = ["x", "y", "z"].into_iter().zip(scene.periodic.axes());
+    let faces = |(name, faces): (&str, Option<[f32; 2]>)| {
+        faces.map(|[low, high]| format!("{name} from {low} to {high} m"))
+    };
+    let axes: Vec<_> = axes.filter_map(faces).collect();
+    (!axes.is_empty()).then(|| axes.join(", "))
+}
+
 fn text(scene: &Scene, plan: &Plan, threads: usize, options: &options::Run) -> String {
     let mut text = format!("{}: the scene is fine\n", console::name(&scene.name));
     let rows = [
@@ -77,7 +87,8 @@ fn text(scene: &Scene, plan: &Plan, threads: usize, options: &options::Run) -> S
         ("threads", threads.to_string()),
         ("output", output(scene, options)),
     ];
-    for (name, value) in rows {
+    let periodic = periodic(scene).map(|axes| ("periodic", axes));
+    for (name, value) in rows.into_iter().chain(periodic) {
         // Writing to a String cannot fail, here and below.
         let _ = writeln!(text, "  {name:<15} {value}");
     }

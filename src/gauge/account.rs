@@ -5,8 +5,9 @@
 //! particles, are not dissipation. Losses by viscosity, the pressure solve, walls at rest and the time integration are
 //! (gains are negative).
 //!
-//! Gravity and central forces have a potential. Work by moving walls, by emitters on what waits behind their faces and
-//! by tables of accelerations is external: it is included in the dissipation, as a negative contribution.
+//! Gravity and central forces have a potential. Work by moving walls, by emitters on what waits behind their faces, by
+//! tables of accelerations and by gravity along a periodic axis is external: it is included in the dissipation, as a
+//! negative contribution.
 
 use bevy_ecs::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -79,11 +80,12 @@ pub(crate) fn note_start(
     (material, body_forces): (Res<Material>, Option<Res<BodyForces>>),
 ) {
     let (mut squares, mut heights) = (0.0, 0.0);
+    let gravity = material.gravity_with_potential();
     let tables = fluid.contiguous_iter().into_iter().flatten();
     for (_, x, v) in in_order(tables, |table| table.0) {
         for (x, v) in x.iter().zip(v.iter()) {
             squares += f64::from(v.0.length_squared());
-            heights += f64::from(material.gravity.dot(x.0));
+            heights += f64::from(gravity.dot(x.0));
             if let Some(forces) = &body_forces {
                 heights -= f64::from(forces.potential(x.0));
             }

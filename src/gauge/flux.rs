@@ -28,6 +28,7 @@ impl Probe for Flux {
         let area = along.cross(across);
         let normal = area.normalize();
         let side = if self.flat { Vec3::ZERO } else { self.across };
+        let middle = self.corner + 0.5 * (self.along + side);
         let corners = [Vec3::ZERO, self.along, side, self.along + side].map(|x| self.corner + x);
         let (low, high) = corners
             .iter()
@@ -38,8 +39,8 @@ impl Probe for Flux {
         moment.fluid().rows_in(low - reach, high + reach, rows);
         let mut flux = 0.0;
         for &row in &*rows {
-            let x = moment.state.places.0[row as usize].truncate().as_dvec3();
-            let x = x - self.corner.as_dvec3();
+            let x = moment.state.places.0[row as usize].truncate();
+            let x = (material.period.nearest(x - middle) + middle - self.corner).as_dvec3();
             // Coordinates along the parallelogram's own axes, 0 to 1 inside it.
             let part = |from: DVec3, to: DVec3| from.cross(to).dot(area) / area.length_squared();
             let (a, b) = (part(x, across), part(along, x));

@@ -87,7 +87,9 @@ impl Force {
             fluid.rows_in(place - reach, place + reach, &mut rows);
             let mut on_sample = DVec3::ZERO;
             for row in rows.iter().map(|&row| row as usize) {
-                let x = fluid.points[row].truncate() - place;
+                let x = material
+                    .period
+                    .nearest(fluid.points[row].truncate() - place);
                 let share = walls.share(row);
                 let part = if share > 0.0 {
                     volume * kernel.value(x.length()) / share
@@ -131,7 +133,10 @@ impl Force {
         for row in reactions.touched.iter().map(|&row| row as usize) {
             let x = moment.fluid().points[row].truncate();
             walls.rows_in(x - reach, x + reach, &mut near);
-            let distance = |sample: &u32| walls.points[*sample as usize].truncate().distance(x);
+            let distance = |sample: &u32| {
+                let offset = walls.points[*sample as usize].truncate() - x;
+                state.material.period.nearest(offset).length()
+            };
             let nearest = near
                 .iter()
                 .min_by(|a, b| distance(a).total_cmp(&distance(b)));

@@ -32,6 +32,7 @@ impl Probe for Height {
             .iter()
             .filter_map(|&row| {
                 let offset = places[row as usize].truncate() - self.at;
+                let offset = material.period.nearest(offset);
                 let height = offset.dot(up);
                 let aside = offset - height * up;
                 (aside.length_squared() <= self.radius * self.radius).then_some(height)

@@ -54,6 +54,7 @@ impl<'a, 'w> Moment<'a, 'w> {
             places: self.places(),
             dimension: self.state.material.dimension,
             spacing: self.state.material.spacing,
+            period: self.state.material.period,
         }
     }
 

@@ -1,10 +1,11 @@
 //! Rows of the points in a box, found through an index.
 
 use glam::{IVec3, Vec3, Vec4};
+use smallvec::{SmallVec, smallvec};
 
 use crate::{
     index::{Run, SpatialIndex},
-    scene::Dimension,
+    scene::{Dimension, Period},
 };
 
 /// Points with their index.
@@ -24,6 +25,8 @@ pub(super) struct Crowd<'a> {
     pub(super) dimension: Dimension,
     /// Distance of the particles at rest \[m].
     pub(super) spacing: f32,
+    /// The box that repeats.
+    pub(super) period: Period,
 }
 
 impl Crowd<'_> {
@@ -44,9 +47,20 @@ const FEW_BLOCKS: f64 = 64.0;
 const LARGEST: i32 = i32::MAX / 4;
 
 impl Near<'_> {
-    /// The rows of all points in the box, in ascending order: the same from every structure.
+    /// The rows of all points in the box, in ascending order: the same from every structure. With periodic axes those
+    /// with an image in it.
     pub(super) fn rows_in(&self, low: Vec3, high: Vec3, rows: &mut Vec<u32>) {
         rows.clear();
+        let period = self.index.images().map(|images| images.period);
+        for (low, high) in parts(period.unwrap_or_default(), low, high) {
+            self.append_rows_in(low, high, rows);
+        }
+        rows.sort_unstable();
+        // A structure may return more than the requested cells.
+        rows.dedup();
+    }
+
+    fn append_rows_in(&self, low: Vec3, high: Vec3, rows: &mut Vec<u32>) {
         let is_inside = |row: u32| {
             let point = self.points.get(row as usize).map(|point| point.truncate());
             point.is_some_and(|x| x.cmpge(low).all() && x.cmple(high).all())
@@ -61,9 +75,6 @@ impl Near<'_> {
         for run in runs {
             rows.extend(entries.rows(run).iter().filter(|&&row| is_inside(row)));
         }
-        rows.sort_unstable();
-        // A structure may return more than the requested cells.
-        rows.dedup();
     }
 
     /// Cells whose neighbourhoods cover the box, side by side; `None` if testing every point is as fast.
@@ -91,6 +102,39 @@ impl Near<'_> {
                 .flat_map(move |y| (0..counts.x).map(move |x| start + stride * IVec3::new(x, y, z)))
         }))
     }
+}
+
+/// The parts of a box within the faces of periodic axes, as seen from the other side where it reaches beyond one.
+fn parts(period: Period, low: Vec3, high: Vec3) -> SmallVec<[(Vec3, Vec3); 1]> {
+    let mut parts: SmallVec<[(Vec3, Vec3); 1]> = smallvec![(low, high)];
+    for axis in 0..3 {
+        let Some([first, last]) = period.faces(axis) else {
+            continue;
+        };
+        let length = period.length[axis];
+        let (low, high) = (low[axis], high[axis]);
+        let periods = ((low - first) / length).floor();
+        let (low, high) = (low - periods * length, high - periods * length);
+        // Rounding may leave a point a little outside.
+        let (least, most) = (first - 1e-3 * length, last + 1e-3 * length);
+        let spans: SmallVec<[(f32, f32); 2]> = if high - low >= length || !high.is_finite() {
+            smallvec![(least, most)]
+        } else if high >= last {
+            smallvec![(low, most), (least, high - length)]
+        } else {
+            smallvec![(low, high)]
+        };
+        let with = |&(from, to): &(Vec3, Vec3)| {
+            let (mut from, mut to) = (from, to);
+            let spans = spans.clone();
+            spans.into_iter().map(move |(low, high)| {
+                (from[axis], to[axis]) = (low, high);
+                (from, to)
+            })
+        };
+        parts = parts.iter().flat_map(with).collect();
+    }
+    parts
 }
 
 #[cfg(test)]

@@ -46,7 +46,9 @@ impl Around {
         let behind = -BEHIND * crowd.spacing;
         let (mut speak, mut sum, mut weights) = (0, DVec3::ZERO, 0.0);
         for &row in &*rows {
-            let x = crowd.places[row as usize].truncate() - self.at;
+            let x = crowd
+                .period
+                .nearest(crowd.places[row as usize].truncate() - self.at);
             let weight = f64::from(self.kernel.value(x.length()));
             let counts = self.side.is_none_or(|side| x.dot(side) >= behind);
             if counts && weight > 0.0 {

@@ -151,6 +151,7 @@ impl Snapshot {
         let index = index::build(&Scene {
             dimension: material.dimension,
             support: Some(h / material.spacing),
+            periodic: material.period.to_scene(),
             ..Scene::new("", material.spacing)
         });
         let mut snapshot = Self {
@@ -188,7 +189,8 @@ impl Snapshot {
             let (rho, p) = (Density::peel_slice(rho), Pressure::peel_slice(p));
             for row in (0..x.len()).filter(|&row| x[row].is_finite()) {
                 self.entities.push(entities[row]);
-                self.places.push(x[row].extend(0.0));
+                let place = self.material.period.wrap(x[row]);
+                self.places.push(place.extend(0.0));
                 self.velocities.push(v[row]);
                 self.densities.push(rho[row]);
                 self.pressures.push(p[row]);
@@ -205,7 +207,13 @@ impl Snapshot {
             places: &self.places,
             dimension: self.material.dimension,
             spacing: self.material.spacing,
+            period: self.material.period,
         }
+    }
+
+    fn distance(&self, row: usize, point: Vec3) -> f32 {
+        let offset = self.places[row].truncate() - point;
+        self.material.period.nearest(offset).length()
     }
 
     /// Fluid particles.
@@ -221,7 +229,7 @@ impl Snapshot {
         (self.crowd().near).rows_in(point - reach, point + reach, &mut rows);
         let neighbours = rows.into_iter().map(|row| Neighbour {
             particle: self.entities[row as usize],
-            distance: self.places[row as usize].truncate().distance(point),
+            distance: self.distance(row as usize, point),
         });
         let mut neighbours: Vec<Neighbour> =
             neighbours.filter(|found| found.distance < h).collect();

@@ -5,7 +5,9 @@ use glam::DVec3;
 use super::{
     brute_force, compact_hashing, domain,
     grid::Grid,
-    index_sort, spatial_hashing,
+    index_sort,
+    periodic::PeriodicIndex,
+    spatial_hashing,
     structure::{SpatialIndex, Structure},
     uniform_grid, z_index_sort,
 };
@@ -37,7 +39,13 @@ fn grid(scene: &Scene) -> Grid {
 pub fn build(scene: &Scene) -> Box<dyn SpatialIndex> {
     let cell = scene.index.cell_size * scene.support();
     let per_cell = cell.powi(u8::from(scene.dimension).into());
-    (row(scene.index.structure).build)(grid(scene), per_cell)
+    let structure = (row(scene.index.structure).build)(grid(scene), per_cell);
+    let period = scene.period();
+    if period.is_any() {
+        Box::new(PeriodicIndex::new(structure, period))
+    } else {
+        structure
+    }
 }
 
 /// Memory of the structure's tables for all cells of a box, used or empty \[bytes]. The corners of the box are in
@@ -47,6 +55,14 @@ pub(crate) fn table_bytes(scene: &Scene, low: DVec3, high: DVec3) -> Result<u64,
         return Ok(0);
     };
     let grid = grid(scene);
+    let (mut low, mut high) = (low, high);
+    for axis in 0..3 {
+        if let Some(faces) = scene.period().faces(axis) {
+            // With the images beyond both faces.
+            let reach = f64::from(grid.support_radius);
+            (low[axis], high[axis]) = (f64::from(faces[0]) - reach, f64::from(faces[1]) + reach);
+        }
+    }
     let cell = |corner: DVec3| grid.cell_of(corner.as_vec3().extend(0.0));
     let cells = domain::needed(&grid, cell(low), cell(high), table)?;
     Ok(4 * table(cells))
@@ -54,5 +70,16 @@ pub(crate) fn table_bytes(scene: &Scene, low: DVec3, high: DVec3) -> Result<u64,
 
 /// Memory of the structure besides these tables \[bytes per particle].
 pub(crate) fn bytes_per_particle(scene: &Scene) -> f64 {
-    row(scene.index.structure).bytes_per_particle
+    let bytes = row(scene.index.structure).bytes_per_particle;
+    let reach = 2.0 * f64::from(scene.support_radius());
+    let period = scene.period();
+    if !period.is_any() {
+        return bytes;
+    }
+    // Points and images, and the row of each of these.
+    let with_images: f64 = (0..3)
+        .filter_map(|axis| period.faces(axis))
+        .map(|[low, high]| 1.0 + reach / f64::from(high - low))
+        .product();
+    (bytes + 16.0) * with_images + 4.0 * (with_images - 1.0)
 }

@@ -6,6 +6,7 @@ use super::{
     domain::TableSize,
     entries::{Entries, Run},
     grid::Grid,
+    images::Images,
 };
 use crate::state::{DomainTooLarge, Execution};
 
@@ -30,6 +31,11 @@ pub trait SpatialIndex: Send + Sync + 'static {
 
     /// Geometry of the cells.
     fn grid(&self) -> &Grid;
+
+    /// Points and their images beyond the faces of periodic axes: rows behind the last that was given are images.
+    fn images(&self) -> Option<&Images> {
+        None
+    }
 
     /// Number of partitions that a search iterates over: cells, or blocks of entries or rows. Together they hold all
     /// points.

@@ -155,7 +155,11 @@ impl NeighbourLists {
                 let (mut done, mut expected) = (0, 0);
                 while let Some((_, rows)) = index.next_cell(partition, done) {
                     done += rows.len();
-                    let len = |&row: &u32| usize::from(lengths[row as usize].load(Relaxed));
+                    // Images of points have no lists.
+                    let len = |&row: &u32| {
+                        let len = lengths.get(row as usize);
+                        len.map_or(0, |len| usize::from(len.load(Relaxed)))
+                    };
                     expected += rows.iter().map(len).sum::<usize>();
                 }
                 expected

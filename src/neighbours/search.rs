@@ -12,7 +12,7 @@ use glam::{IVec3, Vec4};
 
 use super::lists::{NeighbourLists, Region, Spans};
 use crate::{
-    index::{Run, SpatialIndex},
+    index::{Images, Run, SpatialIndex},
     memory,
     simd::{CANDIDATE_ALIGNMENT, Candidates, FIRST_ROOM, Near, Portable, Probe, Simd, Vectorised},
     state::Execution,
@@ -59,7 +59,10 @@ impl Search<'_> {
     fn near(&self, rows: &[u32]) -> Near {
         let (mut low, mut high) = (Vec4::INFINITY, Vec4::NEG_INFINITY);
         for &row in rows {
-            let point = self.points[row as usize];
+            // Images of points have no lists.
+            let Some(&point) = self.points.get(row as usize) else {
+                continue;
+            };
             // With this order of arguments, NaN coordinates do not change the box.
             (low, high) = (point.min(low), point.max(high));
         }
@@ -118,9 +121,10 @@ impl Scratch {
         }
         let entries = search.among.entries();
         if !entries.with_positions() {
+            let images = search.among.images();
+            let points = images.map_or(search.among_points, Images::points);
             for &run in &self.runs {
-                self.candidates
-                    .extend(entries.rows(run), search.among_points);
+                self.candidates.extend(entries.rows(run), points);
             }
         } else if !self.runs.is_empty() {
             let near = if members.is_empty() {
@@ -206,7 +210,10 @@ pub fn tested_pairs(search: &Search) -> usize {
         while let Some((coordinates, members)) = search.of.next_cell(partition, done) {
             done += members.len();
             scratch.fetch(Portable, search, (Some(partition), coordinates), &[]);
-            tested += members.len() * scratch.candidates.len();
+            let own = members
+                .iter()
+                .filter(|&&row| (row as usize) < search.points.len());
+            tested += own.count() * scratch.candidates.len();
         }
     }
     tested
@@ -302,6 +309,7 @@ impl Vectorised for Block<'_> {
         let Self { task, region, rows } = self;
         let first = task.first_block * task.partitions_per_block;
         let mut scratch = SCRATCH.take();
+        let (own, images) = (task.search.points.len() as u32, task.search.among.images());
         // Position of the next list.
         let mut end = 0;
         for partition in first..task.partitions.min(first + task.partitions_per_block) {
@@ -311,7 +319,11 @@ impl Vectorised for Block<'_> {
             }
             while let Some((cell, members)) = task.search.of.next_cell(partition, done) {
                 done += members.len();
+                if images.is_some() && members.iter().all(|&row| row >= own) {
+                    continue;
+                }
                 scratch.fetch(simd, task.search, (Some(partition), cell), members);
+                let members = members.iter().filter(|&&row| row < own);
                 if scratch.candidates.is_empty() {
                     for &row in members {
                         task.spans.set(row, 0, 0);
@@ -323,10 +335,17 @@ impl Vectorised for Block<'_> {
                     let room = &mut rows[end..region.len];
                     // If the region has enough space, hits are written directly into the list.
                     let count = if room.len() >= scratch.room() {
-                        simd.collect_hits(&scratch.candidates, probe, room)
+                        let count = simd.collect_hits(&scratch.candidates, probe, room);
+                        if let Some(images) = images {
+                            images.resolve(&mut room[..count]);
+                        }
+                        count
                     } else {
                         let hits = &mut scratch.hits;
                         let count = simd.collect_hits(&scratch.candidates, probe, hits);
+                        if let Some(images) = images {
+                            images.resolve(&mut hits[..count]);
+                        }
                         match room.get_mut(..count) {
                             Some(list) => list.copy_from_slice(&hits[..count]),
                             None => task.stray(row, &hits[..count]),
@@ -375,6 +394,9 @@ impl<'a> Recomputed<'a> {
         }
         let probe = self.search.probe(row as u32);
         let count = simd.collect_hits(&self.scratch.candidates, probe, &mut self.scratch.hits);
+        if let Some(images) = self.search.among.images() {
+            images.resolve(&mut self.scratch.hits[..count]);
+        }
         &self.scratch.hits[..count]
     }
 }

@@ -7,6 +7,7 @@
 //! density pass the gradient factors of the kernel are stored, too (see [`KernelGradients`]).
 
 mod gradients;
+mod image;
 mod pass;
 mod rows;
 mod sinks;
@@ -20,6 +21,7 @@ use rayon::prelude::*;
 use self::gradients::Generations;
 pub use self::{
     gradients::KernelGradients,
+    image::reaches_across,
     pass::{Pair, PairSum, accumulate, broadcast, difference, dot},
     rows::{Points, Source, sum},
     sinks::{add, store, zip},
@@ -143,6 +145,7 @@ impl Pairs<'_> {
             fluid,
             boundary: samples.map_or(&[SENTINEL], |samples| &samples.packed),
             kernel: &self.material.kernel,
+            period: self.material.period,
         }
     }
 

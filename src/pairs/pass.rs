@@ -18,7 +18,7 @@ pub trait PairSum: Copy + Sync {
     /// Whether it needs the number of neighbours.
     const COUNTS: bool = false;
     /// Whether the pass needs only the gradient factors of a pair. If these are stored, positions are not loaded, and
-    /// the other fields of a [`Pair`] are zero.
+    /// the other fields of a [`Pair`] are zero, but for rows that [reach across](super::reaches_across) a face.
     const GRADIENTS_ONLY: bool = false;
 
     /// Called before the first neighbour of row `i`, whose packed position is `own`.

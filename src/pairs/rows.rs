@@ -8,11 +8,13 @@ use rayon::prelude::*;
 use super::{
     KernelGradients, Pair, PairSum, broadcast, difference, dot,
     gradients::{Computed, Generations, GradFactors, Kept, Known, make_room},
+    image::Image,
     store,
 };
 use crate::{
     kernel::Kernel,
     neighbours::{NeighbourLists, Recomputed, Search},
+    scene::Period,
     simd::{LANES, Simd, Vectorised},
     state::{CHUNK, Execution},
 };
@@ -26,6 +28,8 @@ pub struct Points<'a> {
     pub boundary: &'a [Vec4],
     /// The kernel of the pairs.
     pub kernel: &'a Kernel,
+    /// The box that repeats.
+    pub period: Period,
 }
 
 impl Points<'_> {
@@ -151,9 +155,13 @@ fn pair<S: Simd>(
     own: [S::F; 3],
     points: &[Vec4],
     rows: S::Rows,
+    image: Option<Image<S>>,
     (kernel, grad_factors): (&Kernel, &mut impl GradFactors),
 ) -> Pair<S> {
-    let (x_ij, packed_j) = difference(simd, own, points, rows);
+    let (mut x_ij, packed_j) = difference(simd, own, points, rows);
+    if let Some(image) = image {
+        x_ij = image.nearest(simd, x_ij);
+    }
     let r2 = dot(simd, x_ij, x_ij);
     Pair {
         x_ij,
@@ -176,9 +184,11 @@ fn row<P: PairSum, S: Simd, L: GradFactors>(
     let neighbours = fluid.len() + boundary.len();
     let mut sums = pass.start(simd, i, points.fluid[i]);
     let own = broadcast(simd, points.fluid[i]);
+    let support_radius = points.kernel.support_radius;
+    let image = Image::of(simd, &points.period, support_radius, points.fluid[i]);
     while P::FLUID && !fluid.is_empty() {
         let rows = simd.rows(fluid);
-        let pair = if P::GRADIENTS_ONLY && L::KNOWN {
+        let pair = if P::GRADIENTS_ONLY && L::KNOWN && image.is_none() {
             let zero = simd.splat(0.0);
             Pair {
                 x_ij: [zero; 3],
@@ -187,7 +197,8 @@ fn row<P: PairSum, S: Simd, L: GradFactors>(
                 grad_factor: grad_factors.next(simd, points.kernel, zero),
             }
         } else {
-            pair(simd, own, points.fluid, rows, (points.kernel, grad_factors))
+            let grad_factors = (points.kernel, &mut *grad_factors);
+            pair(simd, own, points.fluid, rows, image, grad_factors)
         };
         pass.fluid(simd, &pair, rows, &mut sums);
         fluid = fluid.get(LANES..).unwrap_or_default();
@@ -195,7 +206,7 @@ fn row<P: PairSum, S: Simd, L: GradFactors>(
     while P::BOUNDARY && !boundary.is_empty() {
         let rows = simd.rows(boundary);
         let grad_factors = (points.kernel, &mut Computed);
-        let pair = pair(simd, own, points.boundary, rows, grad_factors);
+        let pair = pair(simd, own, points.boundary, rows, image, grad_factors);
         pass.boundary(simd, &pair, rows, &mut sums);
         boundary = boundary.get(LANES..).unwrap_or_default();
     }

@@ -7,7 +7,8 @@ use glam::{Vec3, Vec4};
 use super::stabilisation::{Stabilisation, Stabilised};
 use crate::{
     boundary::sums::{BoundarySums, Walls},
-    pairs::{Pair, PairSum, PairsWithGradients, broadcast, difference, dot},
+    pairs::{Pair, PairSum, PairsWithGradients, broadcast, difference, dot, reaches_across},
+    scene::Period,
     simd::Simd,
     state::{Clock, Execution, Material, PressureAccelerations, Velocities},
 };
@@ -85,6 +86,8 @@ pub struct DensityRate<'a, const SHARED: bool> {
     walls: Walls<'a>,
     stabilised: Option<Stabilised<'a>>,
     rest_density: f32,
+    support_radius: f32,
+    period: Period,
     /// m and the kernel's factor.
     factor: f32,
 }
@@ -104,6 +107,8 @@ impl<'a, const SHARED: bool> DensityRate<'a, SHARED> {
             walls,
             stabilised: None,
             rest_density: material.rest_density,
+            support_radius: material.kernel.support_radius,
+            period: material.period,
             factor: material.particle_mass * material.kernel.gradient_scale,
         }
     }
@@ -118,10 +123,13 @@ impl<'a> DensityRate<'a, false> {
 
 /// A particle's position and velocity, and the sum.
 pub struct DensityRateSums<S: Simd> {
-    /// Its velocity for a shared pass: a neighbour in every lane.
+    /// Its velocity for a shared pass, or across a face: a neighbour in every lane.
     velocity: [S::F; 3],
     /// Its position and velocity for its own pass: a neighbour in each half.
     own: [S::F; 2],
+    /// Whether neighbours may be beyond a face, so that images are nearer than they are; and fourth entries of its
+    /// position and velocity.
+    across: Option<[f32; 2]>,
     /// A number in every lane, or a vector in each half.
     sum: S::F,
     /// `Σ_b ρ0 V_b (v_i − v_b)·∇W_ib` \[kg/(m³ s)].
@@ -141,8 +149,10 @@ impl<const SHARED: bool> PairSum for DensityRate<'_, SHARED> {
             (velocity, of_pairs) = stabilised.own(i, velocity, self.rest_density);
         }
         DensityRateSums {
-            velocity: broadcast(simd, velocity),
+            velocity: broadcast(simd, of_pairs),
             own: [own, of_pairs].map(|vector| simd.splat_vector(vector)),
+            across: (!SHARED && reaches_across(&self.period, self.support_radius, own))
+                .then_some([own.w, of_pairs.w]),
             sum: simd.splat(0.0),
             walls: self.rest_density * self.walls.rate(i, velocity.truncate()),
         }
@@ -153,6 +163,15 @@ impl<const SHARED: bool> PairSum for DensityRate<'_, SHARED> {
         sums.sum = if SHARED {
             let (v, _) = difference(simd, sums.velocity, self.velocities, j);
             simd.mul_add(pair.grad_factor, dot(simd, v, pair.x_ij), sums.sum)
+        } else if let Some([term, of_term]) = sums.across {
+            let (v, fourth) = difference(simd, sums.velocity, self.velocities, j);
+            let mut product = dot(simd, v, pair.x_ij);
+            if self.stabilised.is_some() {
+                let terms = simd.sub(simd.splat(term), pair.packed_j);
+                let factors = simd.sub(simd.splat(of_term), fourth);
+                product = simd.mul_add(terms, factors, product);
+            }
+            simd.mul_add(pair.grad_factor, product, sums.sum)
         } else {
             let tables = [self.positions, self.velocities];
             simd.add_products(tables, sums.own, j, pair.grad_factor, sums.sum)
@@ -161,7 +180,7 @@ impl<const SHARED: bool> PairSum for DensityRate<'_, SHARED> {
 
     #[inline(always)]
     fn finish<S: Simd>(&self, simd: S, _: usize, sums: DensityRateSums<S>) -> f32 {
-        let sum = if SHARED || self.stabilised.is_some() {
+        let sum = if SHARED || self.stabilised.is_some() || sums.across.is_some() {
             simd.sum(sums.sum)
         } else {
             simd.sum_vectors(sums.sum)

@@ -9,7 +9,7 @@ use crate::{
     gauge,
     integrate::{self, Domain, GuardLimits, Motion},
     scene::{Outside, Scene, TimeStep},
-    state::{Phase, Product, Stage, Systems, chain, clock, failure::healthy, transfer},
+    state::{Phase, Product, Stage, Systems, chain, clock, failure::healthy, transfer, wrap},
     time_step::{self, adaptive, roll_back},
 };
 
@@ -55,6 +55,11 @@ fn systems(scene: &Scene) -> Systems {
         (integrated, corrected.chain()).chain()
     } else {
         (integrated, contact::keep_outside).chain()
+    };
+    let moved = if scene.period().is_any() {
+        (moved, wrap::wrap_end).chain()
+    } else {
+        moved
     };
     let unwritten = lasting(scene)
         .iter()

@@ -9,7 +9,7 @@ use crate::{
     scene::{Neighbours, Scene},
     state::{
         Accelerations, Densities, Phase, Positions, PredictedPositions, PressureAccelerations,
-        Pressures, Product, Rows, Stage, Systems, Velocities, chain, transfer,
+        Pressures, Product, Rows, Stage, Systems, Velocities, chain, transfer, wrap,
     },
 };
 
@@ -55,6 +55,9 @@ fn systems(scene: &Scene) -> Systems {
     systems.extend(gathers.map(|gather| gather()));
     if flow::has_emitters(scene) {
         systems.push(flow::find_held.into_configs());
+    }
+    if scene.period().is_any() {
+        systems.push(wrap::wrap_start.into_configs());
     }
     chain(systems)
 }

@@ -5,6 +5,7 @@ mod count;
 mod front;
 mod layer;
 mod mesh;
+mod round;
 mod surfaces;
 mod thin_parts;
 

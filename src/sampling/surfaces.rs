@@ -4,10 +4,15 @@ use std::f32::consts::{PI, TAU};
 
 use glam::{IVec3, Vec3};
 
-use super::{BoundarySample, layer::layer_depth, mesh::sample_mesh};
+use super::{
+    BoundarySample,
+    layer::layer_depth,
+    mesh::sample_mesh,
+    round::{self, Row},
+};
 use crate::{
     mesh::{Mesh, MeshError},
-    scene::{BoundaryShape, Dimension, Scene, shapes::wall_axes},
+    scene::{BoundaryShape, Dimension, Period, Scene, shapes::wall_axes},
 };
 
 /// Boundary particles of a scene. Fails if the file of a mesh was removed or is no longer valid.
@@ -33,27 +38,28 @@ pub(crate) fn for_each_sample_of(
     if scene.boundaries.is_empty() {
         return Ok(());
     }
-    let depth = layer_depth(scene);
+    let (depth, period) = (layer_depth(scene), scene.period());
     let mut shapes = (0..).zip(&scene.boundaries);
     shapes.try_for_each(|(number, shape)| {
         let mut put = |sample| put(number, sample);
-        sample_shape(shape, scene.dimension, scene.spacing, depth, &mut put)
+        let lattice = (scene.dimension, scene.spacing, &period);
+        sample_shape(shape, lattice, depth, &mut put)
     })
 }
 
 fn sample_shape(
     shape: &BoundaryShape,
-    dimension: Dimension,
-    spacing: f32,
+    (dimension, spacing, period): (Dimension, f32, &Period),
     depth: f32,
     put: &mut dyn FnMut(BoundarySample),
 ) -> Result<(), MeshError> {
+    let round = |min, max| round::rows(period, min, max, spacing);
     let inset = Vec3::splat(depth);
     match *shape {
         BoundaryShape::Tank { min, max, open, .. } => shell(
             min - inset,
             max + inset,
-            Side::Inside { open },
+            (Side::Inside { open }, round(min, max)),
             dimension,
             spacing,
             put,
@@ -64,7 +70,7 @@ fn sample_shape(
             shell(
                 (min + inset).min(middle),
                 (max - inset).max(middle),
-                Side::Outside,
+                (Side::Outside, round(min, max)),
                 dimension,
                 spacing,
                 put,
@@ -88,8 +94,7 @@ fn sample_shape(
                 center - depth * normal,
                 normal,
                 half_size,
-                dimension,
-                spacing,
+                (dimension, spacing, period),
                 put,
             );
         }
@@ -101,7 +106,19 @@ fn sample_shape(
                 depth,
                 &mut samples,
             );
-            samples.into_iter().for_each(put);
+            // What goes round an axis is there once.
+            let (low, high) = samples.iter().fold(
+                (Vec3::INFINITY, Vec3::NEG_INFINITY),
+                |(low, high), sample: &BoundarySample| {
+                    (low.min(sample.position), high.max(sample.position))
+                },
+            );
+            let goes_round = period.goes_round(low - spacing, high + spacing);
+            let is_once = |sample: &BoundarySample| {
+                let moved = sample.position.cmpne(period.wrap(sample.position));
+                !(moved & goes_round).any()
+            };
+            samples.into_iter().filter(is_once).for_each(put);
         }
     }
     Ok(())
@@ -114,11 +131,12 @@ enum Side {
     Outside,
 }
 
-/// The surface of the box `min`–`max` on a lattice at most as coarse as the spacing; edges and corners once.
+/// The surface of the box `min`–`max` on a lattice at most as coarse as the spacing; edges and corners once. Along an
+/// axis that it goes round it has no ends, but the samples of a row.
 fn shell(
     min: Vec3,
     max: Vec3,
-    fluid: Side,
+    (fluid, round): (Side, [Option<Row>; 3]),
     dimension: Dimension,
     spacing: f32,
     put: &mut dyn FnMut(BoundarySample),
@@ -132,9 +150,18 @@ fn shell(
     if dimension == Dimension::Two {
         (last.z, min.z, size.z) = (0, 0.0, 0.0);
     }
-    let step = size / last.max(IVec3::ONE).as_vec3();
-    let open_top = fluid == Side::Inside { open: true };
-    let inwards = |k: i32, last: i32| i32::from(k == 0) - i32::from(k == last && last > 0);
+    let mut step = size / last.max(IVec3::ONE).as_vec3();
+    for (axis, row) in round.iter().enumerate() {
+        if let Some(row) = row {
+            (min[axis], step[axis], last[axis]) = (row.first, row.step, row.count - 1);
+        }
+    }
+    let open_top = fluid == Side::Inside { open: true } && round[1].is_none();
+    let inwards = |axis: usize, k: i32| {
+        let last = last[axis];
+        let end = i32::from(k == 0) - i32::from(k == last && last > 0);
+        if round[axis].is_some() { 0 } else { end }
+    };
     for z in 0..=last.z {
         for y in 0..=last.y {
             // The walls of an open tank end at its rim.
@@ -144,13 +171,13 @@ fn shell(
             let depth = if dimension == Dimension::Two {
                 0
             } else {
-                inwards(z, last.z)
+                inwards(2, z)
             };
             // In a row inside the box only the ends are on the surface.
-            let is_within = depth == 0 && inwards(y, last.y) == 0;
+            let is_within = depth == 0 && inwards(1, y) == 0;
             let stride = if is_within { last.x.max(1) } else { 1 };
             for x in (0..=last.x).step_by(stride as usize) {
-                let normal = IVec3::new(inwards(x, last.x), inwards(y, last.y), depth);
+                let normal = IVec3::new(inwards(0, x), inwards(1, y), depth);
                 if normal == IVec3::ZERO {
                     continue;
                 }
@@ -204,28 +231,31 @@ fn plane(
     center: Vec3,
     normal: Vec3,
     half_size: f32,
-    dimension: Dimension,
-    spacing: f32,
+    (dimension, spacing, period): (Dimension, f32, &Period),
     put: &mut dyn FnMut(BoundarySample),
 ) {
     let (along, across) = wall_axes(normal, dimension);
-    let count = (2.0 * half_size / spacing - 1e-3).ceil().max(1.0) as i32;
-    let place = |k: i32| half_size * (2.0 * k as f32 / count as f32 - 1.0);
-    // In 2-D a wall is a line: a single row through its centre.
-    let rows = if dimension == Dimension::Two {
-        0..=0
-    } else {
-        0..=count
+    let places = |direction: Vec3| -> Vec<f32> {
+        if let Some(row) = round::along(period, (center, direction, half_size), spacing) {
+            return (0..row.count)
+                .map(|k| row.first + row.step * k as f32)
+                .collect();
+        }
+        let count = (2.0 * half_size / spacing - 1e-3).ceil().max(1.0) as i32;
+        (0..=count)
+            .map(|k| half_size * (2.0 * k as f32 / count as f32 - 1.0))
+            .collect()
     };
-    for row in rows {
-        let aside = if dimension == Dimension::Two {
-            0.0
-        } else {
-            place(row)
-        };
-        (0..=count).for_each(|k| {
+    // In 2-D a wall is a line: a single row through its centre.
+    let rows = match dimension {
+        Dimension::Two => vec![0.0],
+        Dimension::Three => places(across),
+    };
+    let columns = places(along);
+    for aside in rows {
+        columns.iter().for_each(|&place| {
             put(BoundarySample {
-                position: center + place(k) * along + aside * across,
+                position: center + place * along + aside * across,
                 normal,
             });
         });
@@ -249,8 +279,8 @@ mod tests {
 
     fn sampled(shape: BoundaryShape, dimension: Dimension) -> Vec<Vec3> {
         let mut out = Vec::new();
-        sample_shape(&shape, dimension, 0.1, 0.05, &mut |sample| out.push(sample))
-            .expect("no file");
+        let lattice = (dimension, 0.1, &Period::NONE);
+        sample_shape(&shape, lattice, 0.05, &mut |sample| out.push(sample)).expect("no file");
         assert!(
             out.iter()
                 .all(|sample| (sample.normal.length() - 1.0).abs() < 1e-5)
@@ -280,7 +310,8 @@ mod tests {
     #[test]
     fn normals_point_into_the_fluid() {
         let mut samples = Vec::new();
-        sample_shape(&tank(false), Dimension::Three, 0.1, 0.05, &mut |sample| {
+        let lattice = (Dimension::Three, 0.1, &Period::NONE);
+        sample_shape(&tank(false), lattice, 0.05, &mut |sample| {
             samples.push(sample)
         })
         .expect("no file");
@@ -298,10 +329,8 @@ mod tests {
             motion: None,
             slip: crate::scene::WallSlip::Free,
         };
-        sample_shape(&obstacle, Dimension::Three, 0.1, 0.05, &mut |sample| {
-            samples.push(sample)
-        })
-        .expect("no file");
+        sample_shape(&obstacle, lattice, 0.05, &mut |sample| samples.push(sample))
+            .expect("no file");
         assert!(
             samples
                 .iter()

@@ -15,6 +15,7 @@ mod error;
 mod gauge;
 mod geometry;
 mod output;
+mod periodic;
 mod physics;
 mod pressure;
 #[cfg(feature = "schema")]
@@ -33,6 +34,7 @@ pub use error::{Place, SceneError};
 pub use gauge::*;
 pub use geometry::*;
 pub use output::*;
+pub use periodic::{Period, Periodic};
 pub use physics::*;
 pub use pressure::*;
 pub use velocity_field::*;
@@ -89,6 +91,9 @@ pub struct Scene {
     /// How boundaries keep the fluid off.
     #[serde(default)]
     pub boundary_handling: BoundaryHandling,
+    /// Axes along which space repeats: what leaves at one face comes in at the other.
+    #[serde(default)]
+    pub periodic: Periodic,
     /// The part of space that fluid may be in; unbounded if absent.
     #[serde(default)]
     pub domain: Option<Bounds>,
@@ -173,6 +178,7 @@ impl Scene {
             outflow: Vec::new(),
             boundaries: Vec::new(),
             boundary_handling: BoundaryHandling::default(),
+            periodic: Periodic::default(),
             domain: None,
             outside: Outside::default(),
             pressure: PressureMethod::default(),
@@ -187,6 +193,11 @@ impl Scene {
             gauges: Vec::new(),
             output: Output::default(),
         }
+    }
+
+    /// The box that repeats.
+    pub fn period(&self) -> Period {
+        self.periodic.into()
     }
 
     /// Function of the kernel, as written or as advised (`docs/decisions/kernels.md`).

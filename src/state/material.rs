@@ -5,7 +5,7 @@ use glam::Vec3;
 
 use crate::{
     kernel::Kernel,
-    scene::{Dimension, Scene},
+    scene::{Dimension, Period, Scene},
 };
 
 /// What the fluid and its discretisation are made of.
@@ -24,6 +24,8 @@ pub struct Material {
     pub particle_mass: f32,
     /// Acceleration of every particle \[m/s²].
     pub gravity: Vec3,
+    /// The box that repeats.
+    pub period: Period,
 }
 
 impl Material {
@@ -42,6 +44,12 @@ impl Material {
             rest_density,
             particle_mass: (f64::from(rest_density) / lattice) as f32,
             gravity: scene.gravity,
+            period: scene.period(),
         }
+    }
+
+    /// The part of gravity that has a potential \[m/s²]: along a periodic axis a particle falls for ever.
+    pub fn gravity_with_potential(&self) -> Vec3 {
+        self.period.open_part(self.gravity)
     }
 }

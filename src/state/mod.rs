@@ -16,6 +16,7 @@ mod residual;
 mod rows;
 mod stage;
 pub mod transfer;
+pub mod wrap;
 
 pub use body_forces::BodyForces;
 pub use clock::Clock;

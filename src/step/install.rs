@@ -53,7 +53,7 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
     let fluid = FluidStart::new(scene, &execution)?;
     let walls = Walls::new(scene, &execution)?;
     let body_forces = BodyForces::new(scene)?;
-    if start_density::is_small(&size) {
+    if start_density::is_small(scene, &size) {
         let samples = walls.as_ref().map(|walls| &walls.samples);
         start_density::of(scene, &fluid.seeds, samples, &execution)?;
     } else {

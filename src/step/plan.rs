@@ -118,7 +118,7 @@ pub fn plan(scene: &Scene) -> Result<Plan, InstallError> {
     });
     let emitters = emitters(scene, (&mut particles, &mut low, &mut high));
     index::table_bytes(scene, low.as_dvec3(), high.as_dvec3()).map_err(InstallError::Fluid)?;
-    let (start_density, sampled) = if start_density::is_small(&size) {
+    let (start_density, sampled) = if start_density::is_small(scene, &size) {
         let (density, samples) = ask(scene)?;
         (Some(density), Some(samples))
     } else {

@@ -127,16 +127,15 @@ impl Walls {
             moving,
             slip,
         } = self;
-        let volumes: Vec<f32> = samples.points().iter().map(|sample| sample.w).collect();
-        let spawned =
-            world.spawn_batch(sampled.into_iter().zip(volumes).map(|(sample, volume)| {
-                (
-                    Boundary,
-                    Position(sample.position),
-                    BoundaryNormal(sample.normal),
-                    BoundaryVolume(volume),
-                )
-            }));
+        let packed = samples.points().to_vec();
+        let spawned = world.spawn_batch(sampled.into_iter().zip(packed).map(|(sample, packed)| {
+            (
+                Boundary,
+                Position(packed.truncate()),
+                BoundaryNormal(sample.normal),
+                BoundaryVolume(packed.w),
+            )
+        }));
         let particles: Vec<Entity> = spawned.collect();
         if let Some((walls, poses)) = moving {
             let moved = particles.iter().zip(poses);

@@ -17,12 +17,13 @@ use crate::{
     state::Execution,
 };
 
-/// Scenes with more fluid or boundary particles than this are processed slab by slab.
+/// Scenes with more fluid or boundary particles than this are processed slab by slab, but for periodic ones.
 const MOST_AT_ONCE: f64 = 1e6;
 
 /// Whether a scene of this size is processed as a whole.
-pub(super) fn is_small(size: &Size) -> bool {
-    size.fluid.max(size.boundary) <= MOST_AT_ONCE
+pub(super) fn is_small(scene: &Scene, size: &Size) -> bool {
+    // Slabs do not see across a seam.
+    size.fluid.max(size.boundary) <= MOST_AT_ONCE || scene.period().is_any()
 }
 
 /// Initial density of a scene's fluid among its walls. Refuses compressed fluid unless jitter may be the cause.

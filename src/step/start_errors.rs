@@ -25,7 +25,8 @@ pub(super) fn allowed(scene: &Scene, found: StartDensity) -> Result<StartDensity
 pub(super) fn nearest(scene: &Scene, place: Vec3, others: impl Iterator<Item = Vec3>) -> f32 {
     // Of those in one place all but the first are others.
     let mut is_found = false;
-    let squares = others.map(|other| other.distance_squared(place));
+    let period = scene.period();
+    let squares = others.map(|other| period.nearest(other - place).length_squared());
     let squares = squares.filter(|&square| square > 0.0 || std::mem::replace(&mut is_found, true));
     squares.fold(f32::INFINITY, f32::min).sqrt() / scene.spacing
 }
@@ -55,6 +56,7 @@ pub(super) fn errors(
         fluid: &points,
         boundary: walls.map_or(&[SENTINEL], |walls| &walls.packed),
         kernel: &material.kernel,
+        period: material.period,
     };
     let source = Source::Recomputed(fluid, among_walls);
     pairs::sum(

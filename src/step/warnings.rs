@@ -60,7 +60,9 @@ fn idle(scene: &Scene, size: &Size, gauge: &Gauge) -> Option<String> {
     };
     let (low, high) = size.whole_box;
     let place = at.as_dvec3();
-    let mut away = place - place.clamp(low, high);
+    let away = place - place.clamp(low, high);
+    // Along a periodic axis every place has an image in the box.
+    let mut away = scene.period().open_part(away.as_vec3()).as_dvec3();
     if let Some(up) = upright {
         away -= away.dot(up) * up;
     }

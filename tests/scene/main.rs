@@ -15,6 +15,7 @@ mod mesh_corpus;
 mod mesh_files;
 mod mesh_sampling;
 mod overrides;
+mod periodic;
 mod readers;
 mod schema;
 mod slips;

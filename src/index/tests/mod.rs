@@ -1,6 +1,7 @@
 //! Compares every structure with the reference, through the search that the engine uses.
 
 mod cases;
+mod periodic;
 mod properties;
 
 use std::sync::LazyLock;

@@ -10,6 +10,7 @@ use glam::{DVec3, I64Vec3, Vec3};
 use smallvec::SmallVec;
 
 use super::boxes::Boxes;
+use super::periodic;
 use super::problem::{Checked, Problem, ensure};
 use super::proper::{AXIS_NAMES, axes, box_is_proper, is_flat, radius_is_proper};
 use super::solids::Obstacle;
@@ -113,8 +114,11 @@ pub(super) fn places(scene: &Scene, meshes: &[Option<Mesh>]) -> Checked {
             tolerance: spacing * tolerance(min.abs().max(max.abs()).max_element(), spacing),
         };
         in_domain(scene, &body)?;
+        periodic::meets_itself(scene, &body.path, (body.min, body.max))?;
         bodies.push(body);
     }
+    let unrolled = periodic::unrolled(scene);
+    let scene = unrolled.as_ref().unwrap_or(scene);
     let surroundings = Surroundings::new(scene, meshes, &bodies);
     for body in &bodies {
         in_a_tank(scene, body, &surroundings)?;

@@ -9,6 +9,7 @@ mod forces;
 mod gauges;
 mod motions;
 mod numbers;
+mod periodic;
 mod problem;
 mod proper;
 mod sequence;

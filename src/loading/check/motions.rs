@@ -139,6 +139,7 @@ pub(super) fn courses(scene: &Scene, meshes: &[Option<Mesh>]) -> Checked {
         let course = WallCourse::new(motion);
         let course = course.map_err(|error| Problem::new(&path, error.to_string()))?;
         let (low, high) = corners.unwrap_or_else(|| box_of_boundary(wall, scene.dimension, 0.0));
+        let round = scene.period().axes();
         let around = |time: f64| {
             let pose = course.pose(time);
             let corners = (0..8).map(|k| {
@@ -147,7 +148,12 @@ pub(super) fn courses(scene: &Scene, meshes: &[Option<Mesh>]) -> Checked {
                 pose.place(corner.as_vec3())
             });
             let empty = [DVec3::INFINITY, DVec3::NEG_INFINITY];
-            corners.fold(empty, |[min, max], x| [min.min(x), max.max(x)])
+            let [min, max] = corners.fold(empty, |[min, max], x| [min.min(x), max.max(x)]);
+            // Along a periodic axis it comes back.
+            [
+                DVec3::select(round, low, min),
+                DVec3::select(round, high, max),
+            ]
         };
         for time in looks(motion, scene.duration.into()) {
             let corners = around(time);

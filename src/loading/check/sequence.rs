@@ -1,7 +1,7 @@
 //! All checks of a scene in their order.
 
 use super::{
-    bodies, carried, emitter_places, emitters, forces, gauges, motions, numbers,
+    bodies, carried, emitter_places, emitters, forces, gauges, motions, numbers, periodic,
     problem::Problem,
     size::{self, Size},
     solids, stability,
@@ -23,6 +23,7 @@ pub(in crate::loading) fn check(scene: &Scene) -> Result<Size, Problem> {
     motions::slip(scene)?;
     stability::least_time_step(scene)?;
     gauges::gauges(scene)?;
+    periodic::axes_and_walls(scene)?;
     let meshes = solids::meshes(scene)?;
     let size = size::count(scene, &meshes)?;
     carried::coordinates(scene, &meshes)?;

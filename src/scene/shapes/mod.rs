@@ -51,11 +51,12 @@ pub(crate) fn for_each_particle_of(
 ) {
     let spacing = f64::from(scene.spacing);
     let velocity_at = body.velocities();
+    let period = scene.period();
     let mut displace = Displacement::new(body.jitter, spacing, scene.dimension);
     Lattice::new(&body.shape, spacing, scene.dimension).for_each(|point| {
         let position = point + displace.next();
         visit(ParticleSeed {
-            position: position.as_vec3(),
+            position: period.wrap_exactly(position).as_vec3(),
             velocity: velocity_at(position).as_vec3(),
         });
     });

@@ -1,13 +1,19 @@
 //! The cases: measurements of each, and their references.
 
+pub(super) mod cavity;
 pub(super) mod dam_break;
 pub(super) mod elliptic_drop;
 pub(super) mod free_flight;
 pub(super) mod hydrostatic;
+pub(super) mod oscillating_drop;
+pub(super) mod plates;
 pub(super) mod rotating_patch;
 pub(super) mod spheric_2;
 pub(super) mod standing_wave;
+pub(super) mod taylor_green;
+pub(super) mod wave_maker;
 
+use super::figure::at;
 use crate::{measure::Curve, validate::Stopped};
 
 /// Two columns of a compiled reference file, converted to SI by `to_si`.
