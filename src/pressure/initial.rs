@@ -13,6 +13,7 @@ use super::{
     density_rate::PredictedVelocities,
     implicit::store_pressures,
     iterate::{End, iterate},
+    pcisph::PressureCorrection,
     warm_start,
 };
 use crate::{
@@ -78,7 +79,10 @@ pub fn solve_initial_pressure(world: &mut World) {
     }
     // Systems that read and write plain columns cannot fail.
     let _ = world.run_system_once(store_pressures);
-    let _ = world.run_system_once(shorten_first_step);
+    // PCISPH would take the shock of a wall that starts at a speed for pressure that lasts.
+    if !world.contains_resource::<PressureCorrection>() {
+        let _ = world.run_system_once(shorten_first_step);
+    }
     match recovery {
         Some(recovery) => world.insert_resource(recovery),
         None => {

@@ -81,7 +81,7 @@ impl AccelerationTable {
         let columns = Columns::load(file, [Column::time(), x, y, z])?.ascending(file)?;
         if columns.present == [true, false, false, false] {
             // None of them: refused for the first.
-            Columns::load(file, [Column::named(COLUMNS[0])])?;
+            Columns::load(file, [Column::time(), Column::named(COLUMNS[0])])?;
         }
         let row = |(_, [t, x, y, z]): (usize, [f64; 4])| (t, DVec3::new(x, y, z), DVec3::ZERO);
         let mut rows: Vec<_> = columns.rows.into_iter().map(row).collect();

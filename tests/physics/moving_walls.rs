@@ -210,7 +210,7 @@ fn a_tank_that_accelerates_is_a_tank_at_rest_under_its_inertia() {
 fn a_tank_in_free_fall_is_a_tank_without_gravity() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("fall.csv");
-    std::fs::write(&file, "t,y,x,v\n0,9,0,0\n0.4,9,0.7848,3.924\n").expect("a file");
+    std::fs::write(&file, "t,v,x\n0,0,0\n0.4,3.924,0.7848\n").expect("a file");
     let file = format!("{:?}", file.display().to_string());
     for dimension in [2, 3] {
         let deep = if dimension == 2 { 0.0 } else { 0.1 };
