@@ -62,6 +62,16 @@ struct HeldRow {
     velocity: Vec3,
 }
 
+impl HeldRows {
+    /// Takes no density of them for more than that at rest.
+    pub(crate) fn ease(&self, densities: &mut [f32], rest_density: f32) {
+        for held in &self.rows {
+            let density = &mut densities[held.row as usize];
+            *density = density.min(rest_density);
+        }
+    }
+}
+
 impl HeldRow {
     /// The part of a step of `dt` in which it is free.
     fn free(&self, dt: f32) -> f32 {
@@ -166,10 +176,7 @@ impl Hold<'_> {
 /// Takes no density behind a face for more than that at rest (phase `Density`): particles that do not yield could not
 /// be freed of the compression of a jitter, and no solve would converge.
 fn ease(mut densities: ResMut<Densities>, held: Res<HeldRows>, material: Res<Material>) {
-    for held in &held.rows {
-        let density = &mut densities.0[held.row as usize];
-        *density = density.min(material.rest_density);
-    }
+    held.ease(&mut densities.0, material.rest_density);
 }
 
 /// The densities of a scene, with what emitters change of them.

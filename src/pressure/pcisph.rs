@@ -30,6 +30,7 @@ use super::{
 use crate::{
     boundary::direct_forcing,
     density::DensitySum,
+    flow::HeldRows,
     pairs::{Pairs, PairsWithGradients},
     scene::{Pcisph, Scene},
     state::{
@@ -151,6 +152,7 @@ fn iteration(scene: &Scene) -> Systems {
         pressure_force.run_if(wants_force),
         predict,
         predict_density,
+        ease_held.run_if(resource_exists::<HeldRows>),
         sum_stabilisation.run_if(is_stabilised),
         update_pressure,
     )
@@ -189,6 +191,15 @@ fn predict_density(
     densities.0.resize(pairs.positions().rows(), 0.0);
     let pass = DensitySum::anywhere(&material);
     pairs.sum_ahead(&predicted.0, &pass, &mut densities.0);
+}
+
+/// As the densities of the step: particles that an emitter moves do not yield.
+fn ease_held(
+    mut densities: ResMut<PredictedDensities>,
+    held: Res<HeldRows>,
+    material: Res<Material>,
+) {
+    held.ease(&mut densities.0, material.rest_density);
 }
 
 fn is_stabilised(stabilisation: Res<Stabilisation>) -> bool {

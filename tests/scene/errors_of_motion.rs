@@ -327,7 +327,7 @@ fn the_least_step_leaves_room_for_walls_and_forces() {
         );
     }
     // What is written is what is wrong.
-    let written = SCENE.replacen("Fixed(0.001)", "Cfl(min: 0.01)", 1);
+    let written = SCENE.replacen("Fixed(0.001)", "Cfl(min: 0.01, max: 0.02)", 1);
     let error = refusal(&written.replacen(
         "max: (2, 2, 1)",
         "max: (2, 2, 1), motion: Velocity(velocity: (100, 0, 0))",

@@ -25,6 +25,7 @@ fn every_shipped_scene_loads_and_has_the_particles_its_comment_says() {
         ("gate", 1_200),
         ("glass", 7_872),
         ("still_water", 2_880),
+        ("tap", 3_072),
     ]);
     let mut found = BTreeMap::new();
     for entry in std::fs::read_dir(scenes()).expect("the folder of the scenes") {
