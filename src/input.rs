@@ -106,8 +106,8 @@ fn is_regular(found: &Metadata) -> bool {
     found.is_file() && !is_of_the_system(found)
 }
 
-/// Whether it is one of the files that the kernel makes when they are read (`/proc/kmsg`). They are told as regular, and
-/// reading one may wait for ever.
+/// Whether it is one of the files that the kernel makes when they are read (`/proc/kmsg`). They are told as regular,
+/// and reading one may wait for ever.
 #[cfg(unix)]
 fn is_of_the_system(found: &Metadata) -> bool {
     use std::os::unix::fs::MetadataExt;

@@ -55,7 +55,7 @@ pub fn look_for_room(
     solve: Res<SolverState>,
     clock: Res<Clock>,
 ) {
-    if clock.step % EVERY != 0 || solve.error.largest < SUSPECT {
+    if !clock.step.is_multiple_of(EVERY) || solve.error.largest < SUSPECT {
         return;
     }
     if let Some(cause) = no_room(&fluid, &walls, COMPRESSED) {

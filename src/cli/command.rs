@@ -34,7 +34,8 @@ enum Command {
     Fields(options::Fields),
     /// Print the JSON schema of scene files, from which editors complete and check.
     Schema,
-    /// Print completions for a shell, e.g. `overfall completions bash > ~/.local/share/bash-completion/completions/overfall`.
+    /// Print completions for a shell, e.g. `overfall completions bash >
+    /// ~/.local/share/bash-completion/completions/overfall`.
     Completions(options::Completions),
 }
 

@@ -25,6 +25,7 @@ mod report;
 mod run;
 mod scene_copy;
 mod schedule;
+mod spent;
 mod stages;
 mod study;
 mod validate;

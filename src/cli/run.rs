@@ -1,6 +1,5 @@
 //! `overfall run`: takes steps until the goal and writes all output.
 
-use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -23,6 +22,7 @@ use super::progress::Progress;
 use super::recorder::{GaveUp, Recorder};
 use super::scene_copy::SceneCopy;
 use super::schedule::{FrameClock, Goal};
+use super::spent::Spent;
 use super::waiting::waiting;
 use super::{COMMIT, console, interrupt, options, picture, report};
 
@@ -158,43 +158,6 @@ struct Run {
     frames: Vec<(f64, u64)>,
     checkpoints: CheckpointClock,
     spent: Spent,
-}
-
-/// Wall time by what took it.
-#[derive(Debug, Default)]
-struct Spent {
-    /// Reading the scene, sampling, and preparing the folder.
-    set_up: Duration,
-    /// Steps of this process, those before a checkpoint excluded.
-    stepping: Duration,
-    /// Rows of the history and of gauges.
-    rows: Duration,
-    /// Copying frames and waiting for the writer.
-    waiting: Duration,
-}
-
-impl Spent {
-    /// By name \[s].
-    fn by_part(
-        &self,
-        [frames, pictures, checkpoints]: [Duration; 3],
-        sheet: Duration,
-    ) -> BTreeMap<String, f64> {
-        let parts = [
-            ("setting up", self.set_up),
-            ("steps", self.stepping),
-            ("history and gauges", self.rows),
-            ("waiting for the writer", self.waiting),
-            ("contact sheet", sheet),
-            ("writer: frames", frames),
-            ("writer: pictures", pictures),
-            ("writer: checkpoints", checkpoints),
-        ];
-        let parts = parts.into_iter().filter(|part| !part.1.is_zero());
-        parts
-            .map(|(name, time)| (name.to_owned(), time.as_secs_f64()))
-            .collect()
-    }
 }
 
 /// Why a run stops before its goal.

@@ -50,7 +50,7 @@ impl<'a> Column<'a> {
     }
 }
 
-/// What becomes of columns that nobody asked for.
+/// Treatment of columns that are not wanted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Others {
     /// They are left out: files of experiments have many columns.

@@ -16,9 +16,9 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// Reads the columns of these names, of times and of figures; `to_si` makes time \[s] and figure of what a row says.
-    /// Without a name for times, the one column that is called `t`, `T`, `time` or `tau`, perhaps with a unit (`t_s`);
-    /// without one for figures, the only other column. The file may begin with lines of comment (`#`).
+    /// Reads the columns of these names, of times and of figures; `to_si` makes time \[s] and figure of what a row
+    /// says. Without a name for times, the one column that is called `t`, `T`, `time` or `tau`, perhaps with a unit
+    /// (`t_s`); without one for figures, the only other column. The file may begin with lines of comment (`#`).
     pub fn load(
         file: &Path,
         columns: [Option<&str>; 2],

@@ -11,10 +11,12 @@
 mod find;
 mod lists;
 mod search;
+mod tested;
 
 pub(crate) use find::STAGE;
 pub use find::{
     BoundaryNeighbours, FluidNeighbours, find_boundary_neighbours, find_fluid_neighbours,
 };
 pub use lists::NeighbourLists;
-pub use search::{Recomputed, Search, search, tested_pairs};
+pub use search::{Recomputed, Search, search};
+pub use tested::tested_pairs;

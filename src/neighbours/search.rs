@@ -14,7 +14,7 @@ use super::lists::{NeighbourLists, Region, Spans};
 use crate::{
     index::{Images, Run, SpatialIndex},
     memory,
-    simd::{CANDIDATE_ALIGNMENT, Candidates, FIRST_ROOM, Near, Portable, Probe, Simd, Vectorised},
+    simd::{CANDIDATE_ALIGNMENT, Candidates, FIRST_ROOM, Near, Probe, Simd, Vectorised},
     state::Execution,
     state::ListsTooLong,
 };
@@ -88,9 +88,9 @@ const FIRST_RUNS: usize = 128;
 
 /// Buffers of one thread, reused between steps.
 #[derive(Default)]
-struct Scratch {
+pub(super) struct Scratch {
     runs: Vec<Run>,
-    candidates: Candidates,
+    pub(super) candidates: Candidates,
     hits: Vec<u32>,
 }
 
@@ -103,7 +103,7 @@ impl Scratch {
     /// Collects the candidates around `cell` that are near any of `members`, the points of that cell, and reserves as
     /// many hits. Without members it collects all candidates.
     #[inline(always)]
-    fn fetch<S: Simd>(
+    pub(super) fn fetch<S: Simd>(
         &mut self,
         simd: S,
         search: &Search,
@@ -197,26 +197,6 @@ pub fn search(
     }
     lists.clear();
     Err(too_long.unwrap_or(ListsTooLong::Together { pairs, most }))
-}
-
-/// Number of distances that the paper's query computes: for every row all candidates around its cell, including the
-/// row itself. This implementation computes fewer, since it first rejects candidates that no point of the cell
-/// reaches.
-pub fn tested_pairs(search: &Search) -> usize {
-    let mut scratch = Scratch::default();
-    let mut tested = 0;
-    for partition in 0..search.of.partitions() {
-        let mut done = 0;
-        while let Some((coordinates, members)) = search.of.next_cell(partition, done) {
-            done += members.len();
-            scratch.fetch(Portable, search, (Some(partition), coordinates), &[]);
-            let own = members
-                .iter()
-                .filter(|&&row| (row as usize) < search.points.len());
-            tested += own.count() * scratch.candidates.len();
-        }
-    }
-    tested
 }
 
 /// Blocks that are searched in parallel, each with its own region.

@@ -17,8 +17,8 @@ use crate::{
 #[derive(Resource, Debug, Default)]
 pub(crate) struct HeldBack(pub(crate) Vec<Vec3>);
 
-/// Whether a scene's walls hold rows back: not with an equation of state, whose force is the gradient of its energy, nor
-/// with PCISPH, which promises the density at the positions that it has predicted.
+/// Whether a scene's walls hold rows back: not with an equation of state, whose force is the gradient of its energy,
+/// nor with PCISPH, which promises the density at the positions that it has predicted.
 pub(super) fn is_wanted(scene: &Scene) -> bool {
     let iterations = scene.pressure.iterations();
     !scene.boundaries.is_empty() && iterations.is_some_and(|iterations| iterations.is_linear)

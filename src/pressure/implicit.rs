@@ -234,7 +234,7 @@ pub fn update_pressure(
     }
     let to_remove = |found: f32| {
         recovery.as_ref().map_or(found, |recovery| {
-            rest_density * recovery.to_remove(dt, found / rest_density)
+            rest_density * recovery.removed(dt, found / rest_density)
         })
     };
     let (positions, iterates) = (&mut positions.0, &mut iterates.0);

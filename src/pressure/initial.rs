@@ -63,7 +63,8 @@ pub fn solve_initial_pressure(world: &mut World) {
         max_iterations: MAX_ITERATIONS,
         not_converged: NotConverged::Accept,
     };
-    // A closed tank full of fluid may have no pressure that keeps all gaps: what its walls drive in has to go somewhere.
+    // A closed tank full of fluid may have no pressure that keeps all gaps: what its walls drive in has to go
+    // somewhere.
     let fills_slowly = (recovery.as_ref()).is_some_and(RecoveryTime::fills_slowly);
     let attempts: &[bool] = if fills_slowly {
         &[true, false]

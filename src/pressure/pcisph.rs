@@ -263,7 +263,7 @@ fn update_pressure(
     }
     let to_remove = |found: f32| {
         recovery.as_ref().map_or(found, |recovery| {
-            rest_density * recovery.to_remove(clock.dt, found / rest_density)
+            rest_density * recovery.removed(clock.dt, found / rest_density)
         })
     };
     let (positions, iterates) = (&mut positions.0, &mut iterates.0);

@@ -34,8 +34,8 @@ pub struct CentralForce {
     pub constant: f32,
 }
 
-/// A CSV file of accelerations over time: a line of names, a column `t` or `time` of ascending times \[s], and any of the
-/// columns `ax`, `ay` and `az` \[m/s²], in any order.
+/// A CSV file of accelerations over time: a line of names, a column `t` or `time` of ascending times \[s], and any of
+/// the columns `ax`, `ay` and `az` \[m/s²], in any order.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]

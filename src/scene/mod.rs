@@ -244,8 +244,8 @@ impl Scene {
         self.gravity.length() + self.body_forces.iter().map(of_force).sum::<f32>()
     }
 
-    /// Shortest period of the forces on the fluid as a whole \[s], infinite if they do not oscillate. A file that cannot
-    /// be read counts for nothing.
+    /// Shortest period of the forces on the fluid as a whole \[s], infinite if they do not oscillate. A file that
+    /// cannot be read counts for nothing.
     pub(crate) fn shortest_period_of_forces(&self) -> f32 {
         let least = f64::from(LEAST_WAY * self.spacing);
         let of_force = |force: &BodyForce| match force {

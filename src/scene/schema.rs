@@ -6,12 +6,12 @@ use serde_json::Value;
 use super::Scene;
 
 impl Scene {
-    /// The JSON schema (2020-12) of scene files: types, defaults, and the documentation of every field, whose unit stands
-    /// in brackets, `[m]`.
+    /// The JSON schema (2020-12) of scene files: types, defaults, and the documentation of every field, whose unit
+    /// stands in brackets, `[m]`.
     ///
     /// RON and JSON say the same with other signs. A variant `Laminar(kinematic_viscosity: 1)` is
-    /// `{"Laminar": {"kinematic_viscosity": 1}}`, one without fields is its name as a text, `"Free"`; a vector is an array
-    /// of three numbers; an absent value is `null`. A schema says nothing of what values make together: see
+    /// `{"Laminar": {"kinematic_viscosity": 1}}`, one without fields is its name as a text, `"Free"`; a vector is an
+    /// array of three numbers; an absent value is `null`. A schema says nothing of what values make together: see
     /// [`Scene::check`].
     pub fn json_schema() -> Value {
         let generator = SchemaSettings::draft2020_12().into_generator();

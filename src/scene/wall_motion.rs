@@ -56,9 +56,9 @@ pub enum WallMotion {
     Table {
         /// A CSV file, relative to the scene file's folder (after [`load`](super::Scene::load): to the working
         /// directory): a line of names, and in any order a column `t` or `time` of ascending times \[s], one `x`
-        /// \[m] and, if known, one `v` \[m/s]. Without `v` the wall moves at a constant speed from row to row, with it along cubics that have
-        /// these speeds (Hermite). It counts from where the table is at time 0; before its first and after its last
-        /// time it rests.
+        /// \[m] and, if known, one `v` \[m/s]. Without `v` the wall moves at a constant speed from row to row, with it
+        /// along cubics that have these speeds (Hermite). It counts from where the table is at time 0; before its first
+        /// and after its last time it rests.
         file: String,
         /// Direction of x; any length but zero.
         #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]

@@ -3,7 +3,11 @@
 use bevy_ecs::prelude::*;
 use glam::Vec3;
 
-use super::{particle::Position, rows::Rows};
+use super::{
+    failure_text::{boundaries, others, place},
+    particle::Position,
+    rows::Rows,
+};
 
 /// What went wrong in this step, if something did. The first failure counts.
 #[derive(Resource, Debug, Clone, Default)]
@@ -241,8 +245,9 @@ pub enum FailureCause {
     },
     /// Walls have moved into fluid that they close in.
     #[error(
-        "no room is left: the walls of {} have compressed the {particles} particles between them by {:.2} % on average, \
-         and no free surface is left; let the motion end before, leave the fluid a way out, or take less fluid",
+        "no room is left: the walls of {} have compressed the {particles} particles between them by {:.2} % on \
+         average, and no free surface is left; let the motion end before, leave the \
+         fluid a way out, or take less fluid",
         boundaries(.walls),
         100.0 * .compression
     )]
@@ -283,30 +288,6 @@ pub enum FailureCause {
          small"
     )]
     Shock(Shock),
-}
-
-fn boundaries(numbers: &[u32]) -> String {
-    let names = numbers
-        .iter()
-        .map(|number| format!("`boundaries.{number}`"));
-    names.collect::<Vec<_>>().join(" and ")
-}
-
-/// As many particles of one table lack the same.
-fn others(particles: usize) -> String {
-    match particles {
-        0 | 1 => String::new(),
-        more => format!(", and so do {} others", more - 1),
-    }
-}
-
-fn place(particle: &Option<(Entity, Vec3)>) -> String {
-    particle.map_or_else(String::new, |(entity, at)| {
-        format!(
-            " (particle {entity} at ({:.4}, {:.4}, {:.4}) m)",
-            at.x, at.y, at.z
-        )
-    })
 }
 
 /// Most cells of a dense structure: a table of 4 bytes per cell is then 512 MiB, and writing it takes a tenth of a

@@ -8,6 +8,7 @@ mod column;
 mod columns;
 mod execution;
 pub mod failure;
+mod failure_text;
 mod material;
 pub mod particle;
 mod phase;

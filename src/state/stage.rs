@@ -17,7 +17,8 @@ pub type Systems = ScheduleConfigs<ScheduleSystem>;
 /// A limit on the time step by its name \[s].
 pub type Limit = (&'static str, f32);
 
-/// Part of the period of a wall or a force that a step may last \[-]: a sine in 20 straight pieces is 1.2 % off at most.
+/// Part of the period of a wall or a force that a step may last \[-]: a sine in 20 straight pieces is 1.2 % off at
+/// most.
 pub(crate) const PART_OF_PERIOD: f32 = 0.05;
 
 /// Something that a stage makes and others need.

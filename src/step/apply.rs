@@ -172,7 +172,7 @@ fn put(world: &mut World, before: &Scene, scene: &Scene) {
     let next_dt = match scene.time_step {
         TimeStep::Fixed(dt) => dt,
         TimeStep::Cfl(cfl) => {
-            // Stateless: it is made anew.
+            // Stateless: it is created again.
             let first = time_step::install(world, scene, &limits);
             let by_forces = time_step::motion_limits(
                 1.0,

@@ -17,9 +17,8 @@ use crate::{
 const MOST_BLOCKS: u32 = 10_000;
 
 impl Plan {
-    /// Reads the study file at `path`, its scene and its reference figures, and checks all overrides.
-    ///
-    /// Errors name file, line and column, the mistake and the remedy.
+    /// Reads the study file at `path`, its scene and its reference figures, and checks all overrides. Errors name file,
+    /// line and column, the mistake and the remedy.
     pub fn load(path: &Path) -> Result<Self, StudyError> {
         Self::load_with(path, &[])
     }
@@ -48,12 +47,6 @@ impl Plan {
             reference,
         })
     }
-}
-
-/// Whether a text is that of a study, right or wrong.
-#[doc(hidden)]
-pub fn is_study(text: &str) -> bool {
-    read::<Study>(text, "").is_ok()
 }
 
 fn read_file(what: &'static str, path: &Path) -> Result<String, StudyError> {

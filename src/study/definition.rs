@@ -168,3 +168,9 @@ impl Study {
         self.title.as_deref().unwrap_or(&self.name)
     }
 }
+
+/// Whether a text is that of a study, right or wrong.
+#[doc(hidden)]
+pub fn is_study(text: &str) -> bool {
+    crate::loading::read::<Study>(text, "").is_ok()
+}

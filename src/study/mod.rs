@@ -20,7 +20,7 @@ mod start;
 mod table;
 mod text;
 
-pub use check::is_study;
+pub use definition::is_study;
 pub use definition::*;
 pub use error::StudyError;
 pub use gauge::{GaugeMeasure, Statistic};

@@ -115,8 +115,8 @@ impl AdaptiveTimeStep {
         pressure_limit(self.pressure_step, material, pressure).max(self.scheme.min)
     }
 
-    /// Takes the parameters of a scheme in the middle of a run, whose next step would be `next_dt` \[s], and returns that
-    /// step within the new limits \[s].
+    /// Takes the parameters of a scheme in the middle of a run, whose next step would be `next_dt` \[s], and returns
+    /// that step within the new limits \[s].
     pub(crate) fn set_scheme(
         &mut self,
         scheme: scene::Adaptive,

@@ -99,14 +99,14 @@ impl RecoveryTime {
         })
     }
 
-    /// Part of the compression found \[-] that a step of `dt` \[s] removes. At most [`MOST_LEFT`] is left for later: the
-    /// compression of an impact could fill a wall.
+    /// Part of the compression found \[-] that a step of `dt` \[s] removes. At most [`MOST_LEFT`] is left for later:
+    /// the compression of an impact could fill a wall.
     ///
-    /// Density that is missing may be filled within a step of the length that motion allows, and within a shorter one in
-    /// proportion; what exceeds [`MOST_MISSING`] at once. If any step could fill all, water at rest in short steps would
-    /// carry no pressure until it has fallen by what rounding lacks.
+    /// Density that is missing may be filled within a step of the length that motion allows, and within a shorter one
+    /// in proportion; what exceeds [`MOST_MISSING`] at once. If any step could fill all, water at rest in short steps
+    /// would carry no pressure until it has fallen by what rounding lacks.
     #[inline]
-    pub(crate) fn to_remove(&self, dt: f32, found: f32) -> f32 {
+    pub(crate) fn removed(&self, dt: f32, found: f32) -> f32 {
         let part = (dt / self.time).min(self.share);
         if found > 0.0 {
             found - (1.0 - part) * found / (1.0 + found / self.most_left)

@@ -107,7 +107,98 @@ fn walls_that_leave_the_domain_are_refused_before_they_do() {
     }
 }
 
-/// Files of tables: the scene's field, what the file says, and the message with the file's line.
+/// Where a table stands, what it says, and the message with its line.
+const BAD_TABLES: &[(&str, &str, &str)] = &[
+    (
+        "motion",
+        "t,x\n0,0\n1,NaN\n",
+        "table.csv:3: `NaN` in column `x` is not a number",
+    ),
+    (
+        "motion",
+        "t,x\n0,0\n2,1\n1,2\n",
+        "table.csv:4: the time 1 s comes after 2 s; times must ascend",
+    ),
+    (
+        "motion",
+        "t,x\n0,0\n0,1\n",
+        "table.csv:3: the time 0 s comes after 0 s",
+    ),
+    (
+        "motion",
+        "t,y\n0,0\n",
+        "table.csv:1: unknown column `y` (columns: t, x, v (optional))",
+    ),
+    (
+        "motion",
+        "t\n0\n",
+        "there is no column `x`; the columns are t",
+    ),
+    (
+        "motion",
+        "x,v\n0,0\n",
+        "there is no column `t`; the columns are x, v",
+    ),
+    (
+        "motion",
+        "t,x,V\n0,0,1\n",
+        "unknown column `V`; did you mean `v`?",
+    ),
+    ("motion", "t,x,x\n0,0,1\n", "`x` is there twice"),
+    ("motion", "t,x\n0,1\n2,1\n", "is the same in every row"),
+    ("motion", "t,x\n0,1\n", "is the same in every row"),
+    (
+        "motion",
+        "t,x\n0,0\n0.002,0.001\n0.004,0\n0.006,0.001\n1,0.001\n",
+        "back and forth in 4.000e-3 s",
+    ),
+    ("force", "t,ax\n0,0\n1,0\n", "all accelerations in it are 0"),
+    (
+        "force",
+        "ax,t\n100,0\n-100,0.005\n100,0.01\n-100,0.015\n",
+        "goes back and forth in 1.000e-2 s",
+    ),
+    (
+        "field",
+        "x,y,vx,vy\n0,0,0,0\n1,0,0,0\n0,1,0,0\n1,1,0,0\n",
+        "every velocity in it is zero",
+    ),
+    (
+        "field",
+        "x,y,vx,vy\n0,0,1,0\n1,0,1,0\n",
+        "the grid has one plane, y = 0 m",
+    ),
+    (
+        "field",
+        "x,y,z,vx,vy\n0,0,0,1,0\n1,0,0,1,0\n0,1,0,1,0\n1,1,0,1,0\n",
+        "one plane of `z`",
+    ),
+    ("motion", "t,x\n", "there is no row of figures"),
+    ("motion", "", "there is no line with the names"),
+    ("motion", "t,x\n0,0\n0.01,2\n", "up to 200.000 m/s"),
+    (
+        "force",
+        "t,ax\n0,1\n0.5,2\n0.4,1\n",
+        "table.csv:4: the time 0.4 s comes after 0.5 s",
+    ),
+    (
+        "force",
+        "t,ax\n0,1\n0.5,inf\n",
+        "table.csv:3: `inf` in column `ax`",
+    ),
+    (
+        "field",
+        "x,y,vx,vy\n0,0,1,0\n1,0,1,0\n1,1,0,0\n",
+        "3 rows are not one for every point of a grid",
+    ),
+    (
+        "field",
+        "x,y,vx,vy\n0,0,1,0\n0.5,0,1,0\n0,1,0,0\n0.5,1,0,0\n",
+        "from x = 0 to 0.5 m, the particles of the body from",
+    ),
+];
+
+/// Files of tables that are refused, and some that are not.
 #[test]
 fn a_table_that_cannot_be_used_is_refused_with_its_line() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -125,95 +216,12 @@ fn a_table_that_cannot_be_used_is_refused_with_its_line() {
         "max: (1, 1, 1))",
         format!("max: (1, 1, 1)), velocity_field: Table(file: {name})"),
     );
-    for ((part, other), text, expected) in [
-        (
-            &motion,
-            "t,x\n0,0\n1,NaN\n",
-            "table.csv:3: `NaN` in column `x` is not a number",
-        ),
-        (
-            &motion,
-            "t,x\n0,0\n2,1\n1,2\n",
-            "table.csv:4: the time 1 s comes after 2 s; times must ascend",
-        ),
-        (
-            &motion,
-            "t,x\n0,0\n0,1\n",
-            "table.csv:3: the time 0 s comes after 0 s",
-        ),
-        (
-            &motion,
-            "t,y\n0,0\n",
-            "table.csv:1: unknown column `y` (columns: t, x, v (optional))",
-        ),
-        (
-            &motion,
-            "t\n0\n",
-            "there is no column `x`; the columns are t",
-        ),
-        (
-            &motion,
-            "x,v\n0,0\n",
-            "there is no column `t`; the columns are x, v",
-        ),
-        (
-            &motion,
-            "t,x,V\n0,0,1\n",
-            "unknown column `V`; did you mean `v`?",
-        ),
-        (&motion, "t,x,x\n0,0,1\n", "`x` is there twice"),
-        (&motion, "t,x\n0,1\n2,1\n", "is the same in every row"),
-        (&motion, "t,x\n0,1\n", "is the same in every row"),
-        (
-            &motion,
-            "t,x\n0,0\n0.002,0.001\n0.004,0\n0.006,0.001\n1,0.001\n",
-            "back and forth in 4.000e-3 s",
-        ),
-        (&force, "t,ax\n0,0\n1,0\n", "all accelerations in it are 0"),
-        (
-            &force,
-            "ax,t\n100,0\n-100,0.005\n100,0.01\n-100,0.015\n",
-            "goes back and forth in 1.000e-2 s",
-        ),
-        (
-            &field,
-            "x,y,vx,vy\n0,0,0,0\n1,0,0,0\n0,1,0,0\n1,1,0,0\n",
-            "every velocity in it is zero",
-        ),
-        (
-            &field,
-            "x,y,vx,vy\n0,0,1,0\n1,0,1,0\n",
-            "the grid has one plane, y = 0 m",
-        ),
-        (
-            &field,
-            "x,y,z,vx,vy\n0,0,0,1,0\n1,0,0,1,0\n0,1,0,1,0\n1,1,0,1,0\n",
-            "one plane of `z`",
-        ),
-        (&motion, "t,x\n", "there is no row of figures"),
-        (&motion, "", "there is no line with the names"),
-        (&motion, "t,x\n0,0\n0.01,2\n", "up to 200.000 m/s"),
-        (
-            &force,
-            "t,ax\n0,1\n0.5,2\n0.4,1\n",
-            "table.csv:4: the time 0.4 s comes after 0.5 s",
-        ),
-        (
-            &force,
-            "t,ax\n0,1\n0.5,inf\n",
-            "table.csv:3: `inf` in column `ax`",
-        ),
-        (
-            &field,
-            "x,y,vx,vy\n0,0,1,0\n1,0,1,0\n1,1,0,0\n",
-            "3 rows are not one for every point of a grid",
-        ),
-        (
-            &field,
-            "x,y,vx,vy\n0,0,1,0\n0.5,0,1,0\n0,1,0,0\n0.5,1,0,0\n",
-            "from x = 0 to 0.5 m, the particles of the body from",
-        ),
-    ] {
+    for (of, text, expected) in BAD_TABLES {
+        let (part, other) = match *of {
+            "motion" => &motion,
+            "force" => &force,
+            _ => &field,
+        };
         std::fs::write(&file, text).expect("a file");
         let error = refusal(&SCENE.replacen(part, other, 1));
         assert!(

@@ -22,7 +22,8 @@ fn load(folder: &TempDir) -> Result<Scene, String> {
 
 const WATER: &str =
     "// Water at 20 °C.\n(rest_density: 998, viscosity: Laminar(kinematic_viscosity: 1e-6))\n";
-const WALLS: &str = "[\n    Tank(min: (0, 0, 0), max: (2, 2, 1)),\n    Box(min: (1.5, 0, 0), max: (2, 1, 1), name: \"step\"),\n]";
+const WALLS: &str = "[\n    Tank(min: (0, 0, 0), max: (2, 2, 1)),\n    \
+    Box(min: (1.5, 0, 0), max: (2, 1, 1), name: \"step\"),\n]";
 
 #[test]
 fn fragments_say_what_the_scene_would() {
@@ -68,9 +69,11 @@ fn fragments_say_what_the_scene_would() {
         format!("({head} include: \"parts/base.ron\", boundaries: [{sphere}])"),
         format!("({head} boundaries: [{sphere}], include: [\"parts/base.ron\"],)"),
         format!("(include: [\"parts/all.ron\"], boundaries: [{sphere}])"),
-        format!("// A comment.\n(include: \"parts/all.ron\", /* another */ boundaries: [include(\"parts/sphere.ron\")])\n"),
+        "// A comment.\n(include: \"parts/all.ron\", /* another */ \
+            boundaries: [include(\"parts/sphere.ron\")])\n".to_owned(),
         // The fields of a struct within.
-        format!("({head} fluid: (include: \"parts/water.ron\"), {bodies}, boundaries: [include(\"parts/walls.ron\"), {sphere}])"),
+        format!("({head} fluid: (include: \"parts/water.ron\"), {bodies}, \
+            boundaries: [include(\"parts/walls.ron\"), {sphere}])"),
     ] {
         let folder = folder(files);
         fs::write(folder.path().join("scene.ron"), &text).expect("a file");
@@ -83,6 +86,82 @@ fn fragments_say_what_the_scene_would() {
         assert!(!used.is_empty() && used.iter().all(|file| file.is_file()), "{used:?}");
     }
 }
+
+/// File, what is replaced in it by what, and place and message of the error.
+const MISTAKES: &[(&str, &str, &str, &str, &str)] = &[
+    (
+        "parts/water.ron",
+        "rest_density",
+        "density",
+        "parts/water.ron:2:2",
+        "unknown field `density`",
+    ),
+    (
+        "parts/water.ron",
+        "998",
+        "-1",
+        "parts/water.ron:2:16",
+        "must be above 0",
+    ),
+    ("parts/water.ron", "998", "1,5", "parts/water.ron:2:", ""),
+    (
+        "parts/water.ron",
+        "998,",
+        "998",
+        "parts/water.ron:2:",
+        "comma",
+    ),
+    ("parts/water.ron", "))", ")", "parts/water.ron:", ""),
+    (
+        "parts/walls.ron",
+        "Box(",
+        "Bix(",
+        "parts/walls.ron:3:5",
+        "did you mean `Box`?",
+    ),
+    (
+        "parts/walls.ron",
+        "max: (2, 1, 1)",
+        "max: (1, 1, 1)",
+        "parts/walls.ron:3:32",
+        "`max` must be above `min`",
+    ),
+    (
+        "scene.ron",
+        "duration: 1",
+        "duration: -1",
+        "scene.ron:7:15",
+        "must be above 0",
+    ),
+    (
+        "scene.ron",
+        "spacing",
+        "spaceing",
+        "scene.ron:3:5",
+        "did you mean `spacing`?",
+    ),
+    (
+        "scene.ron",
+        "parts/water",
+        "parts/wine",
+        "scene.ron:4:20",
+        "there is no file",
+    ),
+    (
+        "scene.ron",
+        "include(\"parts/water.ron\")",
+        "include(water)",
+        "scene.ron:4:20",
+        "in double quotes",
+    ),
+    (
+        "scene.ron",
+        "parts/water.ron",
+        "parts",
+        "scene.ron:4:20",
+        "a folder",
+    ),
+];
 
 /// Errors point into the file that they are in, whatever finds them: RON's grammar, unknown fields, checks.
 #[test]
@@ -101,80 +180,7 @@ fn errors_are_at_their_place_in_the_fragment() {
         ("parts/walls.ron", WALLS),
     ]);
     load(&good).unwrap_or_else(|error| panic!("{error}"));
-    for (file, from, to, place, message) in [
-        (
-            "parts/water.ron",
-            "rest_density",
-            "density",
-            "parts/water.ron:2:2",
-            "unknown field `density`",
-        ),
-        (
-            "parts/water.ron",
-            "998",
-            "-1",
-            "parts/water.ron:2:16",
-            "must be above 0",
-        ),
-        ("parts/water.ron", "998", "1,5", "parts/water.ron:2:", ""),
-        (
-            "parts/water.ron",
-            "998,",
-            "998",
-            "parts/water.ron:2:",
-            "comma",
-        ),
-        ("parts/water.ron", "))", ")", "parts/water.ron:", ""),
-        (
-            "parts/walls.ron",
-            "Box(",
-            "Bix(",
-            "parts/walls.ron:3:5",
-            "did you mean `Box`?",
-        ),
-        (
-            "parts/walls.ron",
-            "max: (2, 1, 1)",
-            "max: (1, 1, 1)",
-            "parts/walls.ron:3:32",
-            "`max` must be above `min`",
-        ),
-        (
-            "scene.ron",
-            "duration: 1",
-            "duration: -1",
-            "scene.ron:7:15",
-            "must be above 0",
-        ),
-        (
-            "scene.ron",
-            "spacing",
-            "spaceing",
-            "scene.ron:3:5",
-            "did you mean `spacing`?",
-        ),
-        (
-            "scene.ron",
-            "parts/water",
-            "parts/wine",
-            "scene.ron:4:20",
-            "there is no file",
-        ),
-        (
-            "scene.ron",
-            "include(\"parts/water.ron\")",
-            "include(water)",
-            "scene.ron:4:20",
-            "in double quotes",
-        ),
-        (
-            "scene.ron",
-            "parts/water.ron",
-            "parts",
-            "scene.ron:4:20",
-            "a folder",
-        ),
-    ] {
+    for &(file, from, to, place, message) in MISTAKES {
         let folder = folder(&[
             ("scene.ron", scene),
             ("parts/water.ron", WATER),

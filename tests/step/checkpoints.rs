@@ -66,7 +66,7 @@ fn bits(world: &mut World) -> (Vec<[u32; 7]>, String) {
     (rows, format!("{readings:?}"))
 }
 
-fn reports(simulation: &mut Simulation, steps: usize) -> Vec<StepReport> {
+pub(super) fn reports(simulation: &mut Simulation, steps: usize) -> Vec<StepReport> {
     (0..steps)
         .map(|_| figures(simulation.step().unwrap_or_else(|error| panic!("{error}"))))
         .collect()
@@ -350,71 +350,4 @@ fn walls_and_forces_go_on_where_they_were() {
     let now = walls(whole.world_mut());
     assert_ne!(now, at_start);
     assert!(walls(part.world_mut()) == now, "walls are elsewhere");
-}
-
-/// Whatever file a scene names: it belongs to the run, even where the start alone depends on it.
-#[test]
-fn a_file_that_has_changed_is_another_run() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let put = |name: &str, text: &str| fs::write(folder.path().join(name), text).expect("a file");
-    let shipped = |name: &str| {
-        let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
-        fs::read_to_string(root.join(name)).expect("a file")
-    };
-    let text = r#"(
-        name: "named files",
-        spacing: 0.1,
-        order: "order.ron",
-        body_forces: [Table(file: "shake.csv")],
-        bodies: [(
-            shape: Box(min: (0, 0, 0), max: (0.4, 0.4, 0.4)),
-            velocity_field: Table(file: "field.csv"),
-        )],
-        boundaries: [
-            Tank(min: (0, 0, 0), max: (0.9, 0.6, 0.4)),
-            Box(min: (0.7, 0, 0), max: (0.9, 0.4, 0.4), motion: Table(file: "piston.csv", direction: (1, 0, 0))),
-            Mesh(file: "block.obj", scale: 0.1, translation: (5, 5, 5)),
-        ],
-        gauges: [(name: "energy", kind: Energy, reference: (file: "known.csv"))],
-    )"#;
-    for (name, text) in [
-        ("piston.csv", "t,x\n0,0\n1,0.1\n"),
-        ("shake.csv", "t,ax\n0,1\n"),
-        (
-            "field.csv",
-            "x,y,vx,vy\n0,0,1,0\n1,0,1,0\n0,1,1,0\n1,1,1,0\n",
-        ),
-        ("known.csv", "t,E\n0,1\n"),
-    ] {
-        put(name, text);
-    }
-    put("order.ron", &shipped("assets/orders/default.ron"));
-    put("block.obj", &shipped("tests/meshes/block.obj"));
-    let scene = folder.path().join("scene.ron");
-    fs::write(&scene, text).expect("a file");
-    let scene = Scene::load(&scene, &[]).unwrap_or_else(|error| panic!("{error}"));
-    let mut whole = Simulation::with_threads(&scene, 1).unwrap_or_else(|error| panic!("{error}"));
-    reports(&mut whole, 2);
-    let checkpoint = Checkpoint::of(whole.world_mut()).expect("a checkpoint");
-    let mut names = 0;
-    for file in scene.clone().files_mut() {
-        names += 1;
-        let before = fs::read_to_string(&*file).expect("a text");
-        let comment = if file.ends_with(".ron") { "//" } else { "#" };
-        fs::write(&*file, format!("{comment} another\n{before}")).expect("a file");
-        let mut other =
-            Simulation::with_threads(&scene, 1).unwrap_or_else(|error| panic!("{error}"));
-        let error = checkpoint
-            .restore(other.world_mut())
-            .expect_err("refused")
-            .to_string();
-        assert!(
-            error.contains(&format!("the file {file} has changed")),
-            "{error}"
-        );
-        fs::write(&*file, before).expect("a file");
-    }
-    assert_eq!(names, 6);
-    let mut same = Simulation::with_threads(&scene, 1).unwrap_or_else(|error| panic!("{error}"));
-    checkpoint.restore(same.world_mut()).expect("the same run");
 }

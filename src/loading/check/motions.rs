@@ -76,8 +76,8 @@ fn of_one(scene: &Scene, motion: &WallMotion, path: &str) -> Checked {
             let table = MotionTable::load(Path::new(file));
             let table = table.map_err(|error| Problem::new(field("file"), error.to_string()))?;
             ensure(table.moves(), field("file"), || {
-                "its `x` is the same in every row; write where the wall is at two times at least, or leave `motion` out \
-                 for a wall that stands"
+                "its `x` is the same in every row; write where the wall is at two times at least, or leave `motion` \
+                 out for a wall that stands"
                     .to_owned()
             })
         }

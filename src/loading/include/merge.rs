@@ -19,7 +19,7 @@ impl Source {
             out.append(&fragment);
             return Ok(());
         }
-        if !includes(node, &from.text) {
+        if !includes(node) {
             out.copy(from, node.span.clone());
             return Ok(());
         }

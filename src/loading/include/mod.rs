@@ -1,7 +1,7 @@
 //! `include`: parts of a scene in files of their own, with paths relative to the file that names them.
 //!
-//! - `fluid: include("water.ron")`: the file holds the value. In a list, `[include("walls.ron"), Sphere(…)]`, the entries
-//!   of a file that holds a list are entries of it.
+//! - `fluid: include("water.ron")`: the file holds the value. In a list, `[include("walls.ron"), Sphere(…)]`, the
+//!   entries of a file that holds a list are entries of it.
 //! - `include: "base.ron"`, or a list of files: they hold fields of the bracket, `(spacing: …, boundaries: […])`. Lists
 //!   that several of them give are joined; anything else may be given once.
 //!
@@ -115,7 +115,7 @@ impl Source {
                 Err(self.no_value(file))
             };
         };
-        if !includes(&tree, &text) {
+        if !includes(&tree) {
             return Ok(own);
         }
         let mut out = Mapped::default();
@@ -213,16 +213,16 @@ impl Source {
 }
 
 /// Whether a value names fragments.
-fn includes(node: &Node, text: &str) -> bool {
+fn includes(node: &Node) -> bool {
     if included(node).is_some() {
         return true;
     }
     match &node.kind {
         Kind::Fields(fields) => {
             let mut fields = fields.iter();
-            fields.any(|field| field.key == WORD || includes(&field.value, text))
+            fields.any(|field| field.key == WORD || includes(&field.value))
         }
-        Kind::Tuple(items) | Kind::List(items) => items.iter().any(|item| includes(item, text)),
+        Kind::Tuple(items) | Kind::List(items) => items.iter().any(|item| includes(item)),
         Kind::Leaf => false,
     }
 }
