@@ -18,7 +18,6 @@ use super::{
 };
 use crate::{
     kernel::Kernel,
-    pressure::hold_back::HeldBack,
     scene::{self, BoundaryShape, Dimension, GaugeKind, Quantity, Scene},
     state::{Clock, Remembers, TakenBack},
     time_step::AdaptiveTimeStep,
@@ -328,7 +327,6 @@ pub(crate) fn install(world: &mut World, scene: &Scene) {
     world.insert_resource(Gauges(gauges.collect()));
     if measures_forces(scene) {
         world.init_resource::<FreeVelocities>();
-        world.init_resource::<HeldBack>();
     }
     if measures_energy(scene) {
         world.init_resource::<EnergyAccount>();

@@ -9,7 +9,7 @@ use crate::{boundary::sums::Walls, pressure::force::PressureForce};
 pub(super) struct Reactions {
     /// Pressure term of all solves, `p/ρ²`.
     pub(super) terms: Vec<f32>,
-    /// Acceleration along the wall that completes the fluid's own force, less what the wall holds back across \[m/s²].
+    /// Acceleration along the wall that completes the fluid's own force \[m/s²].
     pub(super) added: Vec<Vec3>,
     /// Rows that contact changed.
     pub(super) touched: Vec<u32>,
@@ -39,11 +39,6 @@ impl Reactions {
                 *acceleration = walls.added(row, *acceleration);
             }
         });
-        if let Some(held) = &state.held_back {
-            for (added, held) in added.iter_mut().zip(&held.0) {
-                *added -= *held;
-            }
-        }
         let free = state.free.as_ref().map_or(&[][..], |free| &free.0);
         let changed = free.iter().zip(&state.velocities.0);
         let touched = (0..)

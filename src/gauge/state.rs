@@ -8,7 +8,7 @@ use crate::{
     index::{BoundarySamples, FluidIndex},
     integrate::Motion,
     pairs::Pairs,
-    pressure::{hold_back::HeldBack, sesph::EquationOfState},
+    pressure::sesph::EquationOfState,
     state::{Clock, Densities, Execution, Material, PredictedPositions, Pressures, Velocities},
     time_step::AdaptiveTimeStep,
 };
@@ -33,7 +33,6 @@ pub(crate) struct State<'w> {
     pub(super) friction: Option<Res<'w, WallFriction>>,
     pub(super) equation: Option<Res<'w, EquationOfState>>,
     pub(super) free: Option<Res<'w, FreeVelocities>>,
-    pub(super) held_back: Option<Res<'w, HeldBack>>,
     pub(super) energy: Option<Res<'w, EnergyAccount>>,
     pub(super) adaptive: Option<Res<'w, AdaptiveTimeStep>>,
 }

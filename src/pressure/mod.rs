@@ -2,7 +2,7 @@
 //! term `p/ρ²` beside the positions and leaves the rest to [`pressure_force`]. Iterative methods run in [`iterate`],
 //! starting from [`warm_start`], or from [`initial`] in the first step. [`implicit`] is shared by the methods that
 //! predict densities from velocities; [`diagonal`] is the diagonal of their system, [`stabilisation`] keeps its
-//! pressure from alternating. [`first_force`] fuses the first force with viscosity. [`hold_back`] acts at walls.
+//! pressure from alternating. [`first_force`] fuses the first force with viscosity.
 //!
 //! | method | solves for | iterates over |
 //! | --- | --- | --- |
@@ -17,7 +17,6 @@ pub mod dfsph;
 pub mod diagonal;
 pub mod first_force;
 pub mod force;
-pub mod hold_back;
 pub mod iisph;
 pub mod implicit;
 pub mod initial;

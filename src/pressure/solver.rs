@@ -19,8 +19,7 @@ pub struct Iterations {
     pub warm_start: WarmStart,
     /// Maximum part of the compression found that a step removes \[-].
     pub recovery: f32,
-    /// Whether it solves for velocities, in which densities are linear. Such methods fill missing density slowly, and
-    /// walls hold back rows without a pressure.
+    /// Whether it solves for velocities, in which densities are linear. Such methods fill missing density slowly.
     pub is_linear: bool,
     /// Whether corrections have momentum.
     pub momentum: bool,

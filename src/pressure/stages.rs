@@ -3,7 +3,7 @@
 use bevy_ecs::{prelude::*, schedule::ScheduleLabel};
 
 use super::{
-    hold_back, implicit,
+    implicit,
     initial::{self, InitialIteration},
     warm_start,
 };
@@ -91,11 +91,6 @@ pub(crate) const PRESSURE: Stage = Stage {
         let solve = if initial::is_solved_for(scene) {
             let first = initial::solve_initial_pressure.run_if(initial::is_first_step);
             (first, solve).chain()
-        } else {
-            solve
-        };
-        let solve = if hold_back::is_wanted(scene) {
-            (solve, hold_back::hold_back).chain()
         } else {
             solve
         };
