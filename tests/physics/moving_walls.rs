@@ -358,7 +358,8 @@ fn walls_that_leave_no_room_are_named() {
             text.contains("no room is left") && text.contains("`boundaries.1`"),
             "{figures}"
         );
-        assert!(failure.time > 0.035 && fastest < 20.0, "{figures}");
+        // The last of the water leaves through a gap that closes; without the look for room it reaches 800 m/s.
+        assert!(failure.time > 0.035 && fastest < 80.0, "{figures}");
         let mut piston = simulation(&scene(0.8));
         run(&mut piston, 0.08, |_, _| {});
     }
