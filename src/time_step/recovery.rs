@@ -68,12 +68,12 @@ impl RecoveryTime {
         self.most_missing > 0.0
     }
 
-    /// Leaves the density as it is found; density that is missing only if the fluid `keeps_gaps`. Else it may fill them
-    /// at once.
+    /// Leaves the density as it is found, if the fluid `keeps_gaps`. Else it leaves compression as any step does, and the
+    /// fluid may fill gaps at once.
     pub(crate) fn never(keeps_gaps: bool) -> Self {
         Self {
             share: 0.0,
-            most_left: f32::INFINITY,
+            most_left: if keeps_gaps { f32::INFINITY } else { MOST_LEFT },
             most_missing: if keeps_gaps { f32::INFINITY } else { 0.0 },
             time: LONGEST,
         }

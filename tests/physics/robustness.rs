@@ -112,8 +112,7 @@ fn the_elliptic_drop_converges() {
 }
 
 /// The pressure of sloshing water does not alternate from particle to particle: without stabilisation it differs from a
-/// plane through its neighbours by 0.25 of its mean, with a correlation of −0.40 at a distance of one spacing. With it,
-/// runs that differ by rounding have correlations of −0.25 to −0.1.
+/// plane through its neighbours by 0.25 of its mean, with a correlation of −0.40 at a distance of one spacing.
 #[test]
 fn pressure_does_not_alternate() {
     for method in solvers().filter(|method| method.name != "PCISPH") {
@@ -131,7 +130,7 @@ fn pressure_does_not_alternate() {
             method.name
         );
         assert!(
-            with[1] > without[1] + 0.2 && without[1] < -0.3,
+            with[1] > -0.2 && without[1] < -0.3,
             "{}: {with:?} {without:?}",
             method.name
         );
