@@ -25,13 +25,13 @@ use super::{
     force::pressure_force,
     implicit::{self, Iterate, Jacobi, store_pressures},
     iterate::{PressureIteration, iterate, solve_pressure},
-    solver::{Iterations, PressureSolver, Requirement, iterations},
+    solver::{Iterations, PressureSolver, Requirement, iterations, take_tolerances},
     stabilisation::Stabilisation,
 };
 use crate::{
     boundary::sums::{BoundarySums, Walls},
     pairs::{KernelGradients, PairSum, Pairs, PairsWithGradients, store, zip},
-    scene::{Dfsph, Dimension, Scene},
+    scene::{Dfsph, Dimension, PressureMethod, Scene},
     simd::Simd,
     state::{
         Clock, Column, Corrected, Densities, Execution, Material, Positions, PressureAccelerations,
@@ -59,6 +59,17 @@ impl PressureSolver for Dfsph {
                 self.max_divergence_iterations,
             ),
         ]
+    }
+
+    fn with_tolerances_of(&self, other: &PressureMethod) -> PressureMethod {
+        let mut method = *self;
+        if let PressureMethod::Dfsph(of) = other {
+            take_tolerances!(method, of);
+            method.max_divergence_error = of.max_divergence_error;
+            method.min_divergence_iterations = of.min_divergence_iterations;
+            method.max_divergence_iterations = of.max_divergence_iterations;
+        }
+        PressureMethod::Dfsph(method)
     }
 
     fn columns(&self) -> &'static [Column] {

@@ -19,11 +19,11 @@ use super::{
     diagonal,
     implicit::{self, store_pressures},
     iterate::{PressureIteration, solve_pressure},
-    solver::{Iterations, PressureSolver, Requirement, iterations},
+    solver::{Iterations, PressureSolver, Requirement, iterations, take_tolerances},
     stabilisation::Stabilisation,
 };
 use crate::{
-    scene::{Iisph, Scene},
+    scene::{Iisph, PressureMethod, Scene},
     state::{Column, Systems},
 };
 
@@ -40,6 +40,14 @@ impl PressureSolver for Iisph {
             Requirement::Relaxation("pressure.relaxation", self.relaxation, self.momentum),
             Requirement::Stabilisation(self.stabilisation),
         ]
+    }
+
+    fn with_tolerances_of(&self, other: &PressureMethod) -> PressureMethod {
+        let mut method = *self;
+        if let PressureMethod::Iisph(of) = other {
+            take_tolerances!(method, of);
+        }
+        PressureMethod::Iisph(method)
     }
 
     fn columns(&self) -> &'static [Column] {

@@ -13,7 +13,6 @@ use super::{
     density_rate::PredictedVelocities,
     implicit::store_pressures,
     iterate::{End, iterate},
-    pcisph::PressureCorrection,
     warm_start,
 };
 use crate::{
@@ -48,8 +47,10 @@ pub(crate) fn is_first_step(clock: Res<Clock>) -> bool {
     clock.step == 0
 }
 
-/// Solves for the pressure (phase `Pressure`, before the method, in the first step).
-pub fn solve_initial_pressure(world: &mut World) {
+/// Solves for the pressure (phase `Pressure`, before the method, in the first step). A method that `is_linear` starts
+/// from the pressure that keeps all gaps, and in a step that this pressure allows. PCISPH would take the shock of a
+/// wall that starts at a speed for pressure that lasts.
+pub fn solve_initial_pressure(world: &mut World, is_linear: bool) {
     let dt = world.resource::<Clock>().dt;
     let Some(limit) = limit(world, dt) else {
         return;
@@ -65,12 +66,7 @@ pub fn solve_initial_pressure(world: &mut World) {
     };
     // A closed tank full of fluid may have no pressure that keeps all gaps: what its walls drive in has to go
     // somewhere.
-    let fills_slowly = (recovery.as_ref()).is_some_and(RecoveryTime::fills_slowly);
-    let attempts: &[bool] = if fills_slowly {
-        &[true, false]
-    } else {
-        &[false]
-    };
+    let attempts: &[bool] = if is_linear { &[true, false] } else { &[false] };
     for &keeps_gaps in attempts {
         world.insert_resource(RecoveryTime::never(keeps_gaps));
         warm_start::start(world, 0.0);
@@ -80,8 +76,7 @@ pub fn solve_initial_pressure(world: &mut World) {
     }
     // Systems that read and write plain columns cannot fail.
     let _ = world.run_system_once(store_pressures);
-    // PCISPH would take the shock of a wall that starts at a speed for pressure that lasts.
-    if !world.contains_resource::<PressureCorrection>() {
+    if is_linear {
         let _ = world.run_system_once(shorten_first_step);
     }
     match recovery {

@@ -24,7 +24,7 @@ use super::{
     force::pressure_force,
     implicit::{self, Iterates, Jacobi, store_pressures},
     iterate::{LastCorrection, PressureIteration, solve_pressure},
-    solver::{Iterations, PressureSolver, Requirement, iterations},
+    solver::{Iterations, PressureSolver, Requirement, iterations, take_tolerances},
     stabilisation::Stabilisation,
 };
 use crate::{
@@ -32,7 +32,7 @@ use crate::{
     density::DensitySum,
     flow::HeldRows,
     pairs::{Pairs, PairsWithGradients},
-    scene::{Pcisph, Scene},
+    scene::{Pcisph, PressureMethod, Scene},
     state::{
         Accelerations, Clock, Column, Corrected, Densities, Execution, Material, Positions,
         PredictedPositions, PressureAccelerations, SolverState, Systems, Velocities, wants_force,
@@ -98,6 +98,15 @@ impl PressureSolver for Pcisph {
         });
         let stabilisation = Requirement::Stabilisation(self.stabilisation);
         limit.into_iter().chain([stabilisation]).collect()
+    }
+
+    fn with_tolerances_of(&self, other: &PressureMethod) -> PressureMethod {
+        let mut method = *self;
+        if let PressureMethod::Pcisph(of) = other {
+            take_tolerances!(method, of);
+            method.mean_density_error = of.mean_density_error;
+        }
+        PressureMethod::Pcisph(method)
     }
 
     fn columns(&self) -> &'static [Column] {

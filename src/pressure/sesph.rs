@@ -13,7 +13,7 @@ use super::{
 use crate::{
     density,
     lattice::BesideWall,
-    scene::{Scene, Sesph, StateEquation},
+    scene::{PressureMethod, Scene, Sesph, StateEquation},
     state::{
         Column, Corrected, Densities, Execution, Limit, Material, Positions, Pressures,
         SolverState, Systems,
@@ -49,6 +49,10 @@ impl PressureSolver for Sesph {
             push: 1.0,
             slide: 0.0,
         }
+    }
+
+    fn with_tolerances_of(&self, _: &PressureMethod) -> PressureMethod {
+        PressureMethod::Sesph(*self)
     }
 
     fn columns(&self) -> &'static [Column] {

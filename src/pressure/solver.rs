@@ -50,6 +50,18 @@ macro_rules! iterations {
 }
 pub(super) use iterations;
 
+/// Takes the tolerances that the parameters of all iterative methods have.
+macro_rules! take_tolerances {
+    ($parameters:expr, $from:expr) => {
+        $parameters.max_density_error = $from.max_density_error;
+        $parameters.criterion = $from.criterion;
+        $parameters.min_iterations = $from.min_iterations;
+        $parameters.max_iterations = $from.max_iterations;
+        $parameters.not_converged = $from.not_converged;
+    };
+}
+pub(super) use take_tolerances;
+
 /// Requirement on a parameter of a method.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Requirement {
@@ -90,6 +102,9 @@ pub(crate) trait PressureSolver {
 
     /// Inserts the resources that its systems use.
     fn install(&self, world: &mut World);
+
+    /// The method with the tolerances of another; as it is, if they are not of one kind.
+    fn with_tolerances_of(&self, other: &PressureMethod) -> PressureMethod;
 
     /// Gives its iterations the tolerances that it has now.
     fn set_tolerances(&self, world: &mut World) {

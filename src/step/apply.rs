@@ -9,7 +9,7 @@ use crate::{
     integrate::GuardLimits,
     loading::Override,
     registry::Stages,
-    scene::{GaugeKind, PressureMethod, Scene, SceneError, TimeStep, Viscosity},
+    scene::{GaugeKind, Scene, SceneError, TimeStep, Viscosity},
     state::{Clock, Material},
     time_step::{self, AdaptiveTimeStep, RecoveryTime},
 };
@@ -99,7 +99,7 @@ fn may_change(before: &Scene, after: &Scene, change: &Override) -> Result<(), Ap
             viscosity: before.fluid.viscosity,
             ..after.fluid
         },
-        pressure: with_tolerances_of(&after.pressure, &before.pressure),
+        pressure: (after.pressure.solver()).with_tolerances_of(&before.pressure),
         time_step: before.time_step,
         limits: before.limits,
         duration: before.duration,
@@ -107,40 +107,6 @@ fn may_change(before: &Scene, after: &Scene, change: &Override) -> Result<(), Ap
         ..after.clone()
     };
     if rest == *before { Ok(()) } else { fixed("") }
-}
-
-/// A method with the tolerances of another; as it is, if they are not of one kind.
-fn with_tolerances_of(method: &PressureMethod, other: &PressureMethod) -> PressureMethod {
-    let mut method = *method;
-    match (&mut method, other) {
-        (PressureMethod::Pcisph(a), PressureMethod::Pcisph(b)) => {
-            a.max_density_error = b.max_density_error;
-            a.mean_density_error = b.mean_density_error;
-            a.criterion = b.criterion;
-            a.min_iterations = b.min_iterations;
-            a.max_iterations = b.max_iterations;
-            a.not_converged = b.not_converged;
-        }
-        (PressureMethod::Iisph(a), PressureMethod::Iisph(b)) => {
-            a.max_density_error = b.max_density_error;
-            a.criterion = b.criterion;
-            a.min_iterations = b.min_iterations;
-            a.max_iterations = b.max_iterations;
-            a.not_converged = b.not_converged;
-        }
-        (PressureMethod::Dfsph(a), PressureMethod::Dfsph(b)) => {
-            a.max_density_error = b.max_density_error;
-            a.criterion = b.criterion;
-            a.min_iterations = b.min_iterations;
-            a.max_iterations = b.max_iterations;
-            a.not_converged = b.not_converged;
-            a.max_divergence_error = b.max_divergence_error;
-            a.min_divergence_iterations = b.min_divergence_iterations;
-            a.max_divergence_iterations = b.max_divergence_iterations;
-        }
-        _ => {}
-    }
-    method
 }
 
 /// Gives the resources of a step their new values.

@@ -63,13 +63,8 @@ impl Remembers for RecoveryTime {
 }
 
 impl RecoveryTime {
-    /// Whether density that is missing may be left missing.
-    pub(crate) fn fills_slowly(&self) -> bool {
-        self.most_missing > 0.0
-    }
-
-    /// Leaves the density as it is found, if the fluid `keeps_gaps`. Else it leaves compression as any step does, and the
-    /// fluid may fill gaps at once.
+    /// Leaves the density as it is found, if the fluid `keeps_gaps`. Else it leaves compression as any step does, and
+    /// the fluid may fill gaps at once.
     pub(crate) fn never(keeps_gaps: bool) -> Self {
         Self {
             share: 0.0,
