@@ -33,7 +33,7 @@ const STEPS: usize = 15;
 const RUNS: usize = 15;
 
 /// The methods, each with the settings of its step.
-const METHODS: [(&str, &[&str]); 4] = [
+const METHODS: [(&str, &[&str]); 5] = [
     (
         "SESPH",
         &[
@@ -53,6 +53,7 @@ const METHODS: [(&str, &[&str]); 4] = [
         "DFSPH",
         &["pressure=Dfsph(criterion:Mean,max_density_error:0.01)"],
     ),
+    ("δ-SPH", &["pressure=DeltaSph(sound_speed:45)"]),
 ];
 
 /// The corner dam break with about `particles` particles.

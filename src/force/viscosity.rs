@@ -263,7 +263,8 @@ impl<const APPROACHING: bool, const NUMERICAL: bool> PairSum
         }
         let mut strength = simd.splat(self.strength);
         if NUMERICAL {
-            let speed = simd.sqrt(simd.add(sums.term, pair.packed_j));
+            let terms = simd.add(sums.term, pair.packed_j);
+            let speed = simd.sqrt(simd.max(terms, simd.splat(0.0)));
             strength = simd.mul_add(simd.splat(self.numerical), speed, strength);
         }
         let approach = simd.mul(strength, approach);

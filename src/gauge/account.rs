@@ -14,9 +14,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     integrate::Motion,
-    pressure::sesph::EquationOfState,
+    pressure::{delta_sph::Continuity, sesph::EquationOfState},
     state::{
-        BodyForces, Densities, Material, Remembers, in_order,
+        BodyForces, Densities, Material, Pressures, Remembers, in_order,
         particle::{Fluid, Position, Velocity},
     },
 };
@@ -98,17 +98,25 @@ pub(crate) fn note_start(
 pub(crate) fn book(
     mut account: ResMut<EnergyAccount>,
     motion: Res<Motion>,
-    densities: Res<Densities>,
-    equation: Option<Res<EquationOfState>>,
+    (densities, pressures): (Res<Densities>, Res<Pressures>),
+    (equation, continuity): (Option<Res<EquationOfState>>, Option<Res<Continuity>>),
     material: Res<Material>,
 ) {
     let account = &mut *account;
     account.before = account.booked;
     let at_end = motion.kinetic_energy + motion.potential_energy;
     account.booked.taken += account.at_start - at_end;
-    if let Some(equation) = equation {
-        let energy = |rho: &f32| equation.energy((*rho).into(), material.rest_density.into());
-        let sum: f64 = densities.0.iter().map(energy).sum();
+    let rest_density = f64::from(material.rest_density);
+    let sum: Option<f64> = if let Some(equation) = equation {
+        let energy = |rho: &f32| equation.energy((*rho).into(), rest_density);
+        Some(densities.0.iter().map(energy).sum())
+    } else {
+        continuity.map(|continuity| {
+            let energy = |p: &f32| continuity.energy((*p).into(), rest_density);
+            pressures.0.iter().map(energy).sum()
+        })
+    };
+    if let Some(sum) = sum {
         let now = f64::from(material.particle_mass) * sum;
         let first = account.booked.compression.map_or(now, |(first, _)| first);
         account.booked.compression = Some((first, now));

@@ -8,7 +8,7 @@ use crate::{
     index::{BoundarySamples, FluidIndex},
     integrate::Motion,
     pairs::Pairs,
-    pressure::sesph::EquationOfState,
+    pressure::{delta_sph::Continuity, sesph::EquationOfState},
     state::{Clock, Densities, Execution, Material, PredictedPositions, Pressures, Velocities},
     time_step::AdaptiveTimeStep,
 };
@@ -31,13 +31,19 @@ pub(crate) struct State<'w> {
     pub(super) walls: Option<Res<'w, BoundarySums>>,
     pub(super) moving: Option<Res<'w, MovingWalls>>,
     pub(super) friction: Option<Res<'w, WallFriction>>,
-    pub(super) equation: Option<Res<'w, EquationOfState>>,
+    equation: Option<Res<'w, EquationOfState>>,
+    continuity: Option<Res<'w, Continuity>>,
     pub(super) free: Option<Res<'w, FreeVelocities>>,
     pub(super) energy: Option<Res<'w, EnergyAccount>>,
     pub(super) adaptive: Option<Res<'w, AdaptiveTimeStep>>,
 }
 
 impl State<'_> {
+    /// Whether the pressure that acts in a step differs from the one that is reported.
+    pub(super) fn acts_by_terms(&self) -> bool {
+        self.equation.is_some() || self.continuity.is_some()
+    }
+
     /// Number of fluid particles.
     pub(super) fn places_len(&self) -> usize {
         self.pairs.positions().rows()

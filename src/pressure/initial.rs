@@ -36,10 +36,7 @@ const MAX_ITERATIONS: u32 = 2000;
 
 /// Whether a scene starts from a pressure that is solved for.
 pub(crate) fn is_solved_for(scene: &Scene) -> bool {
-    scene
-        .pressure
-        .iterations()
-        .is_some_and(|iterations| iterations.warm_start.share > 0.0)
+    scene.pressure.solver().solves_initial_pressure()
 }
 
 /// Whether this is the first step.

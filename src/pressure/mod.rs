@@ -7,11 +7,13 @@
 //! | method | solves for | iterates over |
 //! | --- | --- | --- |
 //! | [`sesph`] | nothing: pressure is a function of density | – |
+//! | [`delta_sph`] | nothing: pressure follows from the motion | – |
 //! | [`pcisph`] | densities at predicted positions | one stiffness, that of a full lattice |
 //! | [`iisph`] | densities predicted from velocities | the stiffness of each particle |
 //! | [`dfsph`] | no compression in the velocities, then as IISPH | as IISPH |
 
 pub mod convergence;
+pub mod delta_sph;
 pub mod density_rate;
 pub mod dfsph;
 pub mod diagonal;

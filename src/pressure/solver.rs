@@ -73,6 +73,8 @@ pub(crate) enum Requirement {
     Iterations(&'static str, u32, u32),
     /// Name and value of a relaxation, and whether there is momentum.
     Relaxation(&'static str, f32, bool),
+    /// The δ of a diffusion of the density.
+    Diffusion(f32),
     /// The share of a [`Stabilisation`](super::stabilisation::Stabilisation).
     Stabilisation(f32),
 }
@@ -121,6 +123,11 @@ pub(crate) trait PressureSolver {
         None
     }
 
+    /// Whether the pressure of the first step is solved for (see [`initial`](super::initial)).
+    fn solves_initial_pressure(&self) -> bool {
+        (self.iterations()).is_some_and(|iterations| iterations.warm_start.share > 0.0)
+    }
+
     /// Solves for the pressure.
     fn solve(&self, scene: &Scene) -> Systems;
 
@@ -135,6 +142,7 @@ impl PressureMethod {
     pub(crate) fn solver(&self) -> &dyn PressureSolver {
         match self {
             Self::Sesph(method) => method,
+            Self::DeltaSph(method) => method,
             Self::Pcisph(method) => method,
             Self::Iisph(method) => method,
             Self::Dfsph(method) => method,

@@ -51,6 +51,17 @@ pub(super) struct Stabilised<'a> {
     factor: f32,
 }
 
+impl<'a> Stabilised<'a> {
+    /// The sum with a time \[s] in place of κ dt.
+    pub(super) fn over(factor: f32, accelerations: &'a PressureAccelerations) -> Self {
+        let accelerations = &accelerations.0;
+        Self {
+            accelerations,
+            factor,
+        }
+    }
+}
+
 impl Stabilised<'_> {
     /// The velocity v of a row and û, from u.
     #[inline(always)]

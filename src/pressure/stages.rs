@@ -90,7 +90,7 @@ pub(crate) const PRESSURE: Stage = Stage {
         let solve = scene.pressure.solver().solve(scene);
         let solve = if initial::is_solved_for(scene) {
             let iterations = scene.pressure.iterations();
-            let is_linear = iterations.is_some_and(|iterations| iterations.is_linear);
+            let is_linear = iterations.is_none_or(|iterations| iterations.is_linear);
             let first = move |world: &mut World| initial::solve_initial_pressure(world, is_linear);
             (first.run_if(initial::is_first_step), solve).chain()
         } else {

@@ -10,6 +10,8 @@ use serde::{Deserialize, Serialize};
 pub enum PressureMethod {
     /// Equation of state (paper 5.1, SESPH).
     Sesph(Sesph),
+    /// Weakly compressible SPH with a diffusion of the density (δ-SPH, Antuono et al. 2010).
+    DeltaSph(DeltaSph),
     /// Predictive-corrective incompressible SPH (paper 5.2; Solenthaler & Pajarola 2009).
     Pcisph(Pcisph),
     /// Implicit incompressible SPH (Ihmsen et al. 2014).
@@ -43,6 +45,21 @@ pub enum StateEquation {
         /// Stiffness k \[Pa·m³/kg = m²/s²].
         stiffness: f32,
     },
+}
+
+/// Parameters of δ-SPH.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DeltaSph {
+    /// Speed of sound c \[m/s]: ten times the largest speed expected allows about 1 % of compression.
+    pub sound_speed: f32,
+    /// Diffusion δ of the density \[-]; 0: none.
+    #[serde(default = "diffusion")]
+    pub diffusion: f32,
+}
+
+fn diffusion() -> f32 {
+    0.1
 }
 
 /// Parameters of PCISPH.

@@ -7,13 +7,13 @@ pub struct Method {
     pub name: &'static str,
     /// Its name on the command line.
     pub key: &'static str,
-    /// The method in a scene, as RON. SESPH needs a speed of sound \[m/s]: ten times the largest speed expected allows
+    /// The method in a scene, as RON. SESPH and δ-SPH need a speed of sound \[m/s]: ten times the largest speed expected allows
     /// 1 % of compression.
     pub pressure: fn(sound_speed: f32) -> String,
 }
 
 /// Every pressure method.
-pub const METHODS: [Method; 5] = [
+pub const METHODS: [Method; 6] = [
     Method {
         name: "SESPH, gas",
         key: "sesph-gas",
@@ -38,5 +38,10 @@ pub const METHODS: [Method; 5] = [
         name: "DFSPH",
         key: "dfsph",
         pressure: |_| "Dfsph()".to_owned(),
+    },
+    Method {
+        name: "δ-SPH",
+        key: "delta-sph",
+        pressure: |c| format!("DeltaSph(sound_speed: {c})"),
     },
 ];

@@ -9,7 +9,7 @@ use bevy_ecs::prelude::*;
 use glam::Vec3;
 use overfall::{
     Simulation,
-    scene::{Dfsph, Iisph, Pcisph, PressureMethod, Scene, Sesph, StateEquation},
+    scene::{DeltaSph, Dfsph, Iisph, Pcisph, PressureMethod, Scene, Sesph, StateEquation},
     state::particle::{Fluid, Position, Velocity},
 };
 
@@ -55,13 +55,17 @@ pub(crate) fn pcisph() -> PressureMethod {
     PressureMethod::Pcisph(Pcisph::default())
 }
 
-/// Every pressure method: SESPH, PCISPH, IISPH, DFSPH.
-pub(crate) fn methods() -> [PressureMethod; 4] {
+/// Every pressure method: SESPH, PCISPH, IISPH, DFSPH, δ-SPH.
+pub(crate) fn methods() -> [PressureMethod; 5] {
     [
         sesph(),
         pcisph(),
         PressureMethod::Iisph(Iisph::default()),
         PressureMethod::Dfsph(Dfsph::default()),
+        PressureMethod::DeltaSph(DeltaSph {
+            sound_speed: 20.0,
+            diffusion: 0.1,
+        }),
     ]
 }
 

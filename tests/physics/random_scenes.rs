@@ -109,7 +109,7 @@ fn run(simulation: &mut Simulation, scene: &Scene, draft: &Draft) -> Result<Outc
     let count = before.len();
     let energy = |state: &State| sums.energy(scene, &mut state.values().copied());
     let part = match scene.pressure {
-        PressureMethod::Sesph(_) => MOST_RISE_WITH_SOUND,
+        PressureMethod::Sesph(_) | PressureMethod::DeltaSph(_) => MOST_RISE_WITH_SOUND,
         PressureMethod::Pcisph(_) | PressureMethod::Iisph(_) | PressureMethod::Dfsph(_) => {
             MOST_RISE
         }

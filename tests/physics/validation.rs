@@ -54,7 +54,7 @@ fn holds(name: &str, method: usize, bounds: Bounds) {
 /// A test for every method, so that they run side by side and a failure names its method.
 macro_rules! for_every_method {
     ($case:ident, $check:expr) => {
-        for_every_method!($case, $check, [sesph_gas 0, sesph_tait 1, pcisph 2, iisph 3, dfsph 4]);
+        for_every_method!($case, $check, [sesph_gas 0, sesph_tait 1, pcisph 2, iisph 3, dfsph 4, delta_sph 5]);
     };
     ($case:ident, $check:expr, [$($name:ident $method:literal),*]) => {
         mod $case {
@@ -79,24 +79,24 @@ macro_rules! for_every_method {
 const IN_THE_PLANE: Bounds = &[
     (
         "floor pressure",
-        [0.09, 0.09, 2.2 / 30.0, 2.2 / 30.0, 2.2 / 30.0],
+        [0.09, 0.09, 2.2 / 30.0, 2.2 / 30.0, 2.2 / 30.0, 2.2 / 30.0],
     ),
-    ("-dp/dy", [0.02; 5]),
-    ("p at half depth", [0.04; 5]),
-    ("worst layer", [0.035; 5]),
-    ("energy gained", [0.01; 5]),
-    ("rms speed", [0.01; 5]),
-    ("largest speed", [0.04, 0.04, 0.02, 0.02, 0.02]),
+    ("-dp/dy", [0.02; 6]),
+    ("p at half depth", [0.04; 6]),
+    ("worst layer", [0.035; 6]),
+    ("energy gained", [0.01; 6]),
+    ("rms speed", [0.01; 6]),
+    ("largest speed", [0.04, 0.04, 0.02, 0.02, 0.02, 0.02]),
 ];
 const IN_SPACE: Bounds = &[
-    ("floor pressure", [2.2 / 16.0; 5]),
-    ("-dp/dy", [0.02; 5]),
-    ("p at half depth", [0.06; 5]),
-    ("worst layer", [0.045; 5]),
-    ("energy gained", [0.01; 5]),
-    ("rms speed", [0.01; 5]),
+    ("floor pressure", [2.2 / 16.0; 6]),
+    ("-dp/dy", [0.02; 6]),
+    ("p at half depth", [0.06; 6]),
+    ("worst layer", [0.045; 6]),
+    ("energy gained", [0.01; 6]),
+    ("rms speed", [0.01; 6]),
     // Single particles in the edges of the tank, where two walls push; the mean speed is 0.2 %.
-    ("largest speed", [0.05, 0.05, 0.07, 0.045, 0.045]),
+    ("largest speed", [0.05, 0.05, 0.07, 0.045, 0.045, 0.045]),
 ];
 
 // The target, 1 % of the semi-major axis at the end, is met within 0.01 % by IISPH and DFSPH; the others are 1.1 % off.
@@ -108,18 +108,18 @@ const IN_SPACE: Bounds = &[
 // the end, and are pushed for longer: with 20, 40, 80 and 160 particles the axis is 1.7, 1.5, 1.0 and 0.05 % off, the
 // area 24, 21, 11 and 0.3 %.
 const DROP: Bounds = &[
-    ("semi-major axis at 0.0008", [0.01; 5]),
-    ("semi-major axis at 0.0038", [0.011; 5]),
+    ("semi-major axis at 0.0008", [0.01; 6]),
+    ("semi-major axis at 0.0038", [0.011; 6]),
     (
         "semi-major axis at 0.0076",
-        [0.012, 0.012, 0.012, 0.016, 0.016],
+        [0.012, 0.012, 0.012, 0.016, 0.016, 0.016],
     ),
-    ("area", [0.13, 0.13, 0.11, 0.22, 0.22]),
-    ("centre pressure", [0.52, 0.52, 0.45, 0.45, 0.45]),
+    ("area", [0.13, 0.13, 0.11, 0.22, 0.22, 0.22]),
+    ("centre pressure", [0.52, 0.52, 0.45, 0.45, 0.45, 0.45]),
 ];
 
 // Rounding.
-const FREE_FLIGHT: Bounds = &[("", [1e-5; 5])];
+const FREE_FLIGHT: Bounds = &[("", [1e-5; 6])];
 
 for_every_method!(still_water_in_the_plane, |method| holds(
     "hydrostatic_2d",

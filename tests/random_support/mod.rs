@@ -171,7 +171,7 @@ fn numerics(mut of: Choices, flat: bool, spacing: f64, speed: f64) -> (String, O
         "warm_start: 0",
         "max_density_error: 1e-3",
     ]);
-    let pressure = match of.of(&[0, 1, 2, 3, 4]) {
+    let pressure = match of.of(&[0, 1, 2, 3, 4, 5]) {
         0 => format!("Dfsph({variant})"),
         1 => format!("Iisph({variant})"),
         2 => format!("Pcisph({variant})"),
@@ -179,7 +179,8 @@ fn numerics(mut of: Choices, flat: bool, spacing: f64, speed: f64) -> (String, O
             "Sesph(equation: Tait(stiffness: {}))",
             1000.0 * sound * sound / 7.0
         ),
-        _ => format!("Sesph(equation: Gas(stiffness: {}))", sound * sound),
+        4 => format!("Sesph(equation: Gas(stiffness: {}))", sound * sound),
+        _ => format!("DeltaSph(sound_speed: {sound})"),
     };
     let (time_step, fixed) = match of.of(&[0, 0, 1, 2, 3]) {
         0 => ("Cfl(min: 1e-9)".to_owned(), None),

@@ -234,7 +234,7 @@ impl BruteForce {
             }
         }
         let remaining = |row: usize| match scene.pressure {
-            PressureMethod::Sesph(_) => density[row],
+            PressureMethod::Sesph(_) | PressureMethod::DeltaSph(_) => density[row],
             PressureMethod::Pcisph(_) => after[row],
             PressureMethod::Iisph(_) | PressureMethod::Dfsph(_) => {
                 density[row] + columns.dt * rate[row]

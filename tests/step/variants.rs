@@ -57,7 +57,7 @@ fn every_variant_of_a_scene_has_a_schedule_without_ambiguities() {
         SurfaceTension::None,
         SurfaceTension::BeckerTeschner { kappa: 0.01 },
     ];
-    let pressures: [PressureMethod; 4] = methods();
+    let pressures: [PressureMethod; 5] = methods();
     let scenes = vec![small(false), small(true)];
     let scenes = with(scenes, &viscosities, |scene, v| scene.fluid.viscosity = v);
     let scenes = with(scenes, &tensions, |scene, t| {

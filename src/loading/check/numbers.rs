@@ -120,6 +120,7 @@ fn pressure(method: &PressureMethod) -> Checked {
             Requirement::Iterations(path, min, max) => iterations(path, min, max),
             Requirement::Relaxation(path, value, momentum) => relaxation(path, value, momentum),
             Requirement::Stabilisation(share) => stabilisation(share),
+            Requirement::Diffusion(delta) => diffusion(delta),
         })
 }
 
@@ -188,6 +189,14 @@ fn stabilisation(share: f32) -> Checked {
             )
         },
     )
+}
+
+fn diffusion(delta: f32) -> Checked {
+    ensure((0.0..=0.5).contains(&delta), "pressure.diffusion", || {
+        format!(
+            "the diffusion of the density is {delta}; it must be from 0 (none) to 0.5 (0.1 is usual)"
+        )
+    })
 }
 
 fn error_limit(path: &str, what: &str, limit: f32) -> Checked {
