@@ -24,7 +24,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         fluid: scene::Fluid {
             viscosity: Viscosity::Laminar {
                 kinematic_viscosity: 0.05,
-                numerical: 0.0,
+                numerical: Some(0.0),
             },
             ..water.fluid.clone()
         },

@@ -11,9 +11,9 @@ use crate::{
     boundary::sums::{BoundarySums, Walls},
     scene::{Bounds, Limits},
     state::{
-        Accelerations, BodyForces, CHUNK, ChunkResults, Clock, Densities, Execution, Failure,
-        FailureCause, Material, Positions, PredictedPositions, PressureAccelerations, Pressures,
-        Remembers, Velocities,
+        Accelerations, BodyForces, CHUNK, ChunkResults, Clock, Densities, Displacements, Execution,
+        Failure, FailureCause, Material, Positions, PredictedPositions, PressureAccelerations,
+        Pressures, Remembers, Velocities,
     },
 };
 
@@ -123,6 +123,7 @@ pub fn integrate(
     columns: (Res<Positions>, Res<Densities>, Res<Pressures>),
     forces: (Res<Accelerations>, Res<PressureAccelerations>),
     (material, walls): (Res<Material>, Option<Res<BoundarySums>>),
+    displacements: Option<Res<Displacements>>,
     clock: Res<Clock>,
     execution: Res<Execution>,
 ) {
@@ -147,7 +148,10 @@ pub fn integrate(
             result.pressure = result.pressure.max(pressures.0[row]);
             let acceleration = *a + *a_p;
             let velocity = v.truncate() + dt * acceleration;
-            let position = x.truncate() + dt * velocity;
+            let mut position = x.truncate() + dt * velocity;
+            if let Some(displacements) = &displacements {
+                position += displacements.0[row];
+            }
             let before = v.truncate();
             let change = dt * *a;
             let gain = velocity.length_squared() - before.length_squared();

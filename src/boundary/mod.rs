@@ -7,6 +7,7 @@
 mod apart;
 pub mod contact;
 pub mod direct_forcing;
+pub(crate) mod extrapolation;
 pub mod friction;
 pub mod moving;
 pub mod owners;

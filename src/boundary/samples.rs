@@ -13,7 +13,7 @@ use crate::{
     scene::Scene,
     state::{
         DomainTooLarge, Execution, SENTINEL, TOO_LARGE,
-        particle::{Boundary, BoundaryNormal, BoundaryVolume, Position},
+        particle::{Boundary, BoundaryDepth, BoundaryNormal, BoundaryVolume, Position},
     },
 };
 
@@ -42,6 +42,7 @@ pub fn pack(
         ahead: Vec::new(),
         velocities: Vec::new(),
         layer_depth: layer_depth(scene),
+        depths: samples.iter().map(|sample| sample.depth).collect(),
         index,
     })
 }
@@ -129,13 +130,20 @@ pub fn refresh_boundary(world: &mut World, scene: &Scene) -> Result<(), Boundary
         return Err(BoundaryError::NotInstalled);
     };
     check(world)?;
-    let mut query =
-        world.query_filtered::<(&Position, &BoundaryNormal, &mut BoundaryVolume), With<Boundary>>();
+    type Parts<'w> = (
+        &'w Position,
+        &'w BoundaryNormal,
+        Option<&'w BoundaryDepth>,
+        &'w mut BoundaryVolume,
+    );
+    let mut query = world.query_filtered::<Parts, With<Boundary>>();
+    let nearest = layer_depth(scene);
     let samples: Vec<BoundarySample> = query
         .iter(world)
-        .map(|(x, normal, _)| BoundarySample {
+        .map(|(x, normal, depth, _)| BoundarySample {
             position: x.0,
             normal: normal.0,
+            depth: depth.map_or(nearest, |depth| depth.0),
         })
         .collect();
     let samples = pack(scene, &samples, &execution)?;
@@ -160,7 +168,7 @@ pub fn refresh_boundary(world: &mut World, scene: &Scene) -> Result<(), Boundary
         let slip = slip.collect();
         world.resource_mut::<WallFriction>().take(slip);
     }
-    for ((_, _, mut volume), sample) in query.iter_mut(world).zip(samples.points()) {
+    for ((_, _, _, mut volume), sample) in query.iter_mut(world).zip(samples.points()) {
         volume.0 = sample.w;
     }
     world.insert_resource(samples);

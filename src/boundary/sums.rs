@@ -111,16 +111,6 @@ impl<'a> Walls<'a> {
         across + (force - across) / (1.0 - self.slide * sums.w).max(LEAST_ALONG)
     }
 
-    /// The part of a force of the fluid that would push a row without a pressure of its own into a wall.
-    ///
-    /// Samples of a wall push with the row's own pressure. At a free surface there is none, and the pressure of the
-    /// rows below would push it into the wall: it left the surface of still water with 0.1 sqrt(g H).
-    #[inline(always)]
-    pub fn held_back(self, row: usize, force: Vec3) -> Vec3 {
-        let inwards = self.gradient(row).normalize_or_zero();
-        force.dot(inwards).max(0.0) * inwards
-    }
-
     /// The part of an acceleration by pressure, walls included, that [`made_up`](Self::made_up) added to it.
     #[inline(always)]
     pub(crate) fn added(self, row: usize, acceleration: Vec3) -> Vec3 {

@@ -28,8 +28,14 @@ impl VolumeRule {
     /// The rule of a scene.
     pub fn new(scene: &Scene) -> Self {
         let kernel = Kernel::of(scene);
-        let layer = match scene.boundary_handling {
+        let layer = match scene.boundary_handling() {
             BoundaryHandling::Akinci => None,
+            // Less only where layers of several walls overlap.
+            BoundaryHandling::Layers => {
+                let material = Material::new(scene);
+                let particle = material.particle_mass / material.rest_density;
+                Some([particle, 1.0 / particle])
+            }
             BoundaryHandling::DirectForcing(_) => {
                 let material = Material::new(scene);
                 let layer: f32 = kernel

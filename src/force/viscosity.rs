@@ -56,9 +56,10 @@ pub(crate) fn install(world: &mut World, scene: &Scene) {
         Viscosity::None => {}
         Viscosity::Laminar {
             kinematic_viscosity,
-            numerical,
+            ..
         } => {
             world.insert_resource(LaminarViscosity(kinematic_viscosity));
+            let numerical = scene.numerical_viscosity();
             if numerical > 0.0 {
                 world.insert_resource(NumericalViscosity(numerical));
             }
@@ -72,7 +73,7 @@ pub(crate) fn install(world: &mut World, scene: &Scene) {
 fn systems(scene: &Scene) -> Systems {
     let viscosity = match scene.fluid.viscosity {
         Viscosity::Artificial { .. } => apply_artificial_viscosity.into_configs(),
-        Viscosity::Laminar { numerical, .. } if numerical > 0.0 => {
+        Viscosity::Laminar { .. } if scene.numerical_viscosity() > 0.0 => {
             let terms = put_pressure_terms
                 .run_if(not(resource_exists::<FirstForce>))
                 .ambiguous_with_all();

@@ -5,7 +5,8 @@
 //! the fluid's own force is completed for the part of the kernel that the wall cuts off
 //! ([`made_up`](crate::boundary::sums::Walls::made_up)), distributed over the samples by their weights. Contact:
 //! changes of velocity by [`contact`](crate::boundary::contact) or direct forcing come from the nearest sample. And
-//! [`friction`](crate::boundary::friction), at walls that are not free-slip.
+//! [`friction`](crate::boundary::friction), at walls that are not free-slip. To pressure comes what walls of several
+//! layers [continue](crate::boundary::extrapolation).
 //!
 //! In every step with a reading this takes one more pass over the pressure forces.
 
@@ -99,6 +100,9 @@ impl Force {
                 let pressure = material.rest_density * reactions.terms[row] * push * volume;
                 let taken = pressure * kernel.gradient(x) - part * reactions.added[row];
                 on_sample += taken.as_dvec3();
+                if let Some(continued) = &state.continued {
+                    on_sample -= continued.by_sample(row, (x, volume), kernel).as_dvec3();
+                }
                 if let Some(friction) = &state.friction {
                     let sample = sample as usize;
                     let normal = samples.normals[sample];

@@ -9,8 +9,7 @@ use crate::{boundary::sums::Walls, pressure::force::PressureForce};
 pub(super) struct Reactions {
     /// Pressure term of all solves, `p/ρ²`.
     pub(super) terms: Vec<f32>,
-    /// Acceleration along the wall that completes the fluid's own force, and across it what holds back rows without a
-    /// pressure \[m/s²].
+    /// Acceleration along the wall that completes the fluid's own force \[m/s²].
     pub(super) added: Vec<Vec3>,
     /// Rows that contact changed.
     pub(super) touched: Vec<u32>,
@@ -21,6 +20,7 @@ impl Reactions {
         let rows = state.places_len();
         let positions = &state.pairs.positions().0;
         let terms: Vec<f32> = if state.acts_by_terms() {
+            // The pressure that acts in the step differs from the pressure that is reported.
             positions[..rows].iter().map(|x| x.w).collect()
         } else {
             let pressures = state.pressures.0.iter().zip(&state.densities.0);
@@ -32,16 +32,11 @@ impl Reactions {
             x.w = *term;
         }
         let mut added = vec![Vec3::ZERO; rows];
-        let pass = PressureForce::new(&state.material, walls).without_holding_back();
+        let pass = PressureForce::new(&state.material, walls);
         state.pairs.sum_at(&carried, &pass, &mut added);
         state.execution.for_each_chunk(&mut added, |first, added| {
             for (row, acceleration) in (first..).zip(added) {
-                let held_back = if terms[row] == 0.0 {
-                    walls.held_back(row, *acceleration)
-                } else {
-                    Vec3::ZERO
-                };
-                *acceleration = walls.added(row, *acceleration) - held_back;
+                *acceleration = walls.added(row, *acceleration);
             }
         });
         let free = state.free.as_ref().map_or(&[][..], |free| &free.0);

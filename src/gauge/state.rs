@@ -4,7 +4,10 @@ use bevy_ecs::{prelude::*, system::SystemParam};
 
 use super::{account::EnergyAccount, free::FreeVelocities};
 use crate::{
-    boundary::{friction::WallFriction, moving::MovingWalls, owners::Owners, sums::BoundarySums},
+    boundary::{
+        extrapolation::Continued, friction::WallFriction, moving::MovingWalls, owners::Owners,
+        sums::BoundarySums,
+    },
     index::{BoundarySamples, FluidIndex},
     integrate::Motion,
     pairs::Pairs,
@@ -31,6 +34,7 @@ pub(crate) struct State<'w> {
     pub(super) walls: Option<Res<'w, BoundarySums>>,
     pub(super) moving: Option<Res<'w, MovingWalls>>,
     pub(super) friction: Option<Res<'w, WallFriction>>,
+    pub(super) continued: Option<Res<'w, Continued>>,
     equation: Option<Res<'w, EquationOfState>>,
     continuity: Option<Res<'w, Continuity>>,
     pub(super) free: Option<Res<'w, FreeVelocities>>,

@@ -16,8 +16,10 @@ pub struct BoundarySamples {
     pub ahead: Vec<Vec4>,
     /// Mean velocities of the step \[m/s], with one for the sentinel; empty where no wall moves.
     pub velocities: Vec<Vec4>,
-    /// Depth of the layer of samples behind the walls' faces \[m].
+    /// Depth of the nearest layer of samples behind the walls' faces \[m].
     pub layer_depth: f32,
+    /// Depths of the particles \[m].
+    pub depths: Vec<f32>,
     /// Spatial index of the boundary particles.
     pub index: Box<dyn SpatialIndex>,
 }

@@ -91,7 +91,7 @@ impl PressureSolver for Dfsph {
         }
     }
 
-    fn install(&self, world: &mut World) {
+    fn install(&self, world: &mut World, _: &Scene) {
         let stabilisation = Stabilisation(self.stabilisation);
         implicit::install(
             world,

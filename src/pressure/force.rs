@@ -36,26 +36,12 @@ pub fn pressure_force(
 pub struct PressureForce<'a> {
     material: &'a Material,
     walls: Walls<'a>,
-    /// Whether walls hold back rows that have no pressure.
-    holds_back: bool,
 }
 
 impl<'a> PressureForce<'a> {
     /// The sum for this fluid.
     pub fn new(material: &'a Material, walls: Walls<'a>) -> Self {
-        Self {
-            material,
-            walls,
-            holds_back: true,
-        }
-    }
-
-    /// The same, but rows without a pressure are pushed into walls: what walls have to hold back.
-    pub(crate) fn without_holding_back(self) -> Self {
-        Self {
-            holds_back: false,
-            ..self
-        }
+        Self { material, walls }
     }
 }
 
@@ -78,7 +64,7 @@ impl PairSum for PressureForce<'_> {
             term: simd.splat(own.w),
             row: i,
             sum: [simd.splat(0.0); 3],
-            walls: self.material.rest_density * own.w.max(0.0) * self.walls.gradient(i),
+            walls: self.material.rest_density * own.w * self.walls.gradient(i),
         }
     }
 
@@ -98,13 +84,6 @@ impl PairSum for PressureForce<'_> {
         let [x, y, z] = sums.sum;
         let factor = -self.material.particle_mass * self.material.kernel.gradient_scale;
         let fluid = factor * Vec3::new(simd.sum(x), simd.sum(y), simd.sum(z));
-        let fluid = self.walls.made_up(sums.row, fluid);
-        if sums.walls != Vec3::ZERO {
-            fluid - sums.walls
-        } else if self.holds_back {
-            fluid - self.walls.held_back(sums.row, fluid)
-        } else {
-            fluid
-        }
+        self.walls.made_up(sums.row, fluid) - sums.walls
     }
 }

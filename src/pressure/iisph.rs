@@ -54,7 +54,7 @@ impl PressureSolver for Iisph {
         implicit::COLUMNS
     }
 
-    fn install(&self, world: &mut World) {
+    fn install(&self, world: &mut World, _: &Scene) {
         let stabilisation = Stabilisation(self.stabilisation);
         implicit::install(
             world,

@@ -25,6 +25,7 @@ pub mod initial;
 pub mod iterate;
 pub mod pcisph;
 pub mod sesph;
+pub(crate) mod shifting;
 pub mod solver;
 pub mod stabilisation;
 pub mod stages;

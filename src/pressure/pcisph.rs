@@ -125,7 +125,7 @@ impl PressureSolver for Pcisph {
         }
     }
 
-    fn install(&self, world: &mut World) {
+    fn install(&self, world: &mut World, _: &Scene) {
         let material = *world.resource::<Material>();
         world.insert_resource(PressureCorrection::new(self, &material));
         world.init_resource::<PredictedDensities>();

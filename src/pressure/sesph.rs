@@ -59,7 +59,7 @@ impl PressureSolver for Sesph {
         &[]
     }
 
-    fn install(&self, world: &mut World) {
+    fn install(&self, world: &mut World, _: &Scene) {
         world.insert_resource(EquationOfState(self.equation));
     }
 

@@ -73,8 +73,8 @@ pub(crate) enum Requirement {
     Iterations(&'static str, u32, u32),
     /// Name and value of a relaxation, and whether there is momentum.
     Relaxation(&'static str, f32, bool),
-    /// The δ of a diffusion of the density.
-    Diffusion(f32),
+    /// Name, value and maximum of a factor from 0 on.
+    Factor(&'static str, f32, f32),
     /// The share of a [`Stabilisation`](super::stabilisation::Stabilisation).
     Stabilisation(f32),
 }
@@ -103,7 +103,7 @@ pub(crate) trait PressureSolver {
     fn columns(&self) -> &'static [Column];
 
     /// Inserts the resources that its systems use.
-    fn install(&self, world: &mut World);
+    fn install(&self, world: &mut World, scene: &Scene);
 
     /// The method with the tolerances of another; as it is, if they are not of one kind.
     fn with_tolerances_of(&self, other: &PressureMethod) -> PressureMethod;

@@ -68,7 +68,7 @@ pub(crate) const PRESSURE: Stage = Stage {
     limits: |scene| scene.pressure.solver().limits(scene),
     install: |world, scene| {
         world.init_resource::<SolverState>();
-        scene.pressure.solver().install(world);
+        scene.pressure.solver().install(world, scene);
         if let Some(iterations) = scene.pressure.iterations() {
             world.insert_resource(iterations.convergence);
             warm_start::install(world, iterations.warm_start);

@@ -4,7 +4,7 @@ use bevy_ecs::prelude::*;
 
 use super::{advance, columns::columns, gather};
 use crate::{
-    boundary::moving,
+    boundary::{extrapolation, moving},
     flow, force, index,
     lattice::Lattice,
     neighbours,
@@ -26,6 +26,7 @@ const STAGES: &[Stage] = &[
     force::CLEAR_FORCES,
     force::GRAVITY,
     force::BODY_FORCES,
+    extrapolation::STAGE,
     force::VISCOSITY,
     force::SURFACE_TENSION,
     pressure::PRESSURE,

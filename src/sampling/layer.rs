@@ -20,7 +20,7 @@ use crate::{
 /// Depth of the layer of samples behind the face of a wall \[m]: a lattice that starts half a spacing in front of the
 /// face then has its rest density. With direct forcing it is half a spacing: its frozen particles continue the lattice.
 pub fn layer_depth(scene: &Scene) -> f32 {
-    if let BoundaryHandling::DirectForcing(_) = scene.boundary_handling {
+    if scene.boundary_handling() != BoundaryHandling::Akinci {
         return 0.5 * scene.spacing;
     }
     let material = Material::new(scene);
@@ -54,14 +54,35 @@ pub fn layer_depth(scene: &Scene) -> f32 {
     near - 0.5 * dx
 }
 
+/// Depths of all layers of samples behind the face of a wall \[m], the nearest first: one, or as many as the kernel of a
+/// particle at the face reaches.
+pub fn layer_depths(scene: &Scene) -> impl Iterator<Item = f32> + use<> {
+    let layers = match scene.boundary_handling() {
+        BoundaryHandling::Akinci | BoundaryHandling::DirectForcing(_) => 1,
+        BoundaryHandling::Layers => (scene.support() - 0.5).ceil().max(1.0) as u32,
+    };
+    let (first, spacing) = (layer_depth(scene), scene.spacing);
+    (0..layers).map(move |layer| first + layer as f32 * spacing)
+}
+
 /// The factors with which the layer of samples acts on a lattice beside it as a continued lattice would.
 pub fn beside_wall(scene: &Scene) -> BesideWall {
+    if scene.boundary_handling() == BoundaryHandling::Layers {
+        // A sample has the pressure of the particle, and its velocity across the face with the opposite sign.
+        return BesideWall {
+            push: 2.0,
+            slide: 0.0,
+        };
+    }
     let (distance, volume) = layer_in_spacings(scene);
     Lattice::of(scene).beside_wall(distance, volume)
 }
 
 /// What makes the viscosity of the layer of samples act likewise on a lattice that is sheared along it \[-].
 pub fn grip_of_wall(scene: &Scene) -> f32 {
+    if scene.boundary_handling() == BoundaryHandling::Layers {
+        return 1.0;
+    }
     let (distance, volume) = layer_in_spacings(scene);
     Lattice::of(scene).grip_of_wall(distance, volume) as f32
 }
@@ -71,10 +92,10 @@ fn layer_in_spacings(scene: &Scene) -> (f64, f64) {
     let kernel = Kernel::new(scene.kernel(), scene.dimension, scene.support());
     let layer = || kernel.lattice(scene.dimension, 1.0).filter(|x| x.y == 0.0);
     let in_layer: f32 = layer().map(|x| kernel.value(x.length())).sum();
-    let volume = match scene.boundary_handling {
+    let volume = match scene.boundary_handling() {
         BoundaryHandling::Akinci => 1.0 / in_layer,
         // The volume of a fluid particle.
-        BoundaryHandling::DirectForcing(_) => {
+        BoundaryHandling::DirectForcing(_) | BoundaryHandling::Layers => {
             let lattice = kernel.lattice(scene.dimension, 1.0);
             1.0 / lattice.map(|x| kernel.value(x.length())).sum::<f32>()
         }

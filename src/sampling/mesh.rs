@@ -30,7 +30,12 @@ const DEEP: f64 = 0.98;
 const OWN: f32 = 1.05;
 
 /// Appends the samples of a mesh.
-pub(super) fn sample_mesh(mesh: &Mesh, spacing: f32, depth: f32, out: &mut Vec<BoundarySample>) {
+pub(super) fn sample_mesh(
+    mesh: &Mesh,
+    spacing: f32,
+    (depth, is_first): (f32, bool),
+    out: &mut Vec<BoundarySample>,
+) {
     let step = f64::from(spacing) / CANDIDATES;
     if mesh.side == MeshSide::Both {
         let sheet = Layer {
@@ -57,8 +62,10 @@ pub(super) fn sample_mesh(mesh: &Mesh, spacing: f32, depth: f32, out: &mut Vec<B
         nearest.distance < -DEEP * depth
     };
     layer.spread(&mut front, f64::from(spacing), step, &right);
-    fill_thin_parts(mesh, spacing, depth, &mut front);
-    layer.guard_valleys(&mut front, spacing, &right);
+    if is_first {
+        fill_thin_parts(mesh, spacing, depth, &mut front);
+        layer.guard_valleys(&mut front, spacing, &right);
+    }
     out.extend(front.into_samples());
 }
 
@@ -193,6 +200,7 @@ impl<'a> Layer<'a> {
                 let normal =
                     end.map_or(edge.normal, |end| self.mesh.vertex_normals()[end as usize]);
                 let sample = BoundarySample {
+                    depth: 0.0,
                     position: from.lerp(to, f64::from(k) / f64::from(count)).as_vec3(),
                     normal: normal.as_vec3(),
                 };
@@ -205,6 +213,7 @@ impl<'a> Layer<'a> {
         for ([from, to], normal) in short {
             let count = (from.distance(to) / step).ceil().max(1.0) as u32;
             candidates.extend((0..=count).map(|k| BoundarySample {
+                depth: 0.0,
                 position: from.lerp(to, f64::from(k) / f64::from(count)).as_vec3(),
                 normal: normal.as_vec3(),
             }));
@@ -215,6 +224,7 @@ impl<'a> Layer<'a> {
             let normal = self.mesh.normals[triangle].as_vec3();
             for_each_point(self.corners(triangle), step, |position| {
                 candidates.push(BoundarySample {
+                    depth: 0.0,
                     position: position.as_vec3(),
                     normal,
                 });
@@ -233,6 +243,7 @@ impl<'a> Layer<'a> {
         right: &impl Fn(&BoundarySample) -> bool,
     ) {
         let sample = |position: DVec3, normal: DVec3| BoundarySample {
+            depth: 0.0,
             position: position.as_vec3(),
             normal: normal.as_vec3(),
         };

@@ -13,7 +13,7 @@ use glam::Vec3;
 
 pub(crate) use candidates::expected as expected_of_mesh;
 pub(crate) use count::count;
-pub use layer::{beside_wall, grip_of_wall, layer_depth};
+pub use layer::{beside_wall, grip_of_wall, layer_depth, layer_depths};
 pub use surfaces::sample;
 pub(crate) use surfaces::{for_each_sample, for_each_sample_of};
 
@@ -24,4 +24,6 @@ pub struct BoundarySample {
     pub position: Vec3,
     /// Unit vector from the solid into the fluid; in edges and corners the mean of the adjacent faces' normals.
     pub normal: Vec3,
+    /// Depth behind the face of the wall \[m].
+    pub depth: f32,
 }

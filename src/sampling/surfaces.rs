@@ -6,7 +6,7 @@ use glam::{IVec3, Vec3};
 
 use super::{
     BoundarySample,
-    layer::layer_depth,
+    layer::layer_depths,
     mesh::sample_mesh,
     round::{self, Row},
 };
@@ -38,19 +38,24 @@ pub(crate) fn for_each_sample_of(
     if scene.boundaries.is_empty() {
         return Ok(());
     }
-    let (depth, period) = (layer_depth(scene), scene.period());
+    let period = scene.period();
     let mut shapes = (0..).zip(&scene.boundaries);
     shapes.try_for_each(|(number, shape)| {
         let mut put = |sample| put(number, sample);
         let lattice = (scene.dimension, scene.spacing, &period);
-        sample_shape(shape, lattice, depth, &mut put)
+        layer_depths(scene)
+            .enumerate()
+            .try_for_each(|(layer, depth)| {
+                let mut put = |sample| put(BoundarySample { depth, ..sample });
+                sample_shape(shape, lattice, (depth, layer == 0), &mut put)
+            })
     })
 }
 
 fn sample_shape(
     shape: &BoundaryShape,
     (dimension, spacing, period): (Dimension, f32, &Period),
-    depth: f32,
+    (depth, is_first): (f32, bool),
     put: &mut dyn FnMut(BoundarySample),
 ) -> Result<(), MeshError> {
     let round = |min, max| round::rows(period, min, max, spacing);
@@ -67,6 +72,13 @@ fn sample_shape(
         BoundaryShape::Box { min, max, .. } => {
             // A plate thinner than the spacing has one layer, in its middle.
             let middle = 0.5 * (min + max);
+            let thinnest = match dimension {
+                Dimension::Two => (max - min).truncate().min_element(),
+                Dimension::Three => (max - min).min_element(),
+            };
+            if !is_first && depth > 0.5 * thinnest {
+                return Ok(());
+            }
             shell(
                 (min + inset).min(middle),
                 (max - inset).max(middle),
@@ -77,7 +89,14 @@ fn sample_shape(
             );
         }
         BoundaryShape::Sphere { center, radius, .. } => {
-            let radius = (radius - depth).max(0.5 * radius);
+            if !is_first && depth > radius {
+                return Ok(());
+            }
+            let radius = if is_first {
+                (radius - depth).max(0.5 * radius)
+            } else {
+                radius - depth
+            };
             match dimension {
                 Dimension::Two => circle(center, radius, spacing, put),
                 Dimension::Three => sphere(center, radius, spacing, put),
@@ -103,7 +122,7 @@ fn sample_shape(
             sample_mesh(
                 &Mesh::load(boundary, spacing)?,
                 spacing,
-                depth,
+                (depth, is_first),
                 &mut samples,
             );
             // What goes round an axis is there once.
@@ -184,6 +203,7 @@ fn shell(
                 let mut face = |normal: IVec3| {
                     let outwards = if fluid == Side::Outside { -1.0 } else { 1.0 };
                     put(BoundarySample {
+                        depth: 0.0,
                         position: min + step * IVec3::new(x, y, z).as_vec3(),
                         normal: outwards * normal.as_vec3().normalize(),
                     });
@@ -205,6 +225,7 @@ fn circle(center: Vec3, radius: f32, spacing: f32, put: &mut dyn FnMut(BoundaryS
         let (sin, cos) = (TAU * k as f32 / count as f32).sin_cos();
         let normal = Vec3::new(cos, sin, 0.0);
         put(BoundarySample {
+            depth: 0.0,
             position: (center + radius * normal).with_z(0.0),
             normal,
         });
@@ -221,6 +242,7 @@ fn sphere(center: Vec3, radius: f32, spacing: f32, put: &mut dyn FnMut(BoundaryS
         let (sin, cos) = (golden_angle * k as f32).sin_cos();
         let normal = Vec3::new(ring * cos, height, ring * sin);
         put(BoundarySample {
+            depth: 0.0,
             position: center + radius * normal,
             normal,
         });
@@ -255,6 +277,7 @@ fn plane(
     for aside in rows {
         columns.iter().for_each(|&place| {
             put(BoundarySample {
+                depth: 0.0,
                 position: center + place * along + aside * across,
                 normal,
             });
@@ -280,7 +303,10 @@ mod tests {
     fn sampled(shape: BoundaryShape, dimension: Dimension) -> Vec<Vec3> {
         let mut out = Vec::new();
         let lattice = (dimension, 0.1, &Period::NONE);
-        sample_shape(&shape, lattice, 0.05, &mut |sample| out.push(sample)).expect("no file");
+        sample_shape(&shape, lattice, (0.05, true), &mut |sample| {
+            out.push(sample)
+        })
+        .expect("no file");
         assert!(
             out.iter()
                 .all(|sample| (sample.normal.length() - 1.0).abs() < 1e-5)
@@ -311,7 +337,7 @@ mod tests {
     fn normals_point_into_the_fluid() {
         let mut samples = Vec::new();
         let lattice = (Dimension::Three, 0.1, &Period::NONE);
-        sample_shape(&tank(false), lattice, 0.05, &mut |sample| {
+        sample_shape(&tank(false), lattice, (0.05, true), &mut |sample| {
             samples.push(sample)
         })
         .expect("no file");
@@ -329,8 +355,10 @@ mod tests {
             motion: None,
             slip: crate::scene::WallSlip::Free,
         };
-        sample_shape(&obstacle, lattice, 0.05, &mut |sample| samples.push(sample))
-            .expect("no file");
+        sample_shape(&obstacle, lattice, (0.05, true), &mut |sample| {
+            samples.push(sample)
+        })
+        .expect("no file");
         assert!(
             samples
                 .iter()

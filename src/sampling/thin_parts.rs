@@ -103,6 +103,7 @@ impl Ball {
 
     fn sample(&self) -> BoundarySample {
         BoundarySample {
+            depth: 0.0,
             position: self.centre.as_vec3(),
             normal: self.normal.as_vec3(),
         }

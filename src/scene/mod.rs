@@ -21,6 +21,7 @@ mod pressure;
 #[cfg(feature = "schema")]
 mod schema;
 pub mod shapes;
+mod sound_speed;
 mod velocity_field;
 mod velocity_grid;
 mod wall_motion;
@@ -60,7 +61,7 @@ pub struct Scene {
     /// Distance of the particles at rest \[m].
     pub spacing: f32,
     /// Function of the smoothing kernel. If absent the quintic spline in 2-D and the cubic in 3-D; the cubic, too, for
-    /// a `support` that is written.
+    /// a `support` that is written; with δ-SPH Wendland's C2.
     #[serde(default)]
     pub kernel: Option<KernelFunction>,
     /// Support radius of the kernel in spacings \[-]; `h = support × spacing`. If absent what is advised for the kernel
@@ -88,9 +89,9 @@ pub struct Scene {
     /// Solid walls and obstacles.
     #[serde(default)]
     pub boundaries: Vec<BoundaryShape>,
-    /// How boundaries keep the fluid off.
+    /// How boundaries keep the fluid off. If absent in layers with δ-SPH, and as Akinci et al. with other methods.
     #[serde(default)]
-    pub boundary_handling: BoundaryHandling,
+    pub boundary_handling: Option<BoundaryHandling>,
     /// Axes along which space repeats: what leaves at one face comes in at the other.
     #[serde(default)]
     pub periodic: Periodic,
@@ -177,7 +178,7 @@ impl Scene {
             emitters: Vec::new(),
             outflow: Vec::new(),
             boundaries: Vec::new(),
-            boundary_handling: BoundaryHandling::default(),
+            boundary_handling: None,
             periodic: Periodic::default(),
             domain: None,
             outside: Outside::default(),
@@ -202,6 +203,9 @@ impl Scene {
 
     /// Function of the kernel, as written or as advised (`docs/decisions/kernels.md`).
     pub fn kernel(&self) -> KernelFunction {
+        if self.pressure.wants_full_sums() {
+            return self.kernel.unwrap_or(KernelFunction::WendlandC2);
+        }
         self.kernel.unwrap_or(match (self.dimension, self.support) {
             (Dimension::Two, None) => KernelFunction::QuinticSpline,
             (Dimension::Two, Some(_)) | (Dimension::Three, _) => KernelFunction::CubicSpline,
@@ -210,8 +214,41 @@ impl Scene {
 
     /// Support radius in spacings \[-], as written or as advised.
     pub fn support(&self) -> f32 {
-        self.support
-            .unwrap_or_else(|| self.kernel().support(self.dimension))
+        self.support.unwrap_or_else(|| {
+            let kernel = self.kernel();
+            if self.pressure.wants_full_sums() && kernel == KernelFunction::WendlandC2 {
+                return match self.dimension {
+                    Dimension::Two => 4.0,
+                    Dimension::Three => 3.2,
+                };
+            }
+            kernel.support(self.dimension)
+        })
+    }
+
+    /// How boundaries keep the fluid off, as written or as advised.
+    pub fn boundary_handling(&self) -> BoundaryHandling {
+        self.boundary_handling
+            .unwrap_or(if self.pressure.wants_full_sums() {
+                BoundaryHandling::Layers
+            } else {
+                BoundaryHandling::Akinci
+            })
+    }
+
+    /// α of the numerical viscosity beside a laminar one, as written or as advised \[-].
+    pub fn numerical_viscosity(&self) -> f32 {
+        match self.fluid.viscosity {
+            Viscosity::Laminar { numerical, .. } => {
+                let advised = if self.pressure.wants_full_sums() {
+                    0.0
+                } else {
+                    0.3
+                };
+                numerical.unwrap_or(advised)
+            }
+            Viscosity::None | Viscosity::Artificial { .. } => 0.0,
+        }
     }
 
     /// Support radius h \[m].
@@ -221,7 +258,7 @@ impl Scene {
 
     /// Whether there are boundaries, and direct forcing keeps the fluid off them.
     pub fn forces_directly(&self) -> bool {
-        matches!(self.boundary_handling, BoundaryHandling::DirectForcing(_))
+        matches!(self.boundary_handling(), BoundaryHandling::DirectForcing(_))
             && !self.boundaries.is_empty()
     }
 

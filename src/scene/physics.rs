@@ -31,8 +31,9 @@ pub enum Viscosity {
         kinematic_viscosity: f32,
         /// α of a numerical viscosity beside it, `α h c/(2 (d + 2))` with `c = sqrt(p/ρ)` of each pair, the speed of
         /// the waves of a lattice under pressure \[-]. It damps those and fades with the spacing; 0: none.
-        #[serde(default = "numerical_viscosity")]
-        numerical: f32,
+        /// If absent 0.3, but none with δ-SPH.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        numerical: Option<f32>,
     },
     /// Artificial viscosity (Monaghan 1992; Becker & Teschner 2007).
     Artificial {
@@ -71,6 +72,10 @@ pub enum BoundaryHandling {
     /// By pressure of frozen particles, and by putting back what comes nearer than a distance (Becker, Tessendorf &
     /// Teschner 2009; Ihmsen et al. 2010): what the paper's glass and river scenes use.
     DirectForcing(DirectForcing),
+    /// By pressure of as many layers of samples as the kernel reaches into the wall, each of the volume of a fluid
+    /// particle, with the pressure that the fluid has there if it is continued hydrostatically (Adami, Hu & Adams
+    /// 2012). For supports wider than the defaults.
+    Layers,
 }
 
 /// Parameters of direct forcing.
@@ -251,15 +256,9 @@ impl Default for Viscosity {
     fn default() -> Self {
         Self::Laminar {
             kinematic_viscosity: 1e-6,
-            numerical: numerical_viscosity(),
+            numerical: None,
         }
     }
-}
-
-/// α of the numerical viscosity. Measured on still water, dam breaks and standing waves:
-/// `docs/decisions/still_water.md`.
-fn numerical_viscosity() -> f32 {
-    0.3
 }
 
 impl Default for DirectForcing {

@@ -49,17 +49,33 @@ pub enum StateEquation {
 
 /// Parameters of δ-SPH.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields, default)]
 pub struct DeltaSph {
-    /// Speed of sound c \[m/s]: ten times the largest speed expected allows about 1 % of compression.
-    pub sound_speed: f32,
-    /// Diffusion δ of the density \[-]; 0: none.
-    #[serde(default = "diffusion")]
+    /// Speed of sound c \[m/s]: ten times the largest speed expected allows about 1 % of compression. If absent it is
+    /// ten times the speed of the start, or of the front of a column as high as the fluid stands.
+    pub sound_speed: Option<f32>,
+    /// Diffusion δ of the pressure \[-]; 0: none.
     pub diffusion: f32,
+    /// Strength K of the shifting of particles \[-]; 0: none.
+    pub shifting: f32,
 }
 
-fn diffusion() -> f32 {
-    0.1
+impl Default for DeltaSph {
+    fn default() -> Self {
+        Self {
+            sound_speed: None,
+            diffusion: 0.1,
+            shifting: 20.0,
+        }
+    }
+}
+
+impl PressureMethod {
+    /// Whether it reaches its accuracy only with sums over many neighbours, also within walls.
+    pub(super) fn wants_full_sums(&self) -> bool {
+        matches!(self, Self::DeltaSph(_))
+    }
 }
 
 /// Parameters of PCISPH.

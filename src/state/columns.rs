@@ -55,6 +55,10 @@ pub struct Accelerations(pub Vec<Vec3>);
 #[derive(Resource, Debug, Clone, Default)]
 pub struct PressureAccelerations(pub Vec<Vec3>);
 
+/// Displacements of the step beside those by velocities \[m]. With methods that shift particles.
+#[derive(Resource, Debug, Default)]
+pub struct Displacements(pub Vec<Vec3>);
+
 /// Positions at the end of the step \[m], while it is not certain that the step is good. A sentinel ends them.
 #[derive(Resource, Debug, Clone)]
 pub struct PredictedPositions(pub Vec<Vec4>);

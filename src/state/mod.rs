@@ -26,7 +26,7 @@ pub use column::{Column, Lasting};
 pub(crate) use column::{GatheredColumn, StateColumn};
 pub(crate) use columns::TOO_LARGE;
 pub use columns::{
-    Accelerations, COLUMNS, Densities, MeanPressures, Positions, PredictedPositions,
+    Accelerations, COLUMNS, Densities, Displacements, MeanPressures, Positions, PredictedPositions,
     PressureAccelerations, Pressures, SENTINEL, Velocities,
 };
 pub(crate) use execution::start_task_threads;

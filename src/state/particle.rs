@@ -168,6 +168,16 @@ impl Default for BoundaryNormal {
     }
 }
 
+/// Depth of a boundary particle behind the face of its wall \[m]; those of walls of one layer have none.
+#[derive(Component, Debug, Clone, Copy, Default, PartialEq, TransparentWrapper, Pod, Zeroable)]
+#[cfg_attr(
+    feature = "bevy_reflect",
+    derive(bevy_reflect::Reflect),
+    reflect(Component)
+)]
+#[repr(transparent)]
+pub struct BoundaryDepth(pub f32);
+
 /// Marks a boundary particle.
 #[derive(Component, Debug, Clone, Copy, Default)]
 #[cfg_attr(
@@ -190,5 +200,6 @@ pub fn register_types(registry: &mut bevy_reflect::TypeRegistry) {
     registry.register::<Fluid>();
     registry.register::<BoundaryVolume>();
     registry.register::<BoundaryNormal>();
+    registry.register::<BoundaryDepth>();
     registry.register::<Boundary>();
 }

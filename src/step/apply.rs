@@ -82,12 +82,12 @@ fn may_change(before: &Scene, after: &Scene, change: &Override) -> Result<(), Ap
     if measures_level(before) && up(before).distance(up(after)) > 1e-6 {
         return fixed(", because a `Height` gauge measures against its direction");
     }
-    let model = |viscosity: &Viscosity| match *viscosity {
+    let model = |scene: &Scene| match scene.fluid.viscosity {
         Viscosity::None => 0,
-        Viscosity::Laminar { numerical, .. } => 1 + u8::from(numerical > 0.0),
+        Viscosity::Laminar { .. } => 1 + u8::from(scene.numerical_viscosity() > 0.0),
         Viscosity::Artificial { .. } => 3,
     };
-    if model(&before.fluid.viscosity) != model(&after.fluid.viscosity) {
+    if model(before) != model(after) {
         return fixed(" to another model: a step has other stages then");
     }
     if std::mem::discriminant(&before.time_step) != std::mem::discriminant(&after.time_step) {

@@ -23,7 +23,10 @@ use crate::{
     },
     state::{
         Execution, Material,
-        particle::{self, Boundary, BoundaryNormal, BoundaryVolume, Density, Position, Velocity},
+        particle::{
+            self, Boundary, BoundaryDepth, BoundaryNormal, BoundaryVolume, Density, Position,
+            Velocity,
+        },
     },
 };
 
@@ -128,6 +131,7 @@ impl Walls {
             slip,
         } = self;
         let packed = samples.points().to_vec();
+        let depths: Vec<f32> = sampled.iter().map(|sample| sample.depth).collect();
         let spawned = world.spawn_batch(sampled.into_iter().zip(packed).map(|(sample, packed)| {
             (
                 Boundary,
@@ -137,6 +141,10 @@ impl Walls {
             )
         }));
         let particles: Vec<Entity> = spawned.collect();
+        if scene.boundary_handling() == BoundaryHandling::Layers {
+            let depths = depths.into_iter().map(BoundaryDepth);
+            world.insert_batch(particles.iter().copied().zip(depths).collect::<Vec<_>>());
+        }
         if let Some((walls, poses)) = moving {
             let moved = particles.iter().zip(poses);
             let moved = moved.filter_map(|(&particle, pose)| Some((particle, pose?)));
@@ -159,7 +167,7 @@ impl Walls {
         world.insert_resource(BoundarySums::new(
             scene.pressure.solver().beside_wall(scene),
         ));
-        if let BoundaryHandling::DirectForcing(parameters) = scene.boundary_handling {
+        if let BoundaryHandling::DirectForcing(parameters) = scene.boundary_handling() {
             let direct = DirectForcing::new(parameters, world.resource::<Material>());
             world.insert_resource(direct);
         }

@@ -63,8 +63,8 @@ pub(crate) fn methods() -> [PressureMethod; 5] {
         PressureMethod::Iisph(Iisph::default()),
         PressureMethod::Dfsph(Dfsph::default()),
         PressureMethod::DeltaSph(DeltaSph {
-            sound_speed: 20.0,
-            diffusion: 0.1,
+            sound_speed: Some(20.0),
+            ..DeltaSph::default()
         }),
     ]
 }

@@ -41,7 +41,7 @@ fn recomputed_neighbours_give_the_bits_of_stored_ones() {
 #[test]
 fn recomputed_neighbours_give_the_bits_of_stored_ones_in_every_variant() {
     let laminar = Viscosity::Laminar {
-        numerical: 0.1,
+        numerical: Some(0.1),
         kinematic_viscosity: 1e-3,
     };
     let mut scene = dam();

@@ -46,7 +46,7 @@ fn every_variant_of_a_scene_has_a_schedule_without_ambiguities() {
         Viscosity::None,
         Viscosity::Laminar {
             kinematic_viscosity: 1e-5,
-            numerical: 0.2,
+            numerical: Some(0.2),
         },
         Viscosity::Artificial {
             alpha: 0.05,

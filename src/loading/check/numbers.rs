@@ -63,7 +63,7 @@ pub(super) fn numbers(scene: &Scene) -> Checked {
     is_flat("gravity", scene.gravity, scene.dimension)?;
     fluid(scene)?;
     pressure(&scene.pressure)?;
-    if let BoundaryHandling::DirectForcing(direct) = scene.boundary_handling {
+    if let BoundaryHandling::DirectForcing(direct) = scene.boundary_handling() {
         let (distance, slip) = (direct.rest_distance, direct.slip);
         ensure(
             distance > 0.0 && distance <= support,
@@ -120,7 +120,7 @@ fn pressure(method: &PressureMethod) -> Checked {
             Requirement::Iterations(path, min, max) => iterations(path, min, max),
             Requirement::Relaxation(path, value, momentum) => relaxation(path, value, momentum),
             Requirement::Stabilisation(share) => stabilisation(share),
-            Requirement::Diffusion(delta) => diffusion(delta),
+            Requirement::Factor(path, value, most) => factor(path, value, most),
         })
 }
 
@@ -191,11 +191,9 @@ fn stabilisation(share: f32) -> Checked {
     )
 }
 
-fn diffusion(delta: f32) -> Checked {
-    ensure((0.0..=0.5).contains(&delta), "pressure.diffusion", || {
-        format!(
-            "the diffusion of the density is {delta}; it must be from 0 (none) to 0.5 (0.1 is usual)"
-        )
+fn factor(path: &str, value: f32, most: f32) -> Checked {
+    ensure((0.0..=most).contains(&value), path, || {
+        format!("it is {value}; it must be from 0 (none) to {most}")
     })
 }
 
@@ -225,7 +223,11 @@ fn fluid(scene: &Scene) -> Checked {
         } => {
             let path = "fluid.viscosity.kinematic_viscosity";
             not_negative(path, kinematic_viscosity, "m²/s")?;
-            not_negative("fluid.viscosity.numerical", numerical, "")?;
+            not_negative(
+                "fluid.viscosity.numerical",
+                numerical.unwrap_or_default(),
+                "",
+            )?;
         }
         Viscosity::Artificial { alpha, sound_speed } => {
             not_negative("fluid.viscosity.alpha", alpha, "")?;

@@ -91,17 +91,19 @@ fn measure(scene: &Scene, meshes: &[Option<Mesh>]) -> Size {
     } else {
         sampling::layer_depth(scene)
     };
+    let layers = sampling::layer_depths(scene).count() as f64;
     for (shape, mesh) in scene.boundaries.iter().zip(meshes) {
         match mesh {
             Some(mesh) => {
                 let (samples, candidates) = sampling::expected_of_mesh(mesh, scene.spacing);
-                size.boundary += samples;
+                size.boundary += layers * samples;
                 size.candidates = size.candidates.max(candidates);
                 size.is_estimate = true;
                 size.whole_box = join(size.whole_box, mesh.bounds());
             }
             None => {
-                size.boundary += sampling::count(shape, scene.dimension, scene.spacing, depth);
+                let count = |depth| sampling::count(shape, scene.dimension, scene.spacing, depth);
+                size.boundary += sampling::layer_depths(scene).map(count).sum::<f64>();
                 let around = box_of_boundary(shape, scene.dimension, f64::from(depth));
                 size.whole_box = join(size.whole_box, around);
             }

@@ -1,0 +1,87 @@
+//! The speed of sound of δ-SPH in a scene that does not write one.
+
+use glam::{DVec3, Vec3};
+
+use super::{BoundaryShape, DeltaSph, Scene, Shape};
+
+/// Speed of sound over the largest speed expected: about 1 % of compression (Monaghan 1994).
+const SOUND: f32 = 10.0;
+
+/// Least speed of sound \[m/s], for scenes in which nothing is expected to move.
+const LEAST: f32 = 0.1;
+
+impl DeltaSph {
+    /// The speed of sound in a scene \[m/s]: as written, or ten times the largest speed expected.
+    pub fn sound_speed_in(&self, scene: &Scene) -> f32 {
+        self.sound_speed
+            .unwrap_or_else(|| (SOUND * scene.expected_speed()).max(LEAST))
+    }
+}
+
+impl Scene {
+    /// A largest speed to expect \[m/s]: that of the start, or `2 sqrt(a H)` of the front of a column that collapses
+    /// (Ritter 1892), H from the top of the fluid to the lowest place of fluid, tanks and planes, along gravity.
+    pub fn expected_speed(&self) -> f32 {
+        let up = -self.gravity.as_dvec3().normalize_or(DVec3::NEG_Y);
+        let acceleration = self.greatest_acceleration();
+        let of_box = |min: Vec3, max: Vec3| {
+            let (min, max) = (min.as_dvec3(), max.as_dvec3());
+            let (middle, half) = (0.5 * (min + max), 0.5 * (max - min));
+            let (middle, half) = (middle.dot(up), half.abs().dot(up.abs()));
+            (middle - half, middle + half)
+        };
+        let bodies = self.bodies.iter().map(|body| match body.shape {
+            Shape::Box { min, max } => of_box(min, max),
+            ref shape => {
+                let (middle, reach) = (shape.center().dot(up), f64::from(shape.reach()));
+                (middle - reach, middle + reach)
+            }
+        });
+        let emitters = self.emitters.iter().map(|emitter| {
+            let place = emitter.shape.center().as_dvec3().dot(up);
+            (place, place)
+        });
+        let (mut low, high) = bodies.chain(emitters).fold(
+            (f64::INFINITY, f64::NEG_INFINITY),
+            |(low, high), (bottom, top)| (low.min(bottom), high.max(top)),
+        );
+        for boundary in &self.boundaries {
+            low = low.min(match *boundary {
+                BoundaryShape::Tank { min, max, .. } => of_box(min, max).0,
+                BoundaryShape::Plane { center, .. } => center.as_dvec3().dot(up),
+                _ => f64::INFINITY,
+            });
+        }
+        let height = (high - low).max(0.0) as f32;
+        let of_fall = 2.0 * (acceleration * height).sqrt();
+        self.max_initial_speed().max(of_fall)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::scene::{DeltaSph, Scene};
+
+    #[test]
+    fn a_column_expects_the_speed_of_its_front_and_a_thrown_body_its_own() {
+        let scene = |rest: &str| {
+            let text = format!(
+                "(name: \"s\", spacing: 0.1, pressure: DeltaSph(), {rest},
+                bodies: [(shape: Box(min: (0, 1, 0), max: (1, 3, 1)), velocity: (3, 0, 0))])"
+            );
+            Scene::parse(&text, "s.ron", &[]).expect("a scene")
+        };
+        let column = "boundaries: [Tank(min: (-1, 0.5, 0), max: (9, 9, 1))]";
+        let expected = 2.0 * (9.81_f32 * 2.5).sqrt();
+        assert!((scene(column).expected_speed() / expected - 1.0).abs() < 1e-5);
+        let thrown = scene("gravity: (0, 0, 0)");
+        assert_eq!(thrown.expected_speed(), 3.0);
+        let method = DeltaSph::default();
+        assert_eq!(method.sound_speed_in(&thrown), 30.0);
+        let written = DeltaSph {
+            sound_speed: Some(7.0),
+            ..method
+        };
+        assert_eq!(written.sound_speed_in(&thrown), 7.0);
+    }
+}
