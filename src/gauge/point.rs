@@ -1,16 +1,18 @@
-//! Pressure and velocity at a point: means over the particles around it, weighted by a cubic spline.
+//! Pressure and velocity at a point: a linear function is fitted to the particles around it, weighted by a cubic spline
+//! (moving least squares: Lancaster & Salkauskas 1981, *Math. Comput.* 37, 141).
 //!
-//! `f(x) = Σ_j f_j W(x − x_j) / Σ_j W(x − x_j)` (Shepard 1968): exact for a constant field wherever there is a
-//! particle, also beside surfaces and walls. Inside the fluid it is of second order in the radius. Beside a wall, where
-//! all particles are on one side, it is of first order: a linear pressure is that about 0.4 radii in front of the face.
+//! It is exact for a linear field, also beside walls and surfaces, where all particles are on one side. In spray and
+//! films, where particles are too few or too flat for a slope, and at points off the fluid it is the mean `Σ_j f_j W(x −
+//! x_j) / Σ_j W(x − x_j)` (Shepard 1968).
 
-use glam::{DVec3, Vec3};
+use glam::{DMat3, DVec3, Vec3};
+use smallvec::SmallVec;
 
 use super::{
     moment::{Moment, Probe},
     near::Crowd,
 };
-use crate::kernel::Kernel;
+use crate::{kernel::Kernel, scene::Dimension};
 
 /// The particles around a point.
 #[derive(Clone, Copy)]
@@ -28,14 +30,14 @@ impl Around {
     fn pressure(&self, moment: &Moment, rows: &mut Vec<u32>, values: &mut Vec<Option<f64>>) {
         let pressures = &moment.state.pressures.0;
         let value = |row: usize| DVec3::splat(pressures[row].into());
-        let (speak, mean) = self.mean(moment.crowd(), rows, value);
+        let (speak, mean) = self.fit(moment.crowd(), rows, value);
         // A dry wall has no pressure; inside the fluid there is no value without fluid.
         let dry = self.side.map(|_| 0.0);
         values.extend([mean.map(|mean| mean.x).or(dry), Some(speak.into())]);
     }
 
-    /// Number of particles that contribute, and the mean of their values.
-    pub(super) fn mean(
+    /// Number of particles that contribute, and the value at the point of a linear function fitted to theirs.
+    pub(super) fn fit(
         &self,
         crowd: Crowd,
         rows: &mut Vec<u32>,
@@ -44,7 +46,7 @@ impl Around {
         let reach = crowd.reach(self.kernel.support_radius);
         crowd.near.rows_in(self.at - reach, self.at + reach, rows);
         let behind = -BEHIND * crowd.spacing;
-        let (mut speak, mut sum, mut weights) = (0, DVec3::ZERO, 0.0);
+        let mut samples: SmallVec<[Sample; 32]> = SmallVec::new();
         for &row in &*rows {
             let x = crowd
                 .period
@@ -52,13 +54,74 @@ impl Around {
             let weight = f64::from(self.kernel.value(x.length()));
             let counts = self.side.is_none_or(|side| x.dot(side) >= behind);
             if counts && weight > 0.0 {
-                speak += 1;
-                sum += weight * value(row as usize);
-                weights += weight;
+                samples.push(Sample {
+                    weight,
+                    x: x.as_dvec3() / f64::from(crowd.spacing),
+                    value: value(row as usize),
+                });
             }
         }
-        (speak, (speak > 0).then(|| sum / weights))
+        (samples.len() as u32, fit(&samples, crowd.dimension))
     }
+}
+
+/// A particle near a point.
+struct Sample {
+    weight: f64,
+    /// From the point, in spacings.
+    x: DVec3,
+    value: DVec3,
+}
+
+/// Least variance of the particles along any direction for which there is a slope \[spacings²].
+const LEAST_VARIANCE: f64 = 0.06;
+
+/// Distance of the nearest particle up to which a point is in the fluid \[spacings].
+const IN_FLUID: f64 = 1.0;
+
+/// The linear function fitted to samples, at the origin; their mean where they have no certain slope.
+fn fit(samples: &[Sample], dimension: Dimension) -> Option<DVec3> {
+    let weights: f64 = samples.iter().map(|sample| sample.weight).sum();
+    if samples.is_empty() {
+        return None;
+    }
+    let mean = |of: &dyn Fn(&Sample) -> DVec3| -> DVec3 {
+        let sum: DVec3 = samples
+            .iter()
+            .map(|sample| sample.weight * of(sample))
+            .sum();
+        sum / weights
+    };
+    let (x, value) = (mean(&|sample| sample.x), mean(&|sample| sample.value));
+    let mut variance = DMat3::ZERO;
+    let mut with_value = DMat3::ZERO;
+    for sample in samples {
+        let (arm, change) = (sample.x - x, sample.value - value);
+        let part = sample.weight / weights;
+        variance += part * outer(arm, arm);
+        with_value += part * outer(change, arm);
+    }
+    if dimension == Dimension::Two {
+        variance.z_axis.z = 1.0;
+    }
+    // The product of the others is at most the square of half the trace.
+    let trace = variance.x_axis.x + variance.y_axis.y + variance.z_axis.z;
+    let least = match dimension {
+        Dimension::Two => variance.determinant() / (trace - 1.0),
+        Dimension::Three => variance.determinant() / (0.25 * trace * trace),
+    };
+    let nearest = samples.iter().map(|sample| sample.x.length_squared());
+    let is_inside = nearest.fold(f64::INFINITY, f64::min) <= IN_FLUID * IN_FLUID;
+    if is_inside && least >= LEAST_VARIANCE {
+        Some(value - with_value * variance.inverse() * x)
+    } else {
+        Some(value)
+    }
+}
+
+/// `a bᵀ`.
+fn outer(a: DVec3, b: DVec3) -> DMat3 {
+    DMat3::from_cols(a * b.x, a * b.y, a * b.z)
 }
 
 /// Pressure at a point of the fluid.
@@ -103,8 +166,48 @@ impl Probe for Velocity {
     fn read(&self, moment: &Moment, rows: &mut Vec<u32>, values: &mut Vec<Option<f64>>) {
         let velocities = &moment.state.velocities.0;
         let value = |row: usize| velocities[row].truncate().as_dvec3();
-        let (speak, mean) = self.0.mean(moment.crowd(), rows, value);
+        let (speak, mean) = self.0.fit(moment.crowd(), rows, value);
         values.extend([0, 1, 2].map(|axis| mean.map(|mean| mean[axis])));
         values.push(Some(speak.into()));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::shapes::split_mix;
+
+    fn samples(count: usize, over: f64, dimension: Dimension) -> Vec<Sample> {
+        let mut state = 3;
+        let mut unit = || (split_mix(&mut state) >> 11) as f64 / (1u64 << 53) as f64;
+        let mut samples = Vec::new();
+        for _ in 0..count {
+            let [x, y, z] = [0, 1, 2].map(|_| 4.0 * unit() - 2.0);
+            let flat = if dimension == Dimension::Two { 0.0 } else { z };
+            let x = DVec3::new(x, 0.5 * over + over * (y + 2.0), flat);
+            samples.push(Sample {
+                weight: 0.1 + unit(),
+                x,
+                value: DVec3::new(3.0 - 2.0 * x.x + 5.0 * x.y, x.y, 7.0 + x.z),
+            });
+        }
+        samples
+    }
+
+    #[test]
+    fn a_linear_field_is_exact_at_a_wall_and_a_film_has_its_mean() {
+        for dimension in [Dimension::Two, Dimension::Three] {
+            // One particle at the point's side, the others above it.
+            let above = samples(40, 0.5, dimension);
+            let found = fit(&above, dimension).expect("a value");
+            assert!(found.distance(DVec3::new(3.0, 0.0, 7.0)) < 1e-9, "{found}");
+            let film = samples(40, 1e-3, dimension);
+            let mean: f64 = film.iter().map(|s| s.weight * s.value.x).sum::<f64>()
+                / film.iter().map(|s| s.weight).sum::<f64>();
+            assert_eq!(fit(&film, dimension).expect("a value").x, mean);
+        }
+        assert!(fit(&[], Dimension::Three).is_none());
+        let alone = samples(1, 0.5, Dimension::Three);
+        assert_eq!(fit(&alone, Dimension::Three), Some(alone[0].value));
     }
 }

@@ -251,7 +251,7 @@ impl Snapshot {
                     kernel: self.material.kernel,
                 };
                 let value = |row: usize| <F as private::Column>::of(self, row);
-                *found = around.mean(self.crowd(), &mut rows, value);
+                *found = around.fit(self.crowd(), &mut rows, value);
             }
         });
         let interpolated = found.into_iter().map(|(neighbours, mean)| Interpolated {
