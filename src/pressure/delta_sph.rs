@@ -192,7 +192,8 @@ fn predict_rates(
     sum_rates(rates, &predicted, walls, &pairs, &material, Some(diffusion));
 }
 
-/// Pressures at the end of the step. Those of spray would push what it meets, and nothing would change them.
+/// Pressures at the end of the step. Those of spray would push what it meets, and nothing would change them. Particles
+/// that are crowded do not pull: tension would crowd them more.
 fn advance_pressures(
     mut pressures: ResMut<Pressures>,
     rates: Res<DensityRates>,
@@ -210,6 +211,8 @@ fn advance_pressures(
         for (pressure, (rate, rho)) in pressures.iter_mut().zip(columns) {
             *pressure = if *rho < spray {
                 0.0
+            } else if *rho > material.rest_density {
+                (*pressure + factor * rate).max(0.0)
             } else {
                 (*pressure + factor * rate).max(least)
             };
