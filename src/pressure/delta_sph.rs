@@ -6,9 +6,9 @@
 //! the part that the accelerations of both explain, as the renormalised gradient of the paper does. Water at rest is
 //! left alone, also at walls and at a free surface.
 //!
-//! Deviation: every particle stands for the volume m/ρ0, as in a liquid; with m/ρ a lattice at rest under its weight has
-//! a slope that is off by `2 g H/c²`. The summed density (paper eq. 1) has no influence on the pressure; reports show
-//! its error.
+//! Away from the free surface p returns slowly to that of the summed density, so that the volume lasts. Deviation: every
+//! particle stands for the volume m/ρ0, as in a liquid; with m/ρ a lattice at rest under its weight has
+//! a slope that is off by `2 g H/c²`.
 //!
 //! The step is the semi-implicit Euler scheme for v, x and p: p changes by the velocities at the end of the step.
 
@@ -42,9 +42,13 @@ const SOUND_FACTOR: f32 = 0.4;
 const RELAXATION: f32 = 0.4;
 const INITIAL_STABILISATION: Stabilisation = Stabilisation(0.1);
 
-/// Largest tension, as a part of ρ0 c² \[-]: more than a flow has whose speed of sound is ten times its own. In corners
-/// between walls and a surface it would grow without end.
-const LARGEST_TENSION: f32 = 0.01;
+/// Part of the difference between the pressure and that of the summed density that goes in the time that sound needs for
+/// the support radius \[-].
+///
+/// Shifting spreads particles into what splashes enclose, and the continuity equation does not see it: after 3 s of a
+/// dam break water stood half as high again. With it the volume is that of the implicit methods within 1 %, and the
+/// noise of the summed density stays where diffusion smooths it.
+const RETURN: f32 = 0.02;
 
 impl PressureSolver for DeltaSph {
     fn requirements(&self) -> Vec<Requirement> {
@@ -53,6 +57,7 @@ impl PressureSolver for DeltaSph {
         let factors = [
             Requirement::Factor("pressure.diffusion", self.diffusion, 0.5),
             Requirement::Factor("pressure.shifting", self.shifting, 100.0),
+            Requirement::Factor("pressure.tension", self.tension, 0.1),
         ];
         speed.into_iter().chain(factors).collect()
     }
@@ -81,14 +86,19 @@ impl PressureSolver for DeltaSph {
     }
 
     fn install(&self, world: &mut World, scene: &Scene) {
-        world.insert_resource(Continuity {
+        let continuity = Continuity {
             sound_speed: self.sound_speed_in(scene),
             diffusion: self.diffusion,
-        });
+            tension: self.tension,
+        };
+        world.insert_resource(continuity);
         world.insert_resource(Shifting::new(self.shifting));
         world.init_resource::<Displacements>();
         // Of the solve for the initial pressure.
         implicit::install(world, RELAXATION, true, 0, INITIAL_STABILISATION);
+        let rest_density = scene.fluid.rest_density;
+        let tension = self.tension * continuity.stiffness(rest_density);
+        world.resource_mut::<implicit::Jacobi>().least = -tension / (rest_density * rest_density);
     }
 
     fn density(&self) -> Systems {
@@ -129,6 +139,8 @@ pub struct Continuity {
     sound_speed: f32,
     /// δ \[-].
     diffusion: f32,
+    /// Largest tension over ρ0 c² \[-].
+    tension: f32,
 }
 
 impl Continuity {
@@ -196,26 +208,30 @@ fn predict_rates(
 /// that are crowded do not pull: tension would crowd them more.
 fn advance_pressures(
     mut pressures: ResMut<Pressures>,
-    rates: Res<DensityRates>,
-    densities: Res<Densities>,
+    (rates, densities): (Res<DensityRates>, Res<Densities>),
+    shifting: Res<Shifting>,
     continuity: Res<Continuity>,
     material: Res<Material>,
     clock: Res<Clock>,
     execution: Res<Execution>,
 ) {
-    let factor = clock.dt * continuity.sound_speed * continuity.sound_speed;
-    let least = -LARGEST_TENSION * continuity.stiffness(material.rest_density);
-    let spray = shifting::SPRAY * material.rest_density;
+    let rest_density = material.rest_density;
+    let square = continuity.sound_speed * continuity.sound_speed;
+    let per_second = RETURN * continuity.sound_speed / material.kernel.support_radius;
+    let least = -continuity.tension * continuity.stiffness(rest_density);
     execution.for_each_chunk(&mut pressures.0, |first, pressures| {
-        let columns = rates.0[first..].iter().zip(&densities.0[first..]);
-        for (pressure, (rate, rho)) in pressures.iter_mut().zip(columns) {
-            *pressure = if *rho < spray {
-                0.0
-            } else if *rho > material.rest_density {
-                (*pressure + factor * rate).max(0.0)
-            } else {
-                (*pressure + factor * rate).max(least)
-            };
+        for (row, pressure) in (first..).zip(pressures) {
+            let rho = densities.0[row];
+            if rho < shifting::SPRAY * rest_density {
+                *pressure = 0.0;
+                continue;
+            }
+            let mut rate = rates.0[row];
+            if shifting.is_inside(row) {
+                rate += per_second * (rho - rest_density - *pressure / square);
+            }
+            let least = if rho > rest_density { 0.0 } else { least };
+            *pressure = (*pressure + clock.dt * square * rate).max(least);
         }
     });
 }

@@ -80,6 +80,8 @@ pub struct Jacobi {
     since: u32,
     /// Momentum coefficient: share of the last correction that is added to the next.
     carried: f32,
+    /// Least term: 0, or that of the largest tension.
+    pub(super) least: f32,
 }
 
 /// A pressure term during the solve.
@@ -110,14 +112,14 @@ impl Jacobi {
     ) -> (f32, f32) {
         let before = if first { acted } else { iterate.corrected };
         let corrected = if diagonal > 0.0 {
-            (acted + self.relaxation * diagonal * error).max(0.0)
+            (acted + self.relaxation * diagonal * error).max(self.least)
         } else {
             // Pressure has no effect on this particle.
             0.0
         };
         *iterate = Iterate { acted, corrected };
         let step = corrected - before;
-        ((corrected + self.carried * step).max(0.0), step)
+        ((corrected + self.carried * step).max(self.least), step)
     }
 
     /// Whether terms that start below their solution may exceed it.
@@ -183,6 +185,7 @@ pub fn install(
         ahead_from: 0,
         since: 0,
         carried: 0.0,
+        least: 0.0,
     });
     world.insert_resource(stabilisation);
     world.init_resource::<Iterates>();

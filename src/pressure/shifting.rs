@@ -64,6 +64,11 @@ impl Shifting {
             ..Self::default()
         }
     }
+
+    /// Whether a row is away from the free surface.
+    pub(super) fn is_inside(&self, row: usize) -> bool {
+        self.normals[row].truncate().length() < NEAR_SURFACE
+    }
 }
 
 /// Sums over the fluid around a row.
@@ -130,7 +135,7 @@ pub(super) fn ease_tension(
     execution.for_each_chunk(&mut accelerations.0, |first, accelerations| {
         for (row, acceleration) in (first..).zip(accelerations) {
             let term = positions.0[row].w;
-            if term < 0.0 && shifting.normals[row].truncate().length() < NEAR_SURFACE {
+            if term < 0.0 && shifting.is_inside(row) {
                 let fluid = 2.0 * shifting.sums[row].gradient;
                 *acceleration += term * material.rest_density * (fluid + walls.gradient(row));
             }
@@ -160,7 +165,7 @@ pub(super) fn shift(
             let mut uneven =
                 shifting.gradients[row].truncate() + h * AGAINST_PAIRS * around.against_pairs;
             let normal = shifting.normals[row].truncate();
-            if normal.length() >= NEAR_SURFACE {
+            if !shifting.is_inside(row) {
                 uneven = uneven.reject_from(normal);
             }
             let factor = (shifting.strength * clock.dt * around.speed).min(MOST * h);

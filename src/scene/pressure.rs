@@ -59,6 +59,8 @@ pub struct DeltaSph {
     pub diffusion: f32,
     /// Strength K of the shifting of particles \[-]; 0: none.
     pub shifting: f32,
+    /// Largest tension, as a part of ρ0 c² \[-]; 0: none, and voids open instead.
+    pub tension: f32,
 }
 
 impl Default for DeltaSph {
@@ -67,6 +69,7 @@ impl Default for DeltaSph {
             sound_speed: None,
             diffusion: 0.1,
             shifting: 20.0,
+            tension: 0.01,
         }
     }
 }

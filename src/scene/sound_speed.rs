@@ -19,8 +19,8 @@ impl DeltaSph {
 }
 
 impl Scene {
-    /// A largest speed to expect \[m/s]: that of the start, or `2 sqrt(a H)` of the front of a column that collapses
-    /// (Ritter 1892), H from the top of the fluid to the lowest place of fluid, tanks and planes, along gravity.
+    /// A largest speed to expect \[m/s]: that of the start, or `sqrt(2 a H)` of a free fall, H from the top of the fluid to
+    /// the lowest place of fluid, tanks and planes, along gravity.
     pub fn expected_speed(&self) -> f32 {
         let up = -self.gravity.as_dvec3().normalize_or(DVec3::NEG_Y);
         let acceleration = self.greatest_acceleration();
@@ -53,7 +53,7 @@ impl Scene {
             });
         }
         let height = (high - low).max(0.0) as f32;
-        let of_fall = 2.0 * (acceleration * height).sqrt();
+        let of_fall = (2.0 * acceleration * height).sqrt();
         self.max_initial_speed().max(of_fall)
     }
 }
@@ -63,7 +63,7 @@ mod tests {
     use crate::scene::{DeltaSph, Scene};
 
     #[test]
-    fn a_column_expects_the_speed_of_its_front_and_a_thrown_body_its_own() {
+    fn a_column_expects_the_speed_of_a_fall_and_a_thrown_body_its_own() {
         let scene = |rest: &str| {
             let text = format!(
                 "(name: \"s\", spacing: 0.1, pressure: DeltaSph(), {rest},
@@ -72,7 +72,7 @@ mod tests {
             Scene::parse(&text, "s.ron", &[]).expect("a scene")
         };
         let column = "boundaries: [Tank(min: (-1, 0.5, 0), max: (9, 9, 1))]";
-        let expected = 2.0 * (9.81_f32 * 2.5).sqrt();
+        let expected = (2.0 * 9.81_f32 * 2.5).sqrt();
         assert!((scene(column).expected_speed() / expected - 1.0).abs() < 1e-5);
         let thrown = scene("gravity: (0, 0, 0)");
         assert_eq!(thrown.expected_speed(), 3.0);

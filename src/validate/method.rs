@@ -42,6 +42,6 @@ pub const METHODS: [Method; 6] = [
     Method {
         name: "δ-SPH",
         key: "delta-sph",
-        pressure: |c| format!("DeltaSph(sound_speed: {c})"),
+        pressure: |_| "DeltaSph()".to_owned(),
     },
 ];
