@@ -116,6 +116,20 @@ impl Lattice {
         2.0 / stiffness.sqrt()
     }
 
+    /// Viscosity that the sums of [`viscosity`](crate::force) give a long shear wave along an axis of this lattice, over
+    /// the nominal one \[-]: narrow kernels leave much of it out.
+    pub fn shear_viscosity(&self) -> f64 {
+        let d = f64::from(u8::from(self.dimension));
+        let least = 0.01 * f64::from(self.kernel.support_radius).powi(2);
+        let sum: f64 = (self.pairs.iter())
+            .map(|pair| {
+                let strength = -pair.slope / (pair.x.length_squared() + least);
+                strength * (pair.x.x * pair.x.y).powi(2)
+            })
+            .sum();
+        (d + 2.0) / self.density * sum
+    }
+
     /// Longest stable time step under a kinematic viscosity ν, times ν and over the square of the spacing \[-]. The
     /// operator is that of [`viscosity`](crate::force): its short waves decay faster than `ν k²` says, and the faster
     /// the narrower the kernel is within its support.
@@ -183,10 +197,10 @@ impl Lattice {
 }
 
 impl Lattice {
-    /// What makes the viscosity of a layer of samples hold a lattice that is sheared along it as the lattice behind it
+    /// What makes the viscosity of layers of samples hold a lattice that is sheared along it as the lattice behind it
     /// would \[-]: the sum over the rows that reach the layer, so that the stress at the wall is that within the
-    /// lattice. The layer is as [`beside_wall`](Self::beside_wall) has it.
-    pub fn grip_of_wall(&self, distance: f64, volume: f64) -> f64 {
+    /// lattice. The layers are as [`beside_wall`](Self::beside_wall) has one.
+    pub fn grip_of_wall(&self, distances: &[f64], volume: f64) -> f64 {
         let least = 0.01 * f64::from(self.kernel.support_radius).powi(2);
         let rows = 0..self.kernel.support_radius.ceil() as u32;
         let (mut lattice, mut layer) = (0.0, 0.0);
@@ -196,12 +210,13 @@ impl Lattice {
                 let part = pair.x.x * pair.x.x / (pair.x.length_squared() + least);
                 lattice += pair.x.y * part * pair.slope / self.density;
             }
-            let height = distance + f64::from(row);
-            let points = self.kernel.lattice(self.dimension, 1.0);
-            for x in points.filter(|x| x.y == 0.0) {
-                let x = x.with_y(height as f32);
-                let along = f64::from(self.kernel.gradient(x).dot(x));
-                layer += volume * height * along / (f64::from(x.length_squared()) + least);
+            for height in distances.iter().map(|distance| distance + f64::from(row)) {
+                let points = self.kernel.lattice(self.dimension, 1.0);
+                for x in points.filter(|x| x.y == 0.0) {
+                    let x = x.with_y(height as f32);
+                    let along = f64::from(self.kernel.gradient(x).dot(x));
+                    layer += volume * height * along / (f64::from(x.length_squared()) + least);
+                }
             }
         }
         lattice / layer

@@ -3,18 +3,19 @@
 //!
 //! A sample b has `p_b = p_i + ρ0 a·(x_b − x_i)` for a particle i, a the acceleration by gravity and body forces. The part
 //! with p_i is twice the sum over the walls that every pressure force has ([`sums`](super::sums)); the other one does
-//! not depend on the pressure and is an acceleration like that of gravity: `Σ_b V_b (a·x_ib) ∇W_ib`. Walls in motion
-//! are taken to move uniformly.
+//! not depend on the pressure and is an acceleration like that of gravity: `Σ_b V_b (a·x_ib) ∇W_ib`. A wall above a
+//! particle without a pressure does not pull. Walls in motion are taken to move uniformly.
 
 use bevy_ecs::prelude::*;
 use glam::Vec3;
 
 use crate::{
+    boundary::sums::{BoundarySums, Walls},
     index::BoundarySamples,
     kernel::Kernel,
     pairs::Pairs,
     scene::BoundaryHandling,
-    state::{Accelerations, Material, Phase, Product, Stage},
+    state::{Accelerations, Material, Phase, Pressures, Product, Stage},
 };
 
 /// Hydrostatic part of the pressure of walls.
@@ -56,9 +57,12 @@ fn push_hydrostatically(
     mut accelerations: ResMut<Accelerations>,
     mut continued: ResMut<Continued>,
     boundary: Res<BoundarySamples>,
+    (walls, pressures): (Option<Res<BoundarySums>>, Res<Pressures>),
     material: Res<Material>,
     pairs: Pairs,
 ) {
+    let walls = Walls::of(walls.as_deref());
+    let reach = 0.5 * material.rest_density * material.kernel.support_radius;
     let rows = pairs.positions().rows();
     let positions = &pairs.positions().0;
     continued.0.clear();
@@ -75,6 +79,11 @@ fn push_hydrostatically(
             };
             let x = material.period.nearest(own - place.truncate());
             sum += continued.by_sample(row, (x, place.w), &material.kernel);
+        }
+        let inwards = walls.gradient(row).normalize_or_zero();
+        let pull = sum.dot(inwards).max(0.0);
+        if pressures.0[row] < reach * acceleration.length() {
+            sum -= pull * inwards;
         }
         *acceleration += sum;
     });

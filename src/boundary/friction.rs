@@ -17,6 +17,7 @@ use rayon::prelude::*;
 use crate::{
     index::{BoundarySamples, FluidIndex},
     kernel::Kernel,
+    lattice::Lattice,
     neighbours::{Recomputed, Search},
     pairs::Pairs,
     sampling,
@@ -68,7 +69,7 @@ impl WallFriction {
             Viscosity::Laminar {
                 kinematic_viscosity,
                 ..
-            } => kinematic_viscosity,
+            } => kinematic_viscosity / Lattice::of(scene).shear_viscosity() as f32,
             Viscosity::None | Viscosity::Artificial { .. } => 0.0,
         };
         let d = f32::from(u8::from(scene.dimension));

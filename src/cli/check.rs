@@ -4,7 +4,8 @@ use std::fmt::Write;
 
 use glam::Vec3;
 use overfall::Plan;
-use overfall::scene::{Cfl, Outside, Rate, Scene, TimeStep, WallSlip};
+use overfall::lattice::Lattice;
+use overfall::scene::{Cfl, Outside, Rate, Scene, TimeStep, Viscosity, WallSlip};
 use overfall::step::Product;
 
 use super::checkpoints::Resumed;
@@ -88,7 +89,8 @@ fn text(scene: &Scene, plan: &Plan, threads: usize, options: &options::Run) -> S
         ("output", output(scene, options)),
     ];
     let periodic = periodic(scene).map(|axes| ("periodic", axes));
-    for (name, value) in rows.into_iter().chain(periodic) {
+    let viscosity = viscosity(scene).map(|share| ("viscosity", share));
+    for (name, value) in rows.into_iter().chain(periodic).chain(viscosity) {
         // Writing to a String cannot fail, here and below.
         let _ = writeln!(text, "  {name:<15} {value}");
     }
@@ -105,6 +107,17 @@ fn text(scene: &Scene, plan: &Plan, threads: usize, options: &options::Run) -> S
         let _ = writeln!(text, "\nwarning: {warning}");
     }
     text
+}
+
+/// What the sums of the viscosity show of it, in a scene with a laminar one.
+fn viscosity(scene: &Scene) -> Option<String> {
+    let Viscosity::Laminar { .. } = scene.fluid.viscosity else {
+        return None;
+    };
+    let share = Lattice::of(scene).shear_viscosity();
+    Some(format!(
+        "sums over a sheared lattice have {share:.2} of it, and are divided by that"
+    ))
 }
 
 fn extent((low, high): (Vec3, Vec3)) -> String {

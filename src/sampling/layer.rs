@@ -78,13 +78,11 @@ pub fn beside_wall(scene: &Scene) -> BesideWall {
     Lattice::of(scene).beside_wall(distance, volume)
 }
 
-/// What makes the viscosity of the layer of samples act likewise on a lattice that is sheared along it \[-].
+/// What makes the viscosity of the layers of samples act likewise on a lattice that is sheared along it \[-].
 pub fn grip_of_wall(scene: &Scene) -> f32 {
-    if scene.boundary_handling() == BoundaryHandling::Layers {
-        return 1.0;
-    }
-    let (distance, volume) = layer_in_spacings(scene);
-    Lattice::of(scene).grip_of_wall(distance, volume) as f32
+    let (_, volume) = layer_in_spacings(scene);
+    let depths = layer_depths(scene).map(|depth| 0.5 + f64::from(depth / scene.spacing));
+    Lattice::of(scene).grip_of_wall(&depths.collect::<Vec<_>>(), volume) as f32
 }
 
 /// Distance of the layer from the first row of a lattice, and what a sample of it stands for, in spacings.

@@ -89,13 +89,8 @@ fn sample_shape(
             );
         }
         BoundaryShape::Sphere { center, radius, .. } => {
-            if !is_first && depth > radius {
+            let Some(radius) = radius_of_layer(radius, depth, is_first) else {
                 return Ok(());
-            }
-            let radius = if is_first {
-                (radius - depth).max(0.5 * radius)
-            } else {
-                radius - depth
             };
             match dimension {
                 Dimension::Two => circle(center, radius, spacing, put),
@@ -141,6 +136,15 @@ fn sample_shape(
         }
     }
     Ok(())
+}
+
+/// Radius of a layer of samples in a ball, if there is room for it. The first has at least half of the ball's.
+fn radius_of_layer(radius: f32, depth: f32, is_first: bool) -> Option<f32> {
+    if is_first {
+        Some((radius - depth).max(0.5 * radius))
+    } else {
+        (depth <= radius).then_some(radius - depth)
+    }
 }
 
 /// The side of a shell on which the fluid is.

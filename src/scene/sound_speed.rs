@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
-use super::{BoundaryShape, DeltaSph, Scene, Shape};
+use super::{BoundaryShape, DeltaSph, Dimension, Scene, Shape};
 
 /// Speed of sound over the largest speed expected: about 1 % of compression (Monaghan 1994).
 const SOUND: f32 = 10.0;
@@ -19,7 +19,7 @@ impl DeltaSph {
 }
 
 impl Scene {
-    /// A largest speed to expect \[m/s]: that of the start, or `sqrt(2 a H)` of a free fall, H from the top of the fluid to
+    /// A largest speed to expect \[m/s]: that of the start or of a wall, or `sqrt(2 a H)` of a free fall, H from the top of the fluid to
     /// the lowest place of fluid, tanks and planes, along gravity.
     pub fn expected_speed(&self) -> f32 {
         let up = -self.gravity.as_dvec3().normalize_or(DVec3::NEG_Y);
@@ -54,7 +54,11 @@ impl Scene {
         }
         let height = (high - low).max(0.0) as f32;
         let of_fall = (2.0 * acceleration * height).sqrt();
-        self.max_initial_speed().max(of_fall)
+        let walls = self.boundaries.iter().filter_map(|boundary| {
+            let in_plane = self.dimension == Dimension::Two;
+            boundary.greatest_speed(in_plane, None)
+        });
+        walls.fold(self.max_initial_speed().max(of_fall), f32::max)
     }
 }
 
