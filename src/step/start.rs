@@ -18,7 +18,7 @@ use crate::{
     sampling,
     sampling::BoundarySample,
     scene::{
-        BoundaryHandling, Neighbours, Scene,
+        BoundaryHandling, Scene,
         shapes::{self, ParticleSeed},
     },
     state::{
@@ -163,7 +163,7 @@ impl Walls {
             let direct = DirectForcing::new(parameters, world.resource::<Material>());
             world.insert_resource(direct);
         }
-        if scene.neighbours == Neighbours::Stored {
+        if scene.stores_neighbours() {
             world.init_resource::<BoundaryNeighbours>();
         }
     }

@@ -9,8 +9,8 @@ use std::ops::ControlFlow;
 use bevy_ecs::prelude::*;
 
 use super::{
-    Block, Plan, PlannedCase, PlannedVariant, Span, StudyError, Table, measure::LastStep, readings,
-    start::State,
+    Block, Measure, Plan, PlannedCase, PlannedVariant, Span, StudyError, Table, measure::LastStep,
+    readings, start::State,
 };
 use crate::{
     Step, StepOutcome,
@@ -48,13 +48,17 @@ pub fn run(
 ) -> Result<Table, StudyError> {
     let execution = Execution::new(threads)?;
     let mut table = Table::new(plan);
-    let wants_pairs = (plan.study.columns.iter()).any(|column| column.measure.counts_pairs());
+    let wants = |what: fn(&Measure) -> bool| {
+        let mut columns = plan.study.columns.iter();
+        columns.any(|column| what(&column.measure))
+    };
     for (number, case) in plan.cases.iter().enumerate() {
         let mut turns = Turns {
             plan,
             case,
             execution: &execution,
-            wants_pairs,
+            wants_pairs: wants(Measure::counts_pairs),
+            wants_distance: wants(Measure::compares_variants),
             tell,
         };
         if turns.run(number, &mut table)?.is_break() {
@@ -78,6 +82,7 @@ struct Turns<'a, 'b> {
     case: &'a PlannedCase,
     execution: &'a Execution,
     wants_pairs: bool,
+    wants_distance: bool,
     tell: &'a mut (dyn FnMut(Event) -> ControlFlow<()> + 'b),
 }
 
@@ -146,11 +151,35 @@ impl Turns<'_, '_> {
                     }
                 }
             }
+            if self.wants_distance && turn > 0 {
+                self.compare(&mut runners, number, table);
+            }
             if (self.tell)(Event::Turn(table)).is_break() {
                 return Ok(ControlFlow::Break(()));
             }
         }
         Ok(ControlFlow::Continue(()))
+    }
+
+    /// Notes how far the particles of every variant are from those of the baseline.
+    fn compare(&self, runners: &mut [Runner], number: usize, table: &mut Table) {
+        let variants = &self.case.variants;
+        let baseline = |variant: &PlannedVariant| variant.name == table.baseline();
+        let Some(baseline) = variants.iter().position(baseline) else {
+            return;
+        };
+        if runners[baseline].failed {
+            return;
+        }
+        let known = State::of(&mut runners[baseline].world);
+        for (k, runner) in runners.iter_mut().enumerate() {
+            let row = &mut table.rows[number * variants.len() + k];
+            let scene = &variants[k].scene;
+            if let (false, Some(block)) = (runner.failed, row.blocks.last_mut()) {
+                let distance = State::of(&mut runner.world).distance(&known, &scene.period());
+                block.distance = distance.map(|distance| distance / f64::from(scene.spacing));
+            }
+        }
     }
 
     /// Reports the beginning of a stage, before its worlds are created.

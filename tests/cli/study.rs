@@ -70,7 +70,16 @@ fn every_shipped_study_is_right_in_itself() {
     names.sort();
     assert_eq!(
         names,
-        ["frontier", "table_1", "table_2", "table_3", "table_4"]
+        [
+            "frontier",
+            "orders_lists",
+            "orders_reorder",
+            "orders_stages",
+            "table_1",
+            "table_2",
+            "table_3",
+            "table_4"
+        ]
     );
 }
 

@@ -16,6 +16,7 @@ mod host_stages;
 mod host_systems;
 mod lists;
 mod orders;
+mod orders_groups;
 mod orders_refused;
 mod orders_stale;
 #[cfg(feature = "bevy_app")]
@@ -25,5 +26,6 @@ mod recompute;
 mod roll_back;
 mod tables;
 mod variants;
+mod verlet;
 mod warm_start;
 mod world;
