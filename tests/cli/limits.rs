@@ -193,6 +193,6 @@ fn pictures_keep_to_the_number_of_threads() {
         .collect();
     signal(&run, "INT");
     assert_eq!(wait(run).0, Some(130));
-    // Threads: the main one, one for steps, one for drawing, the frame writer's and the signals'.
-    assert_eq!(names.len(), 5, "{names:?}");
+    // Threads: the main one, one for steps and drawing, the frame writer's and the signals'.
+    assert_eq!(names.len(), 4, "{names:?}");
 }
