@@ -1,7 +1,7 @@
-//! What the ECS costs in a step: `cargo bench --bench overhead`. The schedule, the copies between tables and rows, and the
-//! reordering of rows are run alone, on the world of the scene, and compared with its whole step.
+//! What the ECS costs in a step: `cargo bench --bench overhead`. The schedule, the copies between tables and rows, and
+//! the reordering of rows are run alone, on the world of the scene, and compared with its whole step.
 //!
-//! Also steps per second of a thousand particles in the plane, with every method. `--threads N` after `--`; 2 by default.
+//! Also steps per second of a thousand particles in the plane, with every method. `--threads N` after `--`; else 2.
 #![expect(clippy::print_stdout, reason = "a table for whoever runs it")]
 
 use std::time::Instant;
@@ -79,7 +79,9 @@ fn parts(scene: &Scene, threads: usize, steps: usize) {
     let world = simulation.world_mut();
     let execution = world.resource::<Execution>().clone();
     let count = world.schedule_scope(Step, |_, step| step.systems_len());
-    let interval = world.get_resource::<ReorderState>().map(|state| state.interval);
+    let interval = world
+        .get_resource::<ReorderState>()
+        .map(|state| state.interval);
     // Inside the pool, as in a step.
     let (mut gather, mut scatter) = (schedule(gathering(scene)), schedule(scattering(scene)));
     let mut idle = idle_schedule(count.unwrap_or_default());
@@ -100,24 +102,45 @@ fn parts(scene: &Scene, threads: usize, steps: usize) {
     let sum: f64 = parts.iter().map(|part| part.1).sum();
     let particles = simulation.world_mut().query::<&overfall::particle::Fluid>();
     let particles = { particles }.iter(simulation.world()).count();
-    println!("{}, {particles} particles, {threads} threads: {step:.3} ms a step (median)", scene.name);
+    println!(
+        "{}, {particles} particles, {threads} threads: {step:.3} ms a step (median)",
+        scene.name
+    );
     for (name, time) in parts {
-        println!("  {name:<11} {time:>9.4} ms  {:>6.2} %", 100.0 * time / step);
+        println!(
+            "  {name:<11} {time:>9.4} ms  {:>6.2} %",
+            100.0 * time / step
+        );
     }
-    println!("  {:<11} {sum:>9.4} ms  {:>6.2} %", "all", 100.0 * sum / step);
+    println!(
+        "  {:<11} {sum:>9.4} ms  {:>6.2} %",
+        "all",
+        100.0 * sum / step
+    );
 }
 
 /// Steps per second with every method, the best of some blocks.
 fn speed(scene: &Scene, threads: usize) {
     let methods = [
-        ("SESPH", PressureMethod::Sesph(Sesph { equation: StateEquation::Tait { stiffness: 1e5 } })),
+        (
+            "SESPH",
+            PressureMethod::Sesph(Sesph {
+                equation: StateEquation::Tait { stiffness: 1e5 },
+            }),
+        ),
         ("PCISPH", PressureMethod::Pcisph(Default::default())),
         ("IISPH", PressureMethod::Iisph(Default::default())),
         ("DFSPH", PressureMethod::Dfsph(Default::default())),
     ];
-    println!("{}: steps per second, median and best of 20 blocks of 50 steps", scene.name);
+    println!(
+        "{}: steps per second, median and best of 20 blocks of 50 steps",
+        scene.name
+    );
     for (name, pressure) in methods {
-        let scene = Scene { pressure, ..scene.clone() };
+        let scene = Scene {
+            pressure,
+            ..scene.clone()
+        };
         let mut simulation = Simulation::with_threads(&scene, threads).expect("a scene that runs");
         for _ in 0..100 {
             simulation.step().expect("a step");
@@ -137,8 +160,13 @@ fn speed(scene: &Scene, threads: usize) {
 }
 
 fn main() {
-    let mut arguments = std::env::args().skip_while(|word| word != "--threads").skip(1);
-    let threads = arguments.next().and_then(|word| word.parse().ok()).unwrap_or(2);
+    let mut arguments = std::env::args()
+        .skip_while(|word| word != "--threads")
+        .skip(1);
+    let threads = arguments
+        .next()
+        .and_then(|word| word.parse().ok())
+        .unwrap_or(2);
     let parse = |text: &str| Scene::parse(text, "overhead.ron", &[]).expect("a scene");
     let plane = parse(PLANE);
     let large = include_str!("../assets/scenes/corner_dam_break_130k.ron");

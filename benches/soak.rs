@@ -1,7 +1,8 @@
 //! Long runs: `cargo bench --bench soak`. A hundred thousand steps of a small scene, whose memory must not grow, and
 //! still water for sixty simulated seconds, which must gain no energy and lose no volume.
 //!
-//! Words after `--` select parts by name; `--steps N` and `--seconds S` shorten them. Exits with 1 if a bound is broken.
+//! Words after `--` select parts by name; `--steps N` and `--seconds S` shorten them. A bound that breaks gives status
+//! 1.
 #![expect(clippy::print_stdout, reason = "a report for whoever runs it")]
 
 use std::process::ExitCode;

@@ -1,4 +1,4 @@
-//! Runs that are killed two hundred times: `cargo bench --bench survival`, or any other number after `--`. Every kill is
+//! Runs that are killed two hundred times: `cargo bench --bench survival`, or another number after `--`. Every kill is
 //! followed by a check of the checkpoint and of every frame, and by a continuation.
 #![expect(clippy::print_stdout, reason = "a report for whoever runs it")]
 

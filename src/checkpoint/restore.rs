@@ -76,8 +76,8 @@ impl Checkpoint {
         }
         moving::place_walls(world);
         reorder::arrange(world, &particles);
-        // What stages left behind by row is of no use. Where none reads it, those that run every n-th step alone are due
-        // as in the run that went on.
+        // What stages left behind by row is of no use. Where none reads it, stages that run every n-th step are due as
+        // in the run that went on.
         let same_rows = self.find(SAME_ROWS).is_some() && self.part::<bool>(SAME_ROWS)?;
         world.resource_mut::<Rows>().entities = if same_rows { particles } else { Vec::new() };
         Ok(())

@@ -1,14 +1,15 @@
 //! Forces that are summed more than once in a step: in sub-steps of it, or in every iteration of the pressure solve.
 //!
-//! A sub-step of n changes velocities by `dt/n (a0 + a(v))`, where a0 is what acted before; positions stay, and the mean
-//! of the a(v) acts in the step. Within the pressure solve, forces see `v + dt (a + a_p)` of the last iteration: a
+//! A sub-step of n changes velocities by `dt/n (a0 + a(v))`, where a0 is what acted before. Positions stay, and the
+//! mean of the a(v) acts in the step. Within the pressure solve, forces see `v + dt (a + a_p)` of the last iteration: a
 //! viscosity that does not change any more is implicit. Both restore the velocities that the step started with.
 
 use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};
 
 use crate::state::{
-    Accelerations, Clock, Execution, PressureAccelerations, SolverState, Systems, Velocities,
+    Accelerations, Clock, Execution, Positions, PressureAccelerations, SolverState, Systems,
+    Velocities,
 };
 
 /// What such forces start from.
@@ -76,7 +77,13 @@ pub(crate) fn end_iteration() -> Systems {
     (add_base, restore_velocities).chain()
 }
 
-fn keep_base(mut inner: ResMut<InnerForces>, accelerations: Res<Accelerations>) {
+fn keep_base(
+    mut inner: ResMut<InnerForces>,
+    mut accelerations: ResMut<Accelerations>,
+    positions: Res<Positions>,
+) {
+    // A host's stage may have added forces before any other.
+    accelerations.0.resize(positions.rows(), Vec3::ZERO);
     inner.base.clone_from(&accelerations.0);
 }
 

@@ -10,6 +10,6 @@ mod stages;
 mod transport;
 
 pub use columns::columns;
-pub use transport::{gathering, scattering};
 pub(crate) use remembered::REMEMBERED;
 pub use stages::{StageError, Stages};
+pub use transport::{gathering, scattering};

@@ -26,6 +26,11 @@ pub(super) fn compose(order: &PlannedOrder, scene: &Scene) -> Composed {
         step: Vec::new(),
         iteration: Vec::new(),
     };
+    for event in order.events() {
+        if let Event::Begin(Kind::When(group, when)) = event {
+            composed.step.push(decide(*group, *when).run_if(healthy));
+        }
+    }
     let mut is_inside = false;
     for event in order.events() {
         let systems = match event {
@@ -41,7 +46,6 @@ pub(super) fn compose(order: &PlannedOrder, scene: &Scene) -> Composed {
                 run(event, scene)
             }
             Event::Run { .. } => run(event, scene),
-            Event::Begin(Kind::When(group, when)) => decide(*group, *when),
             Event::Begin(Kind::SubSteps(_, 0)) => (inner::begin(), inner::start()).chain(),
             Event::Begin(Kind::SubSteps(..)) => inner::start(),
             Event::End(Kind::SubSteps(times, k)) if k + 1 == *times => {

@@ -18,6 +18,7 @@ mod lists;
 mod orders;
 mod orders_groups;
 mod orders_refused;
+mod orders_resume;
 mod orders_stale;
 #[cfg(feature = "bevy_app")]
 mod plugin;

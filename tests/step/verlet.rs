@@ -5,9 +5,10 @@ use glam::Vec3;
 use overfall::{
     Simulation,
     checkpoint::Checkpoint,
+    gauge::Gauges,
     index::BoundarySamples,
     neighbours::{BoundaryNeighbours, FluidNeighbours, KeptLists},
-    scene::{Executor, IndexStructure, Neighbours, PressureMethod, Scene},
+    scene::{Executor, IndexStructure, Neighbours, PressureMethod, Scene, TimeStep},
     state::{
         Positions,
         particle::{Fluid, ParticleId, Position, Velocity},
@@ -141,7 +142,7 @@ fn kept_lists_give_the_result_of_lists_found_in_every_step() {
             let scene = Scene {
                 pressure,
                 neighbours,
-                time_step: overfall::scene::TimeStep::Fixed(2e-4),
+                time_step: TimeStep::Fixed(2e-4),
                 ..dam()
             };
             let mut simulation = simulation(&scene);
@@ -151,6 +152,40 @@ fn kept_lists_give_the_result_of_lists_found_in_every_step() {
         // Sums are in another order; PCISPH also sees those that come within the support at predicted positions.
         let tolerance = if pressure == pcisph() { 1e-4 } else { 2e-5 };
         common::assert_near(&kept, &stored, tolerance);
+    }
+}
+
+/// Gauges look for particles in the index, which is as old as the lists.
+#[test]
+fn gauges_read_the_same_while_lists_are_kept() {
+    for mut scene in scenes().into_iter().take(2) {
+        scene.pressure = sesph();
+        scene.time_step = TimeStep::Fixed(1e-4);
+        let [kept, stored] = [scene.neighbours, Neighbours::Stored].map(|neighbours| {
+            let mut simulation = simulation(&Scene {
+                neighbours,
+                ..scene.clone()
+            });
+            run(&mut simulation, 80);
+            let gauges = simulation.world().resource::<Gauges>();
+            let values = gauges.iter().flat_map(|gauge| gauge.readings());
+            values
+                .flat_map(|reading| {
+                    reading
+                        .values
+                        .iter()
+                        .map(|value| value.unwrap_or(-1.0))
+                        .collect::<Vec<_>>()
+                })
+                .collect::<Vec<f64>>()
+        });
+        assert_eq!(kept.len(), stored.len());
+        let scale = stored
+            .iter()
+            .fold(0.0_f64, |most, value| most.max(value.abs()));
+        for (a, b) in kept.iter().zip(&stored) {
+            assert!((a - b).abs() < 2e-3 * scale, "{a}, not {b}");
+        }
     }
 }
 
@@ -216,7 +251,8 @@ fn a_resumed_run_goes_on_with_the_lists_that_it_had() {
 fn a_skin_is_a_part_of_the_support_radius() {
     let parse = |neighbours: &str| {
         let text = format!(
-            "(name: \"s\", spacing: 0.1, neighbours: {neighbours}, bodies: [(shape: Sphere(center: (0, 0, 0), radius: 0.3))])"
+            "(name: \"s\", spacing: 0.1, neighbours: {neighbours},
+                bodies: [(shape: Sphere(center: (0, 0, 0), radius: 0.3))])"
         );
         Scene::parse(&text, "s.ron", &[]).map_err(|error| error.to_string())
     };

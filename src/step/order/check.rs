@@ -114,6 +114,18 @@ impl Checker<'_> {
                     let total = outer.last().map_or(1, |outer| outer * count);
                     outer.push(total);
                     let interval = u64::from(self.scene.reorder_interval.max(1));
+                    if let Kind::SubSteps(..) | Kind::InPressure = kind
+                        && skipped == 0
+                        && !self.current.contains(&Product::Forces)
+                    {
+                        let lacks = OrderError::Lacks {
+                            stage: kind.name(),
+                            product: Product::Forces,
+                            maker: "clear_forces",
+                            stale: false,
+                        };
+                        return Err((lacks, "stages".to_owned()));
+                    }
                     let is_conditional = matches!(kind, Kind::When(..));
                     let may_skip = is_conditional || offset > 0 || !interval.is_multiple_of(total);
                     if skipped > 0 || self.is_later && may_skip {

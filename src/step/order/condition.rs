@@ -10,8 +10,8 @@ use crate::{
     state::{Clock, SolverState},
 };
 
-/// When a group of stages runs. Quantities are those of the last step, 0 before the first one, and are compared once
-/// per step, where the group begins.
+/// When a group of stages runs. Quantities are those of the last step, 0 before the first one, and are compared at the
+/// start of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Condition {

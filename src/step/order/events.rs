@@ -46,6 +46,19 @@ pub(crate) enum Kind {
     InPressure,
 }
 
+impl Kind {
+    /// Its name in an order.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Every(..) => "Every",
+            Self::When(..) => "Group",
+            Self::Repeat(..) => "Repeat",
+            Self::SubSteps(..) => "SubSteps",
+            Self::InPressure => "InPressure",
+        }
+    }
+}
+
 /// An error, with the path of the item that caused it.
 pub(crate) type Misplaced = (OrderError, String);
 

@@ -50,8 +50,8 @@ pub enum OrderItem {
     /// Forces that are summed this many times in a step, each time for a part of it: they see velocities that the parts
     /// before have changed. Their mean acts in the step, beside the forces before.
     SubSteps(u32, Vec<OrderItem>),
-    /// The stage `pressure`, with forces that are summed anew in each of its iterations: from the second on they see the
-    /// velocities that the last iteration predicts. They act beside the forces before.
+    /// The stage `pressure`, with forces that are summed anew in each of its iterations. From the second on they see
+    /// the velocities that the last iteration predicts. They act beside the forces before.
     InPressure(Vec<OrderItem>),
 }
 
