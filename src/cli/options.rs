@@ -152,6 +152,9 @@ pub(super) struct Study {
     /// Replace an older table of the study instead of moving it aside.
     #[arg(long)]
     pub(super) force: bool,
+    /// Go on where an interrupted study stopped, in its folder; what it had finished is not repeated.
+    #[arg(long, conflicts_with = "force")]
+    pub(super) resume: bool,
     #[command(flatten)]
     pub(super) reporting: Reporting,
     #[command(flatten)]

@@ -106,7 +106,7 @@ impl Measure {
 }
 
 /// Sums over consecutive steps.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Block {
     /// Steps taken.
     pub steps: u64,
@@ -135,7 +135,7 @@ pub struct Block {
 }
 
 /// The last good step: it may still be rolled back.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub(super) struct LastStep {
     dt: f32,
     mean_density_error: f32,
