@@ -57,7 +57,6 @@ struct Saved {
     walls: Vec<[f32; 3]>,
     fluid: (Vec<u16>, Vec<u32>),
     boundary: Option<(Vec<u16>, Vec<u32>)>,
-    searches: u64,
 }
 
 /// The row of kept lists among what a run remembers.
@@ -197,20 +196,20 @@ fn save(world: &World, rows: &[Entity]) -> Result<Option<Vec<u8>>, String> {
             walls: places(&kept.walls),
             fluid: fluid.lists.to_parts(rows.len()),
             boundary: boundary.map(|lists| lists.0.to_parts(rows.len())),
-            searches: kept.searches,
         }
     });
-    to_bytes(&saved).map(Some)
+    to_bytes(&(kept.searches, saved)).map(Some)
 }
 
 fn load(world: &mut World, rows: &[Entity], bytes: &[u8]) -> Result<(), String> {
-    let saved: Option<Saved> = from_bytes(bytes)?;
+    let (searches, saved): (u64, Option<Saved>) = from_bytes(bytes)?;
     let walls = world.get_resource::<BoundarySamples>();
     let walls = walls.map_or(0, |samples| samples.points().len());
     let Some(mut kept) = world.get_resource_mut::<KeptLists>() else {
         return Err("this scene keeps no lists".to_owned());
     };
     kept.due = true;
+    kept.searches = searches;
     let Some(saved) = saved else { return Ok(()) };
     if saved.places.len() != rows.len() || saved.walls.len() != walls {
         return Err("its lists are of other particles".to_owned());
@@ -231,7 +230,6 @@ fn load(world: &mut World, rows: &[Entity], bytes: &[u8]) -> Result<(), String> 
     kept.entities = rows.to_vec();
     kept.places = points(&saved.places);
     kept.walls = points(&saved.walls);
-    kept.searches = saved.searches;
     kept.due = false;
     kept.checked = 0;
     let places = kept.places.clone();
@@ -283,10 +281,10 @@ mod tests {
         let world = simulation.world_mut();
         assert_eq!(load(world, &rows, &bytes), Ok(()));
         let change = |change: &dyn Fn(&mut Saved)| {
-            let saved: Option<Saved> = from_bytes(&bytes).expect("lists");
+            let (searches, saved): (u64, Option<Saved>) = from_bytes(&bytes).expect("lists");
             let mut saved = saved.expect("lists of these rows");
             change(&mut saved);
-            to_bytes(&Some(saved)).expect("bytes")
+            to_bytes(&(searches, Some(saved))).expect("bytes")
         };
         let changes: [&dyn Fn(&mut Saved); 7] = [
             &|saved| saved.fluid.1[3] = 25,

@@ -35,7 +35,8 @@ pub enum Measure {
     /// Distances computed per entry \[-].
     TestedRatio,
     /// Distance of the particles from where the baseline variant has them at the end of a turn, root mean square over
-    /// the particles \[spacings]. The figure of a row is that of its last turn. Variants need steps of one length.
+    /// the particles \[spacings]. The figure of a row is that of its last turn. Variants need a common start and
+    /// steps of one length.
     Distance,
     /// The column of a gauge of the scene.
     Gauge(GaugeMeasure),

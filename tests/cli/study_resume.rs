@@ -25,6 +25,7 @@ fn a_study_that_is_killed_goes_on_and_repeats_nothing() {
     let study = r#"(
         name: "long",
         scene: "tiny.ron",
+        start: (time: 0.002),
         variants: [(name: "a"), (name: "b", set: ["reorder_interval=3"]), (name: "bad", set: ["time_step=Fixed(1)"])],
         block: Steps(4),
         blocks: 12,

@@ -21,6 +21,11 @@ const KEPT: Neighbours = Neighbours::Verlet { skin: 0.1 };
 
 /// A scene in the plane with parts that make lists stale in every way.
 fn scene(parts: &str) -> Scene {
+    let time_step = if parts.contains("time_step") {
+        ""
+    } else {
+        ", time_step: Fixed(0.0002)"
+    };
     let text = format!(
         r#"(
             name: "kept",
@@ -29,7 +34,7 @@ fn scene(parts: &str) -> Scene {
             neighbours: Verlet(skin: 0.15),
             bodies: [(shape: Box(min: (0, 0, 0), max: (0.2, 0.3, 0)), jitter: (amplitude: 0.05, seed: 1))],
             reorder_interval: 23,
-            {parts}
+            {parts}{time_step}
         )"#
     );
     Scene::parse(&text, "kept.ron", &[]).unwrap_or_else(|error| panic!("{error}"))
@@ -99,8 +104,9 @@ fn kept_lists_hold_every_pair_in_every_step_and_are_found_seldom() {
             assert_complete(&simulation, &scene, &what);
         }
         let searches = simulation.world().resource::<KeptLists>().searches;
-        let has_flow = !scene.emitters.is_empty();
-        let most = if has_flow { calls } else { calls / 2 };
+        // Fluid that enters brings new rows, and an adaptive step is as long as particles may move.
+        let is_calm = scene.emitters.is_empty() && matches!(scene.time_step, TimeStep::Fixed(_));
+        let most = if is_calm { calls / 2 } else { calls + 1 };
         assert!((2..most).contains(&searches), "{searches} of {calls}");
     }
 }
