@@ -25,13 +25,22 @@ fn run(case: &Case, method: &Method, resolution: u32) -> Findings {
 /// Runs a case with the method at a place of [`METHODS`]: errors stay within ± their bounds.
 #[track_caller]
 fn holds(name: &str, method: usize, bounds: Bounds) {
+    let bounds: Vec<_> = (bounds.iter())
+        .map(|(start, bounds)| (*start, bounds[method]))
+        .collect();
+    stays_within(name, &METHODS[method], &bounds);
+}
+
+/// Runs a case with a method: errors stay within ± the bounds of the figures whose names start so \[-].
+#[track_caller]
+fn stays_within(name: &str, method: &Method, bounds: &[(&str, f64)]) {
     let case = case(name);
     let mut missed = Vec::new();
-    for figure in run(case, &METHODS[method], case.resolution).figures {
+    for figure in run(case, method, case.resolution).figures {
         let line = format!(
             "{}, {}: {} {:.5}, known {:.5}, error {:.6} %",
             case.name,
-            METHODS[method].name,
+            method.name,
             figure.quantity,
             figure.measured,
             figure.known,
@@ -43,12 +52,62 @@ fn holds(name: &str, method: usize, bounds: Bounds) {
             .find(|(name, _)| figure.quantity.starts_with(name));
         let (_, bound) = of_figure.unwrap_or_else(|| panic!("no bound for {line}"));
         // What is not a number is not within.
-        let within = figure.error().abs() <= bound[method];
-        if !within {
-            missed.push(format!("{line}, bound {} %", 100.0 * bound[method]));
+        if !(figure.error().abs() <= *bound) {
+            missed.push(format!("{line}, bound {} %", 100.0 * bound));
         }
     }
     assert!(missed.is_empty(), "{missed:#?}");
+}
+
+fn method(key: &str) -> &'static Method {
+    let mut methods = METHODS.iter();
+    let found = methods.find(|method| method.key == key);
+    found.unwrap_or_else(|| panic!("no method {key}"))
+}
+
+// Known answers that need tension, even particles or walls of several layers: twice the errors with which δ-SPH converges
+// from 20 to 80 particles (`docs/accuracy.md`).
+
+#[test]
+fn delta_sph_keeps_taylor_green_vortices() {
+    let bounds = [
+        ("rate of decay", 0.08),
+        ("energy at 0.5", 0.12),
+        ("error of the velocities", 0.06),
+        ("spread of the density", 0.005),
+    ];
+    stays_within("taylor_green", method("delta-sph"), &bounds);
+}
+
+#[test]
+fn delta_sph_keeps_a_rotating_patch_together() {
+    let bounds = [
+        // It starts without the pressure of the rotation and swings.
+        ("centre pressure", 0.5),
+        ("density of the core", 0.02),
+        ("kinetic energy", 0.05),
+        ("angular momentum", 0.02),
+    ];
+    stays_within("rotating_square_patch", method("delta-sph"), &bounds);
+}
+
+#[test]
+fn delta_sph_swings_a_drop_with_its_period() {
+    let bounds = [
+        ("period", 0.005),
+        ("amplitude", 0.02),
+        ("rms distance", 0.01),
+        ("area", 0.015),
+    ];
+    stays_within("oscillating_drop", method("delta-sph"), &bounds);
+}
+
+#[test]
+fn flow_between_plates_has_the_nominal_viscosity() {
+    for (key, most) in [("iisph", 0.005), ("dfsph", 0.005), ("delta-sph", 0.04)] {
+        stays_within("poiseuille", method(key), &[("", most)]);
+        stays_within("couette", method(key), &[("", most)]);
+    }
 }
 
 /// A test for every method, so that they run side by side and a failure names its method.
@@ -79,24 +138,27 @@ macro_rules! for_every_method {
 const IN_THE_PLANE: Bounds = &[
     (
         "floor pressure",
-        [0.09, 0.09, 2.2 / 30.0, 2.2 / 30.0, 2.2 / 30.0, 2.2 / 30.0],
+        [0.09, 0.09, 2.2 / 30.0, 2.2 / 30.0, 2.2 / 30.0, 0.02],
     ),
-    ("-dp/dy", [0.02; 6]),
-    ("p at half depth", [0.04; 6]),
-    ("worst layer", [0.035; 6]),
+    ("-dp/dy", [0.02, 0.02, 0.02, 0.02, 0.02, 0.01]),
+    ("p at half depth", [0.04, 0.04, 0.04, 0.04, 0.04, 0.015]),
+    ("worst layer", [0.035, 0.035, 0.035, 0.035, 0.035, 0.01]),
     ("energy gained", [0.01; 6]),
-    ("rms speed", [0.01; 6]),
-    ("largest speed", [0.04, 0.04, 0.02, 0.02, 0.02, 0.02]),
+    ("rms speed", [0.01, 0.01, 0.01, 0.01, 0.01, 0.001]),
+    ("largest speed", [0.04, 0.04, 0.02, 0.02, 0.02, 0.003]),
 ];
 const IN_SPACE: Bounds = &[
-    ("floor pressure", [2.2 / 16.0; 6]),
-    ("-dp/dy", [0.02; 6]),
-    ("p at half depth", [0.06; 6]),
-    ("worst layer", [0.045; 6]),
+    (
+        "floor pressure",
+        [0.1375, 0.1375, 0.1375, 0.1375, 0.1375, 0.03],
+    ),
+    ("-dp/dy", [0.02, 0.02, 0.02, 0.02, 0.02, 0.01]),
+    ("p at half depth", [0.06, 0.06, 0.06, 0.06, 0.06, 0.015]),
+    ("worst layer", [0.045, 0.045, 0.045, 0.045, 0.045, 0.01]),
     ("energy gained", [0.01; 6]),
-    ("rms speed", [0.01; 6]),
+    ("rms speed", [0.01, 0.01, 0.01, 0.01, 0.01, 0.001]),
     // Single particles in the edges of the tank, where two walls push; the mean speed is 0.2 %.
-    ("largest speed", [0.05, 0.05, 0.07, 0.045, 0.045, 0.045]),
+    ("largest speed", [0.05, 0.05, 0.07, 0.045, 0.045, 0.004]),
 ];
 
 // The target, 1 % of the semi-major axis at the end, is met within 0.01 % by IISPH and DFSPH; the others are 1.1 % off.
@@ -108,18 +170,24 @@ const IN_SPACE: Bounds = &[
 // the end, and are pushed for longer: with 20, 40, 80 and 160 particles the axis is 1.7, 1.5, 1.0 and 0.05 % off, the
 // area 24, 21, 11 and 0.3 %.
 const DROP: Bounds = &[
-    ("semi-major axis at 0.0008", [0.01; 6]),
-    ("semi-major axis at 0.0038", [0.011; 6]),
+    (
+        "semi-major axis at 0.0008",
+        [0.01, 0.01, 0.01, 0.01, 0.01, 0.003],
+    ),
+    (
+        "semi-major axis at 0.0038",
+        [0.011, 0.011, 0.011, 0.011, 0.011, 0.003],
+    ),
     (
         "semi-major axis at 0.0076",
-        [0.012, 0.012, 0.012, 0.016, 0.016, 0.016],
+        [0.012, 0.012, 0.012, 0.016, 0.016, 0.003],
     ),
-    ("area", [0.13, 0.13, 0.11, 0.22, 0.22, 0.22]),
-    ("centre pressure", [0.52, 0.52, 0.45, 0.45, 0.45, 0.45]),
+    ("area", [0.13, 0.13, 0.11, 0.22, 0.22, 0.015]),
+    ("centre pressure", [0.52, 0.52, 0.45, 0.45, 0.45, 0.06]),
 ];
 
-// Rounding.
-const FREE_FLIGHT: Bounds = &[("", [1e-5; 6])];
+// Rounding; shifting moves particles with their velocities, which changes their moments.
+const FREE_FLIGHT: Bounds = &[("", [1e-5, 1e-5, 1e-5, 1e-5, 1e-5, 0.005])];
 
 for_every_method!(still_water_in_the_plane, |method| holds(
     "hydrostatic_2d",

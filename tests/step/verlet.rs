@@ -238,8 +238,8 @@ fn resumed(simulation: &mut Simulation, scene: &Scene) -> Simulation {
 fn a_resumed_run_goes_on_with_the_lists_that_it_had() {
     for (k, mut scene) in scenes().into_iter().enumerate() {
         scene.index.structure = IndexStructure::ALL[k % IndexStructure::ALL.len()];
-        let methods: [PressureMethod; 4] = methods();
-        scene.pressure = methods[1 + k % 3];
+        let methods: [PressureMethod; 5] = methods();
+        scene.pressure = methods[1 + k % 4];
         let mut whole = simulation(&scene);
         // Two steps are after a reordering, of the others lists are kept.
         for steps in [1, 1, 3, 18, 23] {
