@@ -176,23 +176,33 @@ impl Turns<'_, '_> {
             if self.wants_distance && turn > 0 {
                 self.compare(&mut runners, number, table);
             }
-            let is_last = turn + 1 == turns;
-            let done = if is_last {
-                (number + 1, 0)
-            } else {
-                (number, turn + 1)
-            };
-            let variants = runners.iter_mut().filter(|_| !is_last);
-            let variants = variants.map(|runner| {
-                let last = (!runner.failed).then_some(runner.last);
-                (&mut runner.world, last)
-            });
-            let pause = Pause::of(self.plan, table, done, variants);
+            let pause = self.pause(table, (number, turn), &mut runners);
             if (self.tell)(Event::Turn(table, pause)).is_break() {
                 return Ok(ControlFlow::Break(()));
             }
         }
         Ok(ControlFlow::Continue(()))
+    }
+
+    /// What to go on from after a turn of a case.
+    fn pause(
+        &self,
+        table: &Table,
+        (number, turn): (usize, u32),
+        runners: &mut [Runner],
+    ) -> Option<Pause> {
+        let is_last = turn == self.plan.study.blocks;
+        let done = if is_last {
+            (number + 1, 0)
+        } else {
+            (number, turn + 1)
+        };
+        let variants = runners.iter_mut().filter(|_| !is_last);
+        let variants = variants.map(|runner| {
+            let last = (!runner.failed).then_some(runner.last);
+            (&mut runner.world, last)
+        });
+        Pause::of(self.plan, table, done, variants)
     }
 
     /// Notes how far the particles of every variant are from those of the baseline.
