@@ -116,8 +116,8 @@ impl Lattice {
         2.0 / stiffness.sqrt()
     }
 
-    /// Viscosity that the sums of [`viscosity`](crate::force) give a long shear wave along an axis of this lattice, over
-    /// the nominal one \[-]: narrow kernels leave much of it out.
+    /// Viscosity that the sums of [`viscosity`](crate::force) give a long shear wave along an axis of this lattice,
+    /// over the nominal one \[-]: narrow kernels leave much of it out.
     pub fn shear_viscosity(&self) -> f64 {
         let d = f64::from(u8::from(self.dimension));
         let least = 0.01 * f64::from(self.kernel.support_radius).powi(2);

@@ -1,10 +1,10 @@
-//! Pressure of walls of several layers: that of the particle, continued hydrostatically (Adami, Hu & Adams 2012, eq. 27,
-//! for each particle alone).
+//! Pressure of walls of several layers: that of the particle, continued hydrostatically (Adami, Hu & Adams 2012, eq.
+//! 27, for each particle alone).
 //!
-//! A sample b has `p_b = p_i + ρ0 a·(x_b − x_i)` for a particle i, a the acceleration by gravity and body forces. The part
-//! with p_i is twice the sum over the walls that every pressure force has ([`sums`](super::sums)); the other one does
-//! not depend on the pressure and is an acceleration like that of gravity: `Σ_b V_b (a·x_ib) ∇W_ib`. A wall above a
-//! particle without a pressure does not pull. Walls in motion are taken to move uniformly.
+//! A sample b has `p_b = p_i + ρ0 a·(x_b − x_i)` for a particle i, a the acceleration by gravity and body forces. The
+//! part with p_i is twice the sum over the walls that every pressure force has ([`sums`](super::sums)); the other one
+//! does not depend on the pressure and is an acceleration like that of gravity: `Σ_b V_b (a·x_ib) ∇W_ib`. A wall above
+//! a particle without a pressure does not pull. Walls in motion are taken to move uniformly.
 
 use bevy_ecs::prelude::*;
 use glam::Vec3;

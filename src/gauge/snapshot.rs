@@ -87,7 +87,7 @@ pub struct Neighbour {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Interpolated<T> {
-    /// The mean over the surrounding particles, weighted by the kernel (Shepard 1968); `None` without fluid.
+    /// Value of a linear function fitted to the surrounding particles, weighted by the kernel; `None` without fluid.
     pub value: Option<T>,
     /// Number of particles that contribute.
     pub neighbours: u32,
@@ -239,8 +239,7 @@ impl Snapshot {
         neighbours
     }
 
-    /// A quantity at points \[m], each a mean over the particles nearer than h: exact for a constant field; beside
-    /// walls and surfaces, where all particles are on one side, of first order in h.
+    /// A quantity at points \[m], each from a linear function fitted to the particles nearer than h.
     pub fn interpolate<F: Field>(&self, points: &[Vec3]) -> Vec<Interpolated<F>> {
         let mut found: Vec<(u32, Option<DVec3>)> = vec![(0, None); points.len()];
         self.execution.for_each_chunk(&mut found, |first, found| {

@@ -1,16 +1,14 @@
-//! δ-SPH: weakly compressible, with a pressure that follows from the motion and is diffused (Antuono, Colagrossi,
-//! Marrone & Molteni 2010, *Comput. Phys. Commun.* 181, 532), on particles that are [shifted](super::shifting).
+//! δ-SPH: weakly compressible, with a pressure that follows from the motion and is diffused (Antuono et al. 2010,
+//! *Comput. Phys. Commun.* 181, 532), on particles that are [shifted](super::shifting).
 //!
-//! `Dp_i/Dt = c² (Σ_j m (v_i − v_j)·∇W_ij + δ h/2 c D_i)`: the continuity equation with `p = c² (ρ − ρ0)`. D_i is the sum
-//! of the [`stabilisation`] with κ Δt = δ h/2c, for the support radius h: it takes from the difference of two pressures
-//! the part that the accelerations of both explain, as the renormalised gradient of the paper does. Water at rest is
-//! left alone, also at walls and at a free surface.
+//! `Dp_i/Dt = c² (Σ_j m (v_i − v_j)·∇W_ij + δ h/2 c D_i)`: the continuity equation with `p = c² (ρ − ρ0)`. D_i is the
+//! sum of the [`stabilisation`] with κ Δt = δ h/2c, for the support radius h, which leaves water at rest alone, also at
+//! walls and at a free surface. Away from the surface p returns slowly to that of the summed density (paper eq. 1), so
+//! that the volume lasts.
 //!
-//! Away from the free surface p returns slowly to that of the summed density, so that the volume lasts. Deviation: every
-//! particle stands for the volume m/ρ0, as in a liquid; with m/ρ a lattice at rest under its weight has
-//! a slope that is off by `2 g H/c²`.
-//!
-//! The step is the semi-implicit Euler scheme for v, x and p: p changes by the velocities at the end of the step.
+//! Deviation: every particle stands for the volume m/ρ0, as in a liquid; with m/ρ a lattice at rest under its weight
+//! has a slope that is off by `2 g H/c²`. The step is the semi-implicit Euler scheme for v, x and p: p changes by the
+//! velocities at the end of the step. `docs/decisions/delta_sph.md` has the figures.
 
 use bevy_ecs::prelude::*;
 use glam::Vec3;
@@ -42,8 +40,8 @@ const SOUND_FACTOR: f32 = 0.4;
 const RELAXATION: f32 = 0.4;
 const INITIAL_STABILISATION: Stabilisation = Stabilisation(0.1);
 
-/// Part of the difference between the pressure and that of the summed density that goes in the time that sound needs for
-/// the support radius \[-].
+/// Part of the difference between the pressure and that of the summed density that goes in the time that sound needs
+/// for the support radius \[-].
 ///
 /// Shifting spreads particles into what splashes enclose, and the continuity equation does not see it: after 3 s of a
 /// dam break water stood half as high again. With it the volume is that of the implicit methods within 1 %, and the

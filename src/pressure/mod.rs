@@ -1,8 +1,7 @@
 //! Pressure: one file per method. A method implements [`PressureSolver`](solver::PressureSolver), stores the pressure
 //! term `p/ρ²` beside the positions and leaves the rest to [`pressure_force`]. Iterative methods run in [`iterate`],
 //! starting from [`warm_start`], or from [`initial`] in the first step. [`implicit`] is shared by the methods that
-//! predict densities from velocities; [`diagonal`] is the diagonal of their system, [`stabilisation`] keeps its
-//! pressure from alternating. [`first_force`] fuses the first force with viscosity.
+//! predict densities from velocities; [`diagonal`] is its diagonal, [`stabilisation`] keeps pressure from alternating.
 //!
 //! | method | solves for | iterates over |
 //! | --- | --- | --- |

@@ -1,17 +1,14 @@
-//! What keeps the particles of δ-SPH evenly spread: shifting, and the remedy of tension (δ⁺-SPH: Sun, Colagrossi,
-//! Marrone & Zhang 2017, *Comput. Methods Appl. Mech. Engrg.* 315, 25; Sun et al. 2018, *Comput. Phys. Commun.* 224, 63).
+//! What keeps the particles of δ-SPH evenly spread: shifting, and the remedy of tension (δ⁺-SPH: Sun et al. 2017,
+//! *Comput. Methods Appl. Mech. Engrg.* 315, 25; Sun et al. 2018, *Comput. Phys. Commun.* 224, 63).
 //!
-//! With `C_i = Σ_j V ∇W_ij`, which is zero in even surroundings, a particle moves beside its velocity by
-//! `−D (C_i + Σ_j R (W_ij/W(Δx))⁴ V ∇W_ij)`. D is `K Δt U h`, with the support radius h and U the speed at which the
-//! neighbours move relative to it, `max_j |v_ij| sqrt(W_ij/W(Δx))`; at most a part of h², so that the step stays stable.
-//! Water at rest is not shifted, and nor is a body that moves as one.
+//! With `C_i = Σ_j V ∇W_ij`, which is zero in even surroundings, a particle moves beside its velocity by `−D (C_i + Σ_j
+//! R (W_ij/W(Δx))⁴ V ∇W_ij)`. D is `K Δt U h`, at most a part of h², with the support radius h and the speed U at which
+//! neighbours move relative to the particle, `max_j |v_ij| sqrt(W_ij/W(Δx))`: water at rest is not shifted.
 //!
 //! C points into the fluid at a free surface. Its mean over the neighbours says how near that is and where its normal
 //! is: there a particle moves along the surface alone, and a spray particle not at all. Beside walls it does not come
-//! nearer to them than a lattice lies.
-//!
-//! Away from the surface a negative pressure acts by `p_j − p_i` instead of `p_j + p_i`, which would pull particles
-//! together.
+//! nearer to them than a lattice lies. Away from the surface a negative pressure acts by `p_j − p_i` instead of `p_j +
+//! p_i`, which would pull particles together.
 
 use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};

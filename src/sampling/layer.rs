@@ -13,7 +13,7 @@ use glam::Vec3;
 use crate::{
     kernel::Kernel,
     lattice::{BesideWall, Lattice},
-    scene::{BoundaryHandling, Scene},
+    scene::{BoundaryHandling, Dimension, Scene},
     state::Material,
 };
 
@@ -54,8 +54,8 @@ pub fn layer_depth(scene: &Scene) -> f32 {
     near - 0.5 * dx
 }
 
-/// Depths of all layers of samples behind the face of a wall \[m], the nearest first: one, or as many as the kernel of a
-/// particle at the face reaches.
+/// Depths of all layers of samples behind the face of a wall \[m], the nearest first: one, or as many as the kernel of
+/// a particle at the face reaches.
 pub fn layer_depths(scene: &Scene) -> impl Iterator<Item = f32> + use<> {
     let layers = match scene.boundary_handling() {
         BoundaryHandling::Akinci | BoundaryHandling::DirectForcing(_) => 1,
@@ -63,6 +63,24 @@ pub fn layer_depths(scene: &Scene) -> impl Iterator<Item = f32> + use<> {
     };
     let (first, spacing) = (layer_depth(scene), scene.spacing);
     (0..layers).map(move |layer| first + layer as f32 * spacing)
+}
+
+/// Whether a layer of samples behind the faces of a box has room in it.
+pub(super) fn has_room(size: Vec3, depth: f32, dimension: Dimension) -> bool {
+    let thinnest = match dimension {
+        Dimension::Two => size.truncate().min_element(),
+        Dimension::Three => size.min_element(),
+    };
+    depth <= 0.5 * thinnest
+}
+
+/// Radius of a layer of samples in a ball, if there is room for it. The first has at least half of the ball's.
+pub(super) fn radius_of_layer(radius: f32, depth: f32, is_first: bool) -> Option<f32> {
+    if is_first {
+        Some((radius - depth).max(0.5 * radius))
+    } else {
+        (depth <= radius).then_some(radius - depth)
+    }
 }
 
 /// The factors with which the layer of samples acts on a lattice beside it as a continued lattice would.

@@ -6,7 +6,7 @@ use glam::{IVec3, Vec3};
 
 use super::{
     BoundarySample,
-    layer::layer_depths,
+    layer::{has_room, layer_depths, radius_of_layer},
     mesh::sample_mesh,
     round::{self, Row},
 };
@@ -70,15 +70,11 @@ fn sample_shape(
             put,
         ),
         BoundaryShape::Box { min, max, .. } => {
-            // A plate thinner than the spacing has one layer, in its middle.
-            let middle = 0.5 * (min + max);
-            let thinnest = match dimension {
-                Dimension::Two => (max - min).truncate().min_element(),
-                Dimension::Three => (max - min).min_element(),
-            };
-            if !is_first && depth > 0.5 * thinnest {
+            if !is_first && !has_room(max - min, depth, dimension) {
                 return Ok(());
             }
+            // A plate thinner than the spacing has one layer, in its middle.
+            let middle = 0.5 * (min + max);
             shell(
                 (min + inset).min(middle),
                 (max - inset).max(middle),
@@ -136,15 +132,6 @@ fn sample_shape(
         }
     }
     Ok(())
-}
-
-/// Radius of a layer of samples in a ball, if there is room for it. The first has at least half of the ball's.
-fn radius_of_layer(radius: f32, depth: f32, is_first: bool) -> Option<f32> {
-    if is_first {
-        Some((radius - depth).max(0.5 * radius))
-    } else {
-        (depth <= radius).then_some(radius - depth)
-    }
 }
 
 /// The side of a shell on which the fluid is.

@@ -76,7 +76,8 @@ pub enum GaugeKind {
         #[serde(default)]
         within: Option<Bounds>,
     },
-    /// Pressure at a point of the fluid \[Pa]: the mean of the particles around it, weighted by the kernel (Shepard).
+    /// Pressure at a point of the fluid \[Pa]: a linear function fitted to the particles around it, weighted by the
+    /// kernel.
     Pressure {
         /// Where \[m].
         #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]
@@ -85,7 +86,7 @@ pub enum GaugeKind {
         #[serde(default)]
         radius: Option<f32>,
     },
-    /// Pressure on a wall \[Pa]: the same mean over the particles on the wall's wet side alone, 0 where it is dry.
+    /// Pressure on a wall \[Pa]: the same fit to the particles on the wall's wet side alone, 0 where it is dry.
     WallPressure {
         /// A point of the wall's face \[m].
         #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]
@@ -100,7 +101,7 @@ pub enum GaugeKind {
         #[serde(default)]
         boundary: Option<String>,
     },
-    /// Velocity at a point \[m/s]: the mean of the particles around it, weighted by the kernel (Shepard).
+    /// Velocity at a point \[m/s]: a linear function fitted to the particles around it, weighted by the kernel.
     Velocity {
         /// Where \[m].
         #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]

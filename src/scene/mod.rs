@@ -219,7 +219,7 @@ impl Scene {
             if self.pressure.wants_full_sums() && kernel == KernelFunction::WendlandC2 {
                 return match self.dimension {
                     Dimension::Two => 4.0,
-                    Dimension::Three => 3.2,
+                    Dimension::Three => 3.5,
                 };
             }
             kernel.support(self.dimension)

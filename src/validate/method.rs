@@ -7,8 +7,8 @@ pub struct Method {
     pub name: &'static str,
     /// Its name on the command line.
     pub key: &'static str,
-    /// The method in a scene, as RON. SESPH and δ-SPH take a speed of sound \[m/s]: ten times the largest speed expected
-    /// allows 1 % of compression.
+    /// The method in a scene, as RON. SESPH and δ-SPH take a speed of sound \[m/s]: ten times the largest speed
+    /// expected allows 1 % of compression.
     pub pressure: fn(sound_speed: f32) -> String,
 }
 

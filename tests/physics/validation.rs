@@ -65,8 +65,8 @@ fn method(key: &str) -> &'static Method {
     found.unwrap_or_else(|| panic!("no method {key}"))
 }
 
-// Known answers that need tension, even particles or walls of several layers: twice the errors with which δ-SPH converges
-// from 20 to 80 particles (`docs/accuracy.md`).
+// Known answers that need tension, even particles or walls of several layers: twice the errors with which δ-SPH
+// converges from 20 to 80 particles (`docs/accuracy.md`).
 
 #[test]
 fn delta_sph_keeps_taylor_green_vortices() {
