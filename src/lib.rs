@@ -53,7 +53,7 @@
 //!
 //! | module | content |
 //! | --- | --- |
-//! | [`scene`] | the RON scene: types, checks, shapes filled with particles |
+//! | [`scene`] | the RON scene: types, lattices in shapes |
 //! | [`particle`] | the components of a particle |
 //! | [`loading`] | from a text to a checked scene: fragments, overrides, errors with their places |
 //! | [`state`] | columns, clock, constants, failure, threads: plain data that all systems share |
@@ -81,6 +81,7 @@
 //! | --- | --- |
 //! | [`pairs`] | sums over neighbours: the only loop of the physics; kernel gradients stored for a step |
 //! | [`sampling`] | surfaces of walls sampled with particles |
+//! | [`filling`] | bodies of fluid filled with particles |
 //! | [`boundary`] | walls in a step: volumes, their sums for the fluid, contact, direct forcing |
 //! | `flow` | fluid that enters and leaves: emitters, outflow |
 //! | [`mesh`] | triangle meshes: files, distances, rays |
@@ -111,6 +112,7 @@ pub mod boundary;
 pub mod checkpoint;
 #[doc(hidden)]
 pub mod density;
+pub mod filling;
 mod flow;
 #[doc(hidden)]
 pub mod force;

@@ -6,12 +6,13 @@ use glam::{IVec3, Vec3};
 
 use super::{
     BoundarySample,
+    ground::sample_ground,
     layer::layer_depth,
     mesh::sample_mesh,
     round::{self, Row},
 };
 use crate::{
-    mesh::{Mesh, MeshError},
+    mesh::MeshError,
     scene::{BoundaryShape, Dimension, Period, Scene, shapes::wall_axes},
 };
 
@@ -48,6 +49,28 @@ pub(crate) fn for_each_sample_of(
 }
 
 fn sample_shape(
+    shape: &BoundaryShape,
+    (dimension, spacing, period): (Dimension, f32, &Period),
+    depth: f32,
+    put: &mut dyn FnMut(BoundarySample),
+) -> Result<(), MeshError> {
+    let frame = shape.frame();
+    if !frame.is_turned() {
+        return sample_as_written(shape, (dimension, spacing, period), depth, put);
+    }
+    let mut turned = |sample: BoundarySample| {
+        put(BoundarySample {
+            position: frame.place(sample.position.as_dvec3()).as_vec3(),
+            normal: frame.direction(sample.normal.as_dvec3()).as_vec3(),
+        });
+    };
+    // What is turned goes round no axis.
+    let lattice = (dimension, spacing, &Period::NONE);
+    sample_as_written(shape, lattice, depth, &mut turned)
+}
+
+/// The samples of a shape before it is turned.
+fn sample_as_written(
     shape: &BoundaryShape,
     (dimension, spacing, period): (Dimension, f32, &Period),
     depth: f32,
@@ -98,14 +121,16 @@ fn sample_shape(
                 put,
             );
         }
-        BoundaryShape::Mesh(ref boundary) => {
+        BoundaryShape::Mesh(_) | BoundaryShape::Revolution(_) | BoundaryShape::Terrain(_) => {
             let mut samples = Vec::new();
-            sample_mesh(
-                &Mesh::load(boundary, spacing)?,
-                spacing,
-                depth,
-                &mut samples,
-            );
+            let Some(mesh) = shape.mesh(spacing) else {
+                return Ok(());
+            };
+            let mesh = mesh?;
+            match &mesh.heights {
+                Some(heights) => sample_ground(heights, spacing, depth, &mut samples),
+                None => sample_mesh(&mesh, spacing, depth, &mut samples),
+            }
             // What goes round an axis is there once.
             let (low, high) = samples.iter().fold(
                 (Vec3::INFINITY, Vec3::NEG_INFINITY),
@@ -271,6 +296,7 @@ mod tests {
             min: Vec3::ZERO,
             max: Vec3::new(0.4, 0.3, 0.2),
             open,
+            rotation: glam::DVec3::ZERO,
             name: None,
             motion: None,
             slip: crate::scene::WallSlip::Free,
@@ -325,6 +351,7 @@ mod tests {
         let obstacle = BoundaryShape::Box {
             min: Vec3::ZERO,
             max: Vec3::new(0.4, 0.3, 0.2),
+            rotation: glam::DVec3::ZERO,
             name: None,
             motion: None,
             slip: crate::scene::WallSlip::Free,
@@ -345,6 +372,7 @@ mod tests {
             BoundaryShape::Sphere {
                 center: Vec3::ONE,
                 radius: 0.3,
+                rotation: glam::DVec3::ZERO,
                 name: None,
                 motion: None,
                 slip: crate::scene::WallSlip::Free,
@@ -353,6 +381,7 @@ mod tests {
                 center: Vec3::ZERO,
                 normal: Vec3::new(1.0, 1.0, 0.0),
                 half_size: 0.5,
+                rotation: glam::DVec3::ZERO,
                 name: None,
                 motion: None,
                 slip: crate::scene::WallSlip::Free,
@@ -373,6 +402,7 @@ mod tests {
             BoundaryShape::Sphere {
                 center,
                 radius: 1.05,
+                rotation: glam::DVec3::ZERO,
                 name: None,
                 motion: None,
                 slip: crate::scene::WallSlip::Free,

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use overfall::scene::shapes::fluid_particles;
+use overfall::filling::fluid_particles;
 use overfall::scene::{BoundaryShape, Criterion, Dimension, PressureMethod, Scene, TimeStep};
 
 fn scenes() -> PathBuf {

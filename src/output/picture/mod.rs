@@ -23,5 +23,5 @@ mod view;
 pub use drawing::draw;
 pub use image::Image;
 pub use sheet::{contact_sheet, evenly_spaced};
-pub use solid::Solid;
+pub use solid::{Solid, Turned};
 pub use view::View;

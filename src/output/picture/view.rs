@@ -2,13 +2,12 @@
 
 use std::sync::Arc;
 
-use glam::{Vec2, Vec3, vec2, vec3};
+use glam::{DVec3, Vec2, Vec3, vec2, vec3};
 
 use super::projection::Projection;
-use super::solid::{Solid, around, corners};
-use crate::mesh::Mesh;
+use super::solid::{Solid, Turned, around, corners};
 use crate::scene::shapes::{Inlet, wall_axes};
-use crate::scene::{BoundaryShape, Bounds, Camera, Dimension, Scene, Shape};
+use crate::scene::{BoundaryShape, Bounds, Camera, Dimension, FluidBody, Frame, Scene, Shape};
 
 /// Direction from the scene to the default camera: from the front, slightly from the right and above.
 const DEFAULT_DIRECTION: Vec3 = vec3(0.40, 0.38, 1.0);
@@ -72,7 +71,7 @@ impl View {
             legend: true,
         };
         for body in &scene.bodies {
-            view.include(shape_bounds(&body.shape));
+            view.include(body_bounds(body));
         }
         for emitter in &scene.emitters {
             let (min, max) = Inlet::new(emitter, scene).bounds();
@@ -97,7 +96,10 @@ impl View {
                 .boundaries
                 .iter()
                 .filter_map(|boundary| match boundary {
-                    BoundaryShape::Tank { min, .. } => Some(min.y),
+                    BoundaryShape::Tank { min, max, .. } => {
+                        let tank = Bounds::new(*min, *max);
+                        Some(turned_bounds(&boundary.frame(), tank).min.y)
+                    }
                     _ => None,
                 });
             view.floor = bottoms.reduce(f32::min);
@@ -134,6 +136,8 @@ impl View {
     }
 
     fn add_boundary(&mut self, boundary: &BoundaryShape, flat: bool, spacing: f32) {
+        let frame = boundary.frame();
+        let place = |point: Vec3| frame.place(point.as_dvec3()).as_vec3();
         match *boundary {
             BoundaryShape::Tank {
                 mut min, mut max, ..
@@ -141,18 +145,24 @@ impl View {
                 if flat {
                     (min.z, max.z) = (0.0, 0.0);
                 }
-                self.include(Bounds { min, max });
-                self.edges.extend(edges(&Bounds { min, max }));
+                self.include(turned_bounds(&frame, Bounds { min, max }));
+                let edges = edges(&Bounds { min, max });
+                self.edges.extend(edges.map(|edge| edge.map(place)));
             }
             BoundaryShape::Box {
                 mut min, mut max, ..
             } => {
-                self.include(Bounds { min, max });
+                self.include(turned_bounds(&frame, Bounds { min, max }));
                 if flat {
                     // A plane gets the thickness of a particle; otherwise it has no visible face.
                     (min.z, max.z) = (-0.5 * spacing, 0.5 * spacing);
                 }
-                self.solids.push(Solid::Box(Bounds { min, max }));
+                let bounds = Bounds { min, max };
+                self.solids.push(if frame.is_turned() {
+                    Solid::TurnedBox(bounds, Turned(frame))
+                } else {
+                    Solid::Box(bounds)
+                });
             }
             BoundaryShape::Sphere { center, radius, .. } => {
                 self.include(around(center, Vec3::splat(radius)));
@@ -166,7 +176,9 @@ impl View {
             } => {
                 let normal = normal.normalize_or(Vec3::Y);
                 let (u, v) = wall_axes(normal, self.dimension);
-                let (u, v) = (half_size * u, half_size * v);
+                let turned = |vector: Vec3| frame.direction(vector.as_dvec3()).as_vec3();
+                let normal = turned(normal);
+                let (u, v) = (half_size * turned(u), half_size * turned(v));
                 if flat {
                     self.include(around(center, u.abs()));
                     self.edges.push([center - u, center + u]);
@@ -183,9 +195,9 @@ impl View {
                     half_edges: [u, v],
                 });
             }
-            BoundaryShape::Mesh(ref mesh) => {
+            BoundaryShape::Mesh(_) | BoundaryShape::Revolution(_) | BoundaryShape::Terrain(_) => {
                 // If the file was removed since the scene was checked, the rest is still drawn.
-                let Ok(mesh) = Mesh::load(mesh, spacing) else {
+                let Some(Ok(mesh)) = boundary.mesh(spacing) else {
                     return;
                 };
                 let (min, max) = mesh.bounds();
@@ -315,22 +327,33 @@ impl View {
     }
 }
 
-fn edges(bounds: &Bounds) -> impl Iterator<Item = [Vec3; 2]> {
+fn edges(bounds: &Bounds) -> impl Iterator<Item = [Vec3; 2]> + use<> {
     let corners = corners(bounds);
     let pairs = (0..8).flat_map(|i| [1, 2, 4].map(|bit| (i, i | bit)));
     let ends = pairs.map(move |(i, j)| [corners[i], corners[j]]);
     ends.filter(|[from, to]| from != to)
 }
 
-fn shape_bounds(shape: &Shape) -> Bounds {
-    match *shape {
+fn body_bounds(body: &FluidBody) -> Bounds {
+    let bounds = match body.shape {
         Shape::Box { min, max } => Bounds { min, max },
         Shape::Sphere { center, radius } => around(center, Vec3::splat(radius)),
         Shape::Cylinder { start, end, radius } => Bounds {
             min: start.min(end) - radius,
             max: start.max(end) + radius,
         },
-    }
+        Shape::Mesh(_) | Shape::Particles(_) => {
+            let around = body.shape.extent_of_file();
+            let (min, max) = around.unwrap_or((DVec3::INFINITY, DVec3::NEG_INFINITY));
+            Bounds::new(min.as_vec3(), max.as_vec3())
+        }
+    };
+    turned_bounds(&body.frame(), bounds)
+}
+
+fn turned_bounds(frame: &Frame, Bounds { min, max }: Bounds) -> Bounds {
+    let (min, max) = frame.bounds(min.as_dvec3(), max.as_dvec3());
+    Bounds::new(min.as_vec3(), max.as_vec3())
 }
 
 /// The next of 1, 1.5, 2, 3, 4, 5, 6, 8, 10 times a power of ten.
