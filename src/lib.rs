@@ -105,7 +105,7 @@
 //! | Algorithm 1 | `pressure/sesph.rs` | | 4.5.2, 5.3.1 | `neighbours/mod.rs` |
 //! | Algorithm 2 | `pressure/pcisph.rs` | | 4.5.4 | `reorder.rs` |
 //! | 4.1 | `index/uniform_grid.rs` | | 5.1, 5.2 | `pressure/sesph.rs`, `pressure/pcisph.rs` |
-//! | 4.2, 4.2.1 | `index/index_sort.rs`, `index/table.rs` | | Tables 1 to 4 | `study/mod.rs`, `assets/studies` |
+//! | 4.2, 4.2.1 | `index/index_sort.rs`, `index/table.rs` | | Tables 1 to 6 | `study/mod.rs`, `assets/studies` |
 
 // What is hidden from the documentation is internal: benches and tests use it.
 pub mod boundary;

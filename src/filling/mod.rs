@@ -1,5 +1,5 @@
-//! Fills the bodies of a scene with particles on a square or cubic lattice, with an optional jitter, and leaves out what
-//! boundaries have no room for.
+//! Fills the bodies of a scene with particles on a square or cubic lattice, with an optional jitter, and leaves out
+//! what boundaries have no room for.
 //!
 //! Everything is computed in f64 and rounded once: the same scene gives the same particles, for any number of threads.
 

@@ -10,8 +10,8 @@ use super::{error::MeshError, place::Place, side::MeshSide, soup::Soup, surface:
 const ROUND: (f64, f64) = (16.0, 2048.0);
 
 impl Mesh {
-    /// The surface of a profile \[m], for particles at a spacing \[m]. Fails if the profile is none, or does not bound a
-    /// solid where `side` needs one.
+    /// The surface of a profile \[m], for particles at a spacing \[m]. Fails if the profile is none, or does not bound
+    /// a solid where `side` needs one.
     pub(crate) fn of_revolution(
         profile: &[[f32; 2]],
         place: Place,
@@ -60,9 +60,9 @@ fn check(points: &[[f64; 2]], side: MeshSide) -> Result<(), String> {
     let closed = (first[0] == 0.0 && last[0] == 0.0) || first == last;
     if !closed && matches!(side, MeshSide::Outside | MeshSide::Inside) {
         return Err(format!(
-            "the profile begins at ({}, {}) m and ends at ({}, {}) m, so its surface is not closed; begin and end it on \
-             the axis (radius 0) or end it where it begins, or write `side: Front` for a surface that is solid to the \
-             right of the profile, `side: Both` for a thin sheet",
+            "the profile begins at ({}, {}) m and ends at ({}, {}) m, so its surface is not closed; begin and end it \
+             on the axis (radius 0) or end it where it begins, or write `side: Front` for a surface that is solid to \
+             the right of the profile, `side: Both` for a thin sheet",
             first[0], first[1], last[0], last[1]
         ));
     }

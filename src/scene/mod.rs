@@ -29,7 +29,7 @@ mod velocity_grid;
 mod wall_motion;
 mod wall_slip;
 
-pub use crate::mesh::MeshSide;
+pub use crate::mesh::{Channel, MeshSide, Rolling};
 pub use body_force::*;
 pub(crate) use boundary_motion::LEAST_WAY;
 pub use emitter::*;
@@ -133,6 +133,10 @@ pub struct Scene {
     /// When the failure guard stops the run.
     #[serde(default)]
     pub limits: Limits,
+    /// Memory that a run may take \[GB], 10⁹ bytes; all of the machine's if absent. A scene that needs more is refused
+    /// before anything is allocated.
+    #[serde(default)]
+    pub memory_limit: Option<f32>,
     /// Simulated time of the run \[s].
     #[serde(default = "default_duration")]
     pub duration: f32,
@@ -196,6 +200,7 @@ impl Scene {
             order: None,
             executor: Executor::default(),
             limits: Limits::default(),
+            memory_limit: None,
             duration: default_duration(),
             gauges: Vec::new(),
             output: Output::default(),

@@ -117,8 +117,8 @@ pub struct TerrainBoundary {
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub enum Heights {
-    /// A grey PNG of 8 or 16 bits, one point of the grid a pixel. Its left edge is at the lowest x, its top at the lowest
-    /// z.
+    /// A grey PNG of 8 or 16 bits, one point of the grid a pixel. Its left edge is at the lowest x, its top at the
+    /// lowest z.
     Image {
         /// The file, relative to the scene file's folder (after [`load`](super::Scene::load): to the working
         /// directory).

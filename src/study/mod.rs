@@ -7,6 +7,7 @@
 #[cfg(feature = "cli")]
 pub mod chart;
 mod check;
+mod check_numbers;
 mod definition;
 mod error;
 mod gauge;
@@ -16,6 +17,7 @@ mod plan;
 mod readings;
 mod reference;
 mod run;
+mod scaling;
 mod start;
 mod table;
 mod text;
@@ -28,4 +30,5 @@ pub use measure::{Block, Measure};
 pub use plan::{Plan, PlannedCase, PlannedVariant};
 pub use reference::Reference;
 pub use run::{Event, run};
+pub use scaling::{Scaling, amdahl};
 pub use table::{Figure, Order, Row, Table};

@@ -174,7 +174,8 @@ fn what_is_turned_with_gravity_moves_as_it_did_upright() {
 fn what_a_turn_makes_wrong_is_refused() {
     let scene = |dimension: u8, body: &str, walls: &str, rest: &str| {
         format!(
-            "(name: \"t\", dimension: {dimension}, spacing: 0.05, bodies: [(shape: {body})], boundaries: [{walls}]{rest})"
+            "(name: \"t\", dimension: {dimension}, spacing: 0.05, bodies: [(shape: {body})], \
+             boundaries: [{walls}]{rest})"
         )
     };
     let cube = "Box(min: (0, 0, 0), max: (0.4, 0.4, 0.4))";

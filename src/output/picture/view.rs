@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec2, Vec3, vec2, vec3};
 
+use super::colour::ColourMap;
 use super::projection::Projection;
+use super::quantity::Quantity;
 use super::solid::{Solid, Turned, around, corners};
 use crate::scene::shapes::{Inlet, wall_axes};
 use crate::scene::{BoundaryShape, Bounds, Camera, Dimension, FluidBody, Frame, Scene, Shape};
@@ -35,8 +37,12 @@ pub struct View {
     pub bounds: Bounds,
     /// Radius of drawn particles \[m].
     pub particle_radius: f32,
-    /// Speeds at the two ends of the colour range \[m/s].
-    pub speed_range: (f32, f32),
+    /// What colours show.
+    pub quantity: Quantity,
+    /// Values at the two ends of the colour range, in the unit of the quantity.
+    pub range: (f32, f32),
+    /// The colours.
+    pub colours: ColourMap,
     /// Height of the floor \[m]; `None` for no floor.
     pub floor: Option<f32>,
     /// Edges of tanks and walls: end points of lines \[m].
@@ -50,8 +56,8 @@ pub struct View {
 impl View {
     /// A view of 960 × 540 pixels of all bodies and boundaries of a scene, by the scene's camera if it has one.
     ///
-    /// The colour range ends at the speed of free fall through the height of the scene, plus the initial speed of the
-    /// bodies. Few particles exceed it.
+    /// The colour range ends at the speed of free fall through the height of the scene, plus the largest speed at the
+    /// start. Few particles exceed it.
     pub fn from_scene(scene: &Scene) -> Self {
         let flat = scene.dimension == Dimension::Two;
         let mut view = Self {
@@ -63,8 +69,10 @@ impl View {
                 min: Vec3::INFINITY,
                 max: Vec3::NEG_INFINITY,
             },
-            particle_radius: scene.spacing * if flat { 0.58 } else { 0.60 },
-            speed_range: (0.0, 1.0),
+            particle_radius: scene.spacing * if flat { 0.72 } else { 0.60 },
+            quantity: Quantity::Speed,
+            range: (0.0, 1.0),
+            colours: ColourMap::default(),
             floor: None,
             edges: Vec::new(),
             solids: Vec::new(),
@@ -105,15 +113,9 @@ impl View {
             view.floor = bottoms.reduce(f32::min);
         }
         let drop = (fluid.max.y - view.bounds.min.y).max(0.0);
-        let emitted = scene.emitters.iter().map(|emitter| emitter.speed);
-        let start = scene
-            .bodies
-            .iter()
-            .map(|body| body.velocity.length())
-            .chain(emitted);
-        let fastest = (2.0 * scene.gravity.length() * drop).sqrt() + start.fold(0.0, f32::max);
+        let fastest = (2.0 * scene.gravity.length() * drop).sqrt() + scene.max_initial_speed();
         if fastest.is_finite() && fastest > 0.0 {
-            view.speed_range.1 = round_up(fastest);
+            view.range.1 = round_up(fastest);
         }
         view
     }
@@ -124,9 +126,15 @@ impl View {
         self
     }
 
-    /// The same view with other speeds \[m/s] at the ends of the colour range.
-    pub fn with_speed_range(mut self, low: f32, high: f32) -> Self {
-        self.speed_range = (low, high);
+    /// The same view with other values at the ends of the colour range.
+    pub fn with_range(mut self, low: f32, high: f32) -> Self {
+        self.range = (low, high);
+        self
+    }
+
+    /// The same view of another quantity, in other colours; its range must be set.
+    pub fn of(mut self, quantity: Quantity, colours: ColourMap) -> Self {
+        (self.quantity, self.colours) = (quantity, colours);
         self
     }
 
@@ -221,10 +229,10 @@ impl View {
         (self.width.max(1) as usize, self.height.max(1) as usize)
     }
 
-    /// Position of a speed in the colour range, 0 to 1.
-    pub(super) fn place_of_speed(&self, speed: f32) -> f32 {
-        let (low, high) = self.speed_range;
-        (speed - low) / (high - low).max(f32::MIN_POSITIVE)
+    /// Position of a value in the colour range, 0 to 1.
+    pub(super) fn place_in_range(&self, value: f32) -> f32 {
+        let (low, high) = self.range;
+        (value - low) / (high - low).max(f32::MIN_POSITIVE)
     }
 
     /// Direction towards the key light: from the left, above and in front of the scene.
