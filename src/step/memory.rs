@@ -41,7 +41,10 @@ pub(crate) fn need(scene: &Scene, size: &Size) -> Result<Need, InstallError> {
         tables += cells(size.whole_box).map_err(InstallError::Boundary)?;
     }
     let fluid = size.fluid + size.emitted;
-    let running = fluid * a_particle + size.boundary * a_sample + tables as f64;
+    // The places by entity grow to powers of two.
+    let entities = fluid + size.boundary;
+    let places = 24.0 * (entities.max(1.0).log2().ceil().exp2() - entities);
+    let running = fluid * a_particle + size.boundary * a_sample + places + tables as f64;
     let sampling = size.fluid * a_particle + size.boundary * a_sample;
     let most = running.max(sampling + size.candidates * BYTES_A_CANDIDATE);
     Ok(Need { running, most })
@@ -99,8 +102,12 @@ fn enough(scene: &Scene, size: &Size, need: &Need, machine: f64) -> Result<(), I
 
 pub(super) fn bytes_per_boundary_particle(scene: &Scene) -> Vec<(&'static str, f64)> {
     let mut bytes = vec![
-        // Three columns of 28 bytes together, 8 bytes of change ticks per column, and the entity's own entries.
-        ("tables: position, normal, volume", 28.0 + 3.0 * 8.0 + 24.0),
+        // Three columns of 28 bytes together, 8 bytes of change ticks per column, and the entity's entries in table,
+        // archetype and list of places.
+        (
+            "tables: position, normal, volume",
+            28.0 + 3.0 * 8.0 + 8.0 + 16.0 + 24.0,
+        ),
         ("packed positions and normals", 16.0 + 12.0),
         ("spatial index", index::bytes_per_particle(scene)),
     ];

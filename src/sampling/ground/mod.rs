@@ -19,7 +19,7 @@ use crate::mesh::HeightField;
 use packing::Packing;
 
 /// Least distance of two samples \[spacings]: the mean area for each is then that of a square of the spacing.
-const DISTANCE: f64 = 1.04;
+const DISTANCE: f64 = 1.03;
 /// Edge of a tile \[least distances].
 const TILE: f64 = 32.0;
 /// A sample on the surface, in the axes of the ground.

@@ -40,7 +40,7 @@ fn ground_is_covered_evenly_on_its_slopes() {
         assert!(area > flat * (0.999 + 0.1 * steep), "{area}: {heights}");
         let edge = 16.0 / f64::from(spacing);
         assert!(
-            (whole / (area + edge) - 1.0).abs() < 0.03,
+            (whole / (area + edge) - 1.0).abs() < 0.04,
             "{whole} for {area}: {heights}"
         );
         let on = |sample: &BoundarySample| (sample.position + 0.06 * sample.normal).as_dvec3();

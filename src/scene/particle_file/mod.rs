@@ -171,7 +171,7 @@ mod tests {
             ("p.ply", ply(&format!("element point 1\n{xyz}"), "1 2 3\n"), "no element `vertex`"),
             ("p.ply", ply("element vertex 1\nproperty float x\n", "1\n"), "no property `y`"),
             ("p.ply", ply(&format!("element vertex 2\n{xyz}"), "1 2 3\n1 b 3\n"), "line 9"),
-            ("p.ply", ply(&format!("element vertex 1\n{xyz}"), "1 nan 3\n"), "particle 0"),
+            ("p.ply", ply(&format!("element vertex 1\n{xyz}"), "1 nan 3\n"), "line 8"),
             ("p.ply", ply(&format!("element vertex 0\n{xyz}"), ""), "no particle"),
             (
                 "p.ply",
@@ -187,6 +187,13 @@ mod tests {
             ("p.csv", b"x,y,speed\n1,2,3\n".to_vec(), "unknown column `speed`"),
             ("p.csv", b"x,y,z\n1,2,a\n".to_vec(), "p.csv:2"),
             ("p.vtu", b"<VTKFile>".to_vec(), "NumberOfPoints"),
+            (
+                "p.vtu",
+                b"<VTKFile><Piece NumberOfPoints=\"1\"><Points><DataArray type=\"Float32\" \
+                  NumberOfComponents=\"3\" format=\"ascii\">1 nan 3</DataArray></Points></VTKFile>"
+                    .to_vec(),
+                "position of particle 0",
+            ),
             (
                 "p.vtu",
                 b"<VTKFile byte_order=\"BigEndian\"><Piece NumberOfPoints=\"1\"><Points><DataArray \
