@@ -253,7 +253,7 @@ fn what_a_turn_makes_wrong_is_refused() {
             scene(
                 3,
                 cube,
-                "Plane(center: (0.2, -0.2, 0.2), normal: (0, 1, 0), half_size: 1, rotation: (0, 0, 40))",
+                "Plane(center: (0.2, -0.1, 0.2), normal: (0, 1, 0), half_size: 1, rotation: (0, 0, 40))",
                 "",
             ),
             "overlaps the plane",
