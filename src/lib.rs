@@ -56,7 +56,7 @@
 //!
 //! | module | content |
 //! | --- | --- |
-//! | [`scene`] | the RON scene: types, checks, shapes filled with particles |
+//! | [`scene`] | the RON scene: types, lattices in shapes |
 //! | [`particle`] | the components of a particle |
 //! | [`loading`] | from a text to a checked scene: fragments, overrides, errors with their places |
 //! | [`state`] | columns, clock, constants, failure, threads: plain data that all systems share |
@@ -84,6 +84,7 @@
 //! | --- | --- |
 //! | [`pairs`] | sums over neighbours: the only loop of the physics; kernel gradients stored for a step |
 //! | [`sampling`] | surfaces of walls sampled with particles |
+//! | [`filling`] | bodies of fluid filled with particles |
 //! | [`boundary`] | walls in a step: volumes, their sums for the fluid, contact, direct forcing |
 //! | `flow` | fluid that enters and leaves: emitters, outflow |
 //! | [`mesh`] | triangle meshes: files, distances, rays |
@@ -109,13 +110,14 @@
 //! | Algorithm 2 | `pressure/pcisph.rs` | | 4.5.4 | `reorder.rs` |
 //! | 2 | `neighbours/verlet.rs` | | | |
 //! | 4.1 | `index/uniform_grid.rs` | | 5.1, 5.2 | `pressure/sesph.rs`, `pressure/pcisph.rs` |
-//! | 4.2, 4.2.1 | `index/index_sort.rs`, `index/table.rs` | | Tables 1 to 4 | `study/mod.rs`, `assets/studies` |
+//! | 4.2, 4.2.1 | `index/index_sort.rs`, `index/table.rs` | | Tables 1 to 6 | `study/mod.rs`, `assets/studies` |
 
 // What is hidden from the documentation is internal: benches and tests use it.
 pub mod boundary;
 pub mod checkpoint;
 #[doc(hidden)]
 pub mod density;
+pub mod filling;
 mod flow;
 #[doc(hidden)]
 pub mod force;

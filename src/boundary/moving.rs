@@ -47,9 +47,9 @@ const FARTHEST: f32 = 0.4;
 fn limits(scene: &Scene) -> Vec<Limit> {
     let in_plane = scene.dimension == Dimension::Two;
     let of_one = |wall: &BoundaryShape| {
-        let corners = match (wall, wall.motion()) {
-            (BoundaryShape::Mesh(mesh), Some(WallMotion::Rotation { .. })) => {
-                let mesh = Mesh::load(mesh, scene.spacing).ok();
+        let corners = match wall.motion() {
+            Some(WallMotion::Rotation { .. }) => {
+                let mesh = wall.mesh(scene.spacing).and_then(Result::ok);
                 let bounds = mesh.as_ref().map(Mesh::bounds);
                 bounds.map(|(low, high)| [low.as_vec3(), high.as_vec3()])
             }

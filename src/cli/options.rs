@@ -15,6 +15,7 @@ use super::caret;
 use super::checkpoints::Every;
 use super::exit::Failure;
 use super::kinds::{Kind, with_kind};
+use super::looks::Looks;
 
 /// A larger number of threads is a typing error.
 const MAX_THREADS: u64 = 4096;
@@ -133,6 +134,11 @@ pub(super) struct Picture {
     /// The folder of a run, e.g. out/dam_break.
     #[arg(value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(super) folder: PathBuf,
+    #[command(flatten)]
+    pub(super) looks: Looks,
+    /// Join the pictures to movie.mp4 with ffmpeg; if that is not installed, print the command.
+    #[arg(long)]
+    pub(super) movie: bool,
     #[command(flatten)]
     pub(super) threads: Threads,
 }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use overfall::output::picture::{Image, View, contact_sheet, draw, evenly_spaced};
+use overfall::output::picture::{Image, View, contact_sheet, draw_after, evenly_spaced};
 use overfall::output::{Frame, OutputError};
 use overfall::scene::{FrameFormat, Scene};
 use overfall::state::Execution;
@@ -10,6 +10,8 @@ use overfall::state::Execution;
 use super::claims::Claims;
 use super::exit::{Exit, Failure, cannot_write};
 use super::folder::{self, CONTACT_SHEET, RunFolder};
+use super::looks::Looks;
+use super::movie::{self, MOVIE, Movie};
 use super::scene_copy::SCENE;
 use super::{console, options};
 
@@ -35,11 +37,18 @@ impl Painter {
 
     /// Draws a frame into a PNG file.
     pub(super) fn paint(&self, frame: &Frame, path: &Path) -> Result<(), OutputError> {
-        self.draw(frame).write_png(path)
+        self.draw(frame, None).write_png(path)
     }
 
-    fn draw(&self, frame: &Frame) -> Image {
-        self.execution.install(|| draw(frame, &self.view))
+    /// Draws a frame; some colours need the frame before.
+    fn draw(&self, frame: &Frame, before: Option<&Frame>) -> Image {
+        (self.execution).install(|| draw_after(frame, before, &self.view))
+    }
+
+    /// The same painter with other looks, for these frames.
+    fn looking(mut self, looks: &Looks, frames: &[(u64, PathBuf)]) -> Result<Self, OutputError> {
+        self.view = looks.of(self.view, frames)?;
+        Ok(self)
     }
 
     /// The same painter with another size.
@@ -65,14 +74,30 @@ pub(super) fn picture(options: &options::Picture) -> Result<Exit, Failure> {
     folder.create_pictures()?;
     let execution = Execution::new(options.threads.count())
         .map_err(|error| Failure::Failed(format!("cannot start threads to draw with: {error}")))?;
-    let painter = Painter::new(&scene, execution.clone());
+    let looking = |painter: Painter| {
+        painter
+            .looking(&options.looks, &frames)
+            .map_err(cannot_read)
+    };
+    let painter = looking(Painter::new(&scene, execution))?;
+    let mut before: Option<Frame> = None;
     for (number, path) in &frames {
         let frame = Frame::read(path).map_err(cannot_read)?;
         (claims.claim(&folder::picture(*number)))
-            .and_then(|path| painter.paint(&frame, &path))
+            .and_then(|path| painter.draw(&frame, before.as_ref()).write_png(&path))
             .map_err(cannot_write)?;
+        before = Some(frame);
     }
-    write_contact_sheet(&scene, &folder, &claims, &execution)?;
+    sheet(painter, &frames, &claims)?;
+    if options.movie {
+        let to = claims.claim(MOVIE).map_err(cannot_write)?;
+        match movie::write(&folder, &to, scene.output.frames_per_second)? {
+            Movie::Written => console::print(&format!("the movie is {}\n", to.display()))?,
+            Movie::Command(command) => console::note(&format!(
+                "there is no ffmpeg on the path, so no movie; with it: {command}"
+            )),
+        }
+    }
     console::print(&format!(
         "{} pictures in {}, all in one: {}\n",
         frames.len(),
@@ -96,10 +121,21 @@ pub(super) fn write_contact_sheet(
     if frames.is_empty() {
         return Ok(());
     }
-    let painter = Painter::new(scene, execution.clone()).with_size(SHEET_PICTURE);
+    sheet(Painter::new(scene, execution.clone()), &frames, claims)
+}
+
+fn sheet(painter: Painter, frames: &[(u64, PathBuf)], claims: &Claims) -> Result<(), Failure> {
+    let painter = painter.with_size(SHEET_PICTURE);
+    let picture = |index: usize| {
+        let frame = Frame::read(&frames[index].1)?;
+        let before = index
+            .checked_sub(1)
+            .map(|before| Frame::read(&frames[before].1));
+        Ok(painter.draw(&frame, before.transpose()?.as_ref()))
+    };
     let images = evenly_spaced(frames.len(), SHEET_PICTURES)
         .into_iter()
-        .map(|index| Frame::read(&frames[index].1).map(|frame| painter.draw(&frame)))
+        .map(picture)
         .collect::<Result<Vec<_>, _>>()
         .map_err(cannot_read)?;
     let sheet = contact_sheet(&images, SHEET_COLUMNS);

@@ -87,8 +87,8 @@ impl Scene {
     }
 
     /// Paths of the files that belong to the scene: the order's, if it names one, then those of the walls, meshes and
-    /// tables of motion, then those that gauges are compared with, then tables of accelerations and of velocities at
-    /// the start.
+    /// tables of motion, then those that gauges are compared with, then tables of accelerations, then the shapes
+    /// and the velocities at the start of bodies.
     pub fn files_mut(&mut self) -> impl Iterator<Item = &mut String> {
         let walls = self.boundaries.iter_mut();
         let walls = walls.flat_map(BoundaryShape::files_mut);
@@ -100,15 +100,15 @@ impl Scene {
             BodyForce::Table(table) => Some(&mut table.file),
             BodyForce::Central(_) => None,
         });
-        let fields = self
-            .bodies
-            .iter_mut()
-            .filter_map(|body| match &mut body.velocity_field {
+        let bodies = self.bodies.iter_mut().flat_map(|body| {
+            let field = match &mut body.velocity_field {
                 Some(VelocityField::Table { file }) => Some(file),
                 _ => None,
-            });
+            };
+            body.shape.file_mut().into_iter().chain(field)
+        });
         let files = self.order.iter_mut().chain(walls).chain(references);
-        files.chain(tables).chain(fields)
+        files.chain(tables).chain(bodies)
     }
 
     /// Checks a scene that was built in code, as [`load`](Self::load) checks a file.

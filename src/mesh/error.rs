@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-/// Why a mesh cannot be a boundary. The message names the file and the remedy.
+/// Why a surface cannot be used. The message names the file, if there is one, and the remedy.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum MeshError {
@@ -22,4 +22,15 @@ pub enum MeshError {
         /// What is wrong, and the remedy.
         message: String,
     },
+    /// The content of the file is no heights of a ground.
+    #[error("the heights {}: {message}", .file.display())]
+    Heights {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong, and the remedy.
+        message: String,
+    },
+    /// What is written of a surface does not make one; says what is wrong, and the remedy.
+    #[error("{0}")]
+    Surface(String),
 }

@@ -2,37 +2,49 @@
 
 use std::path::Path;
 
-use glam::{DMat3, DQuat, DVec3, EulerRot};
+use glam::DVec3;
 
 use super::{
     bvh::Bvh,
     error::MeshError,
+    place::Place,
     read, shells,
+    side::MeshSide,
     soup::Soup,
     surface::Mesh,
     topology::{self, Topology},
     weld::weld,
 };
-use crate::scene::{MeshBoundary, MeshSide};
 
 /// Vertices on borders closer than this are merged; surfaces closer than this touch \[spacings].
 pub(crate) const TOLERANCE: f64 = 0.01;
 
+/// The vertices of a file, placed \[m].
+pub(crate) fn vertices(file: &Path, place: Place) -> Result<Vec<DVec3>, MeshError> {
+    let mut soup = read::read(file)?;
+    place.put(&mut soup.vertices);
+    Ok(soup.vertices)
+}
+
 impl Mesh {
-    /// Reads and places a mesh for particles at a spacing \[m]. Seams of up to 1/100 of the spacing are closed. Fails
-    /// if the file is not a mesh or if its surface does not define where the solid is.
-    pub fn load(boundary: &MeshBoundary, spacing: f32) -> Result<Self, MeshError> {
-        let file = Path::new(&boundary.file);
-        let refuse = |message: String| MeshError::Unusable {
+    /// Reads a file and places it, for particles at a spacing \[m].
+    pub(crate) fn read(
+        file: &Path,
+        place: Place,
+        side: MeshSide,
+        spacing: f32,
+    ) -> Result<Self, MeshError> {
+        let mut soup = read::read(file)?;
+        place.put(&mut soup.vertices);
+        Self::of_soup(soup, side, spacing).map_err(|message| MeshError::Unusable {
             file: file.to_owned(),
             message,
-        };
-        let mut soup = read::read(file)?;
-        let place = placement(boundary);
-        for vertex in &mut soup.vertices {
-            *vertex = place.0 * *vertex + place.1;
-        }
-        Self::new(soup, boundary.side, TOLERANCE * f64::from(spacing)).map_err(refuse)
+        })
+    }
+
+    /// Connects triangles to a surface for particles at a spacing \[m].
+    pub(super) fn of_soup(soup: Soup, side: MeshSide, spacing: f32) -> Result<Self, String> {
+        Self::new(soup, side, TOLERANCE * f64::from(spacing))
     }
 
     fn new(soup: Soup, side: MeshSide, tolerance: f64) -> Result<Self, String> {
@@ -72,14 +84,7 @@ impl Mesh {
             side,
             topology,
             bvh,
+            heights: None,
         })
     }
-}
-
-/// Linear map and translation: scale first, then rotate about x, y and z in this order, then translate.
-fn placement(boundary: &MeshBoundary) -> (DMat3, DVec3) {
-    let turn = boundary.rotation * (std::f64::consts::PI / 180.0);
-    let turn = DQuat::from_euler(EulerRot::ZYX, turn.z, turn.y, turn.x);
-    let scale = DMat3::from_diagonal(DVec3::splat(boundary.scale));
-    (DMat3::from_quat(turn) * scale, boundary.translation)
 }

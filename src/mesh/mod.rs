@@ -9,11 +9,17 @@
 
 mod bvh;
 mod error;
+mod ground;
+mod height_field;
 mod load;
 mod obj;
+mod place;
 mod polygon;
+mod random;
 mod read;
+mod revolution;
 mod shells;
+mod side;
 mod soup;
 mod stl;
 mod surface;
@@ -23,6 +29,12 @@ mod triangle;
 mod weld;
 
 pub use error::MeshError;
-pub(crate) use load::TOLERANCE;
+pub(crate) use ground::Ground;
+pub use ground::{Channel, Rolling};
+pub(crate) use height_field::HeightField;
+pub(crate) use load::{TOLERANCE, vertices};
+pub(crate) use place::Place;
+pub(crate) use random::split_mix;
+pub use side::MeshSide;
 pub(crate) use surface::FeatureEdge;
 pub use surface::{Mesh, Nearest};

@@ -4,10 +4,11 @@ use glam::DVec3;
 
 use super::{
     bvh::Bvh,
+    height_field::HeightField,
+    side::MeshSide,
     topology::Topology,
     triangle::{self, Feature},
 };
-use crate::scene::MeshSide;
 
 /// A mesh in the scene: its normals point from the solid into the fluid.
 #[derive(Debug, PartialEq)]
@@ -22,6 +23,8 @@ pub struct Mesh {
     pub(crate) side: MeshSide,
     pub(super) topology: Topology,
     pub(super) bvh: Bvh,
+    /// What the surface is as a function, if it is a ground.
+    pub(crate) heights: Option<HeightField>,
 }
 
 /// The point of a mesh that is nearest to a given point.
@@ -60,6 +63,17 @@ impl Mesh {
             (b - a).cross(c - a).length()
         };
         0.5 * (0..self.triangles.len()).map(double).sum::<f64>()
+    }
+
+    /// Volume that the surface bounds, by the divergence theorem \[m³]: the solid's, or the fluid's with
+    /// [`Inside`](MeshSide::Inside). Meaningless for an open surface.
+    pub(crate) fn volume(&self) -> f64 {
+        let middle = 0.5 * (self.bounds().0 + self.bounds().1);
+        let of_one = |t| {
+            let [a, b, c]: [DVec3; 3] = self.corners(t).map(|corner| corner - middle);
+            a.dot(b.cross(c)) / 6.0
+        };
+        (0..self.triangles.len()).map(of_one).sum::<f64>().abs()
     }
 
     /// The nearest point of the surface.

@@ -73,8 +73,14 @@ pub struct FluidNeighbours {
 }
 
 /// Lists of the boundary particles around every fluid particle.
-#[derive(Resource, Default)]
+#[derive(Resource)]
 pub struct BoundaryNeighbours(pub NeighbourLists);
+
+impl Default for BoundaryNeighbours {
+    fn default() -> Self {
+        Self(NeighbourLists::mostly_empty())
+    }
+}
 
 /// Finds the neighbours among the fluid (phase `FindNeighbours`).
 pub fn find_fluid_neighbours(

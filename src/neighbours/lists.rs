@@ -7,8 +7,7 @@ use std::sync::{
 
 use crate::{index::SpatialIndex, simd::prefetch, state::CHUNK};
 
-/// Approximate number of neighbours of a particle inside the fluid at the default support: the expected length of a
-/// list before its first search.
+/// Approximate number of neighbours of a particle inside the fluid at the default support.
 const FULL_NEIGHBOURHOOD: u16 = 30;
 
 /// Reserve for an array of `len` entries that grows slightly between steps and should not be reallocated in each.
@@ -21,7 +20,7 @@ fn room(len: usize) -> usize {
 /// Memory: 4 bytes per neighbour and 6 per row, plus one percent. Every block gets the part of the array that it
 /// needed in the last search, so that few entries are unused; a list that does not fit is appended at the end. A
 /// reserve of a sixteenth per block with spans of 8 bytes needed 17 % more.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct NeighbourLists {
     pub(super) spans: Spans,
     /// The lists.
@@ -34,6 +33,23 @@ pub struct NeighbourLists {
     pub(super) strays: Mutex<Vec<u32>>,
     /// Expected lengths of the lists after rows were permuted; otherwise empty.
     expected: Vec<AtomicU16>,
+    /// Expected length of a list before its first search.
+    at_first: u16,
+}
+
+impl Default for NeighbourLists {
+    /// Lists of which most will be those of a full neighbourhood.
+    fn default() -> Self {
+        Self {
+            spans: Spans::default(),
+            rows: Vec::new(),
+            regions: Vec::new(),
+            partitions_per_block: 0,
+            strays: Mutex::default(),
+            expected: Vec::new(),
+            at_first: FULL_NEIGHBOURHOOD,
+        }
+    }
 }
 
 /// Start and length of every list. The rows of a cell are scattered, and each is written by one cell only: relaxed
@@ -70,6 +86,14 @@ impl Spans {
 }
 
 impl NeighbourLists {
+    /// Lists of which most will be empty: those of particles at walls, as a rule few of all.
+    pub(super) fn mostly_empty() -> Self {
+        Self {
+            at_first: 0,
+            ..Self::default()
+        }
+    }
+
     /// Neighbours of `row`; empty if the row was added after the search (possible if an order keeps stale lists).
     #[inline(always)]
     pub fn of(&self, row: usize) -> &[u32] {
@@ -158,12 +182,8 @@ impl NeighbourLists {
 
     /// Announces a permutation of rows before the next search: row k was `old_rows[k]`. The lists stay as they are.
     pub fn expect_order(&mut self, old_rows: impl Iterator<Item = usize>) {
-        let lengths = &self.spans.lengths;
-        let length = |row: usize| {
-            lengths
-                .get(row)
-                .map_or(FULL_NEIGHBOURHOOD, |x| x.load(Relaxed))
-        };
+        let (lengths, at_first) = (&self.spans.lengths, self.at_first);
+        let length = |row: usize| lengths.get(row).map_or(at_first, |x| x.load(Relaxed));
         self.expected.clear();
         self.expected
             .extend(old_rows.map(length).map(AtomicU16::new));
@@ -182,7 +202,8 @@ impl NeighbourLists {
             *lengths = std::mem::take(&mut self.expected);
         }
         starts.resize_with(points, AtomicU32::default);
-        lengths.resize_with(points, || AtomicU16::new(FULL_NEIGHBOURHOOD));
+        let at_first = self.at_first;
+        lengths.resize_with(points, || AtomicU16::new(at_first));
         if as_before {
             for region in &mut self.regions {
                 region.len = region.found;

@@ -18,8 +18,8 @@ pub(super) const STAGE: Stage = Stage {
     makes: &[Product::Columns],
     install,
     bytes: |scene, neighbours| {
-        // Entities by row and rows by entity, and the permanent numbers.
-        let mut bytes = vec![("entities and numbers", 8.0 + 24.0 + 12.0)];
+        // Entities by row, those of the table and the archetype, places by entity, and the permanent numbers.
+        let mut bytes = vec![("entities and numbers", 8.0 + 8.0 + 16.0 + 24.0 + 12.0)];
         if scene.stores_neighbours() {
             // Lists are padded to whole vectors, by half a vector on average.
             let entries = f64::from(neighbours) * scene.listed_per_neighbour();

@@ -31,6 +31,11 @@ pub(super) fn for_each_point(corners: [DVec3; 3], step: f64, mut visit: impl FnM
 /// Rough upper estimates for a mesh: its samples, and the candidates from which they are chosen.
 pub(crate) fn expected(mesh: &Mesh, spacing: f32) -> (f64, f64) {
     let spacing = f64::from(spacing);
+    if let Some(heights) = &mesh.heights {
+        // Its samples are made without candidates, but are as many themselves.
+        let samples = mesh.area() / (spacing * spacing) + heights.size.element_sum() / spacing;
+        return (samples, samples);
+    }
     let step = spacing / CANDIDATES;
     let mut candidates = 0.0;
     for triangle in 0..mesh.triangles.len() {

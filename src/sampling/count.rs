@@ -37,7 +37,7 @@ pub(crate) fn count(shape: &BoundaryShape, dimension: Dimension, spacing: f32, d
                 Dimension::Three => line * line,
             }
         }
-        BoundaryShape::Mesh(_) => 0.0,
+        BoundaryShape::Mesh(_) | BoundaryShape::Revolution(_) | BoundaryShape::Terrain(_) => 0.0,
     }
 }
 

@@ -3,6 +3,7 @@
 mod candidates;
 mod count;
 mod front;
+mod ground;
 mod layer;
 mod mesh;
 mod round;

@@ -15,6 +15,8 @@ impl BoundaryShape {
             | Self::Sphere { motion, .. }
             | Self::Plane { motion, .. } => motion.as_ref(),
             Self::Mesh(mesh) => mesh.motion.as_ref(),
+            Self::Revolution(surface) => surface.motion.as_ref(),
+            Self::Terrain(terrain) => terrain.motion.as_ref(),
         }
     }
 
@@ -26,6 +28,8 @@ impl BoundaryShape {
             | Self::Sphere { slip, .. }
             | Self::Plane { slip, .. } => *slip,
             Self::Mesh(mesh) => mesh.slip,
+            Self::Revolution(surface) => surface.slip,
+            Self::Terrain(terrain) => terrain.slip,
         }
     }
 
@@ -33,7 +37,11 @@ impl BoundaryShape {
     /// its file.
     fn farthest_from(&self, point: Vec3, axis: Vec3, in_plane: bool) -> Option<f32> {
         let axis = axis.normalize_or_zero();
-        let distance = |place: Vec3| (place - point).cross(axis).length();
+        let frame = self.frame();
+        let distance = |place: Vec3| {
+            let place = frame.place(place.as_dvec3()).as_vec3();
+            (place - point).cross(axis).length()
+        };
         match *self {
             Self::Tank { min, max, .. } | Self::Box { min, max, .. } => {
                 Some(farthest_corner(min, max, in_plane, distance))
@@ -42,7 +50,7 @@ impl BoundaryShape {
             Self::Plane {
                 center, half_size, ..
             } => Some(distance(center) + half_size * std::f32::consts::SQRT_2),
-            Self::Mesh(_) => None,
+            Self::Mesh(_) | Self::Revolution(_) | Self::Terrain(_) => None,
         }
     }
 

@@ -3,8 +3,9 @@
 use glam::{DVec3, Vec3};
 
 use super::{
-    BoundaryShape, Bounds, Camera, FluidBody, Gauge, GaugeKind, GaugeReference, MeshBoundary,
-    MeshSide, Rate, Shape, VelocityField, WallMotion, WallSlip,
+    BoundaryShape, Bounds, Camera, FileShape, FluidBody, Gauge, GaugeKind, GaugeReference, Heights,
+    MeshBoundary, MeshSide, Rate, RevolutionBoundary, Shape, TerrainBoundary, VelocityField,
+    WallMotion, WallSlip,
 };
 
 impl Bounds {
@@ -34,11 +35,20 @@ impl FluidBody {
     pub fn new(shape: Shape) -> Self {
         Self {
             shape,
+            rotation: DVec3::ZERO,
             velocity: Vec3::ZERO,
             velocity_gradient: [Vec3::ZERO; 3],
             velocity_field: None,
             jitter: None,
+            cut: false,
         }
+    }
+
+    /// The same turned about the shape's centre by angles about the x, y and z axes, in this order \[°].
+    #[must_use]
+    pub fn turned(mut self, angles: impl Into<DVec3>) -> Self {
+        self.rotation = angles.into();
+        self
     }
 
     /// The same with a field of velocities at the start.
@@ -62,6 +72,7 @@ impl BoundaryShape {
             min: min.into(),
             max: max.into(),
             open: false,
+            rotation: DVec3::ZERO,
             name: None,
             motion: None,
             slip: WallSlip::Free,
@@ -74,6 +85,7 @@ impl BoundaryShape {
             min: min.into(),
             max: max.into(),
             open: true,
+            rotation: DVec3::ZERO,
             name: None,
             motion: None,
             slip: WallSlip::Free,
@@ -85,6 +97,7 @@ impl BoundaryShape {
         Self::Box {
             min: min.into(),
             max: max.into(),
+            rotation: DVec3::ZERO,
             name: None,
             motion: None,
             slip: WallSlip::Free,
@@ -96,6 +109,7 @@ impl BoundaryShape {
         Self::Sphere {
             center: center.into(),
             radius,
+            rotation: DVec3::ZERO,
             name: None,
             motion: None,
             slip: WallSlip::Free,
@@ -108,6 +122,7 @@ impl BoundaryShape {
             center: center.into(),
             normal: normal.into(),
             half_size,
+            rotation: DVec3::ZERO,
             name: None,
             motion: None,
             slip: WallSlip::Free,
@@ -123,8 +138,27 @@ impl BoundaryShape {
             | Self::Sphere { name, .. }
             | Self::Plane { name, .. } => name,
             Self::Mesh(mesh) => &mut mesh.name,
+            Self::Revolution(surface) => &mut surface.name,
+            Self::Terrain(terrain) => &mut terrain.name,
         };
         *place = Some(name.into());
+        self
+    }
+
+    /// The same turned about its centre by angles about the x, y and z axes, in this order \[°]; a mesh about its
+    /// file's origin.
+    #[must_use]
+    pub fn turned(mut self, angles: impl Into<DVec3>) -> Self {
+        let place = match &mut self {
+            Self::Tank { rotation, .. }
+            | Self::Box { rotation, .. }
+            | Self::Sphere { rotation, .. }
+            | Self::Plane { rotation, .. } => rotation,
+            Self::Mesh(mesh) => &mut mesh.rotation,
+            Self::Revolution(surface) => &mut surface.rotation,
+            Self::Terrain(terrain) => &mut terrain.rotation,
+        };
+        *place = angles.into();
         self
     }
 
@@ -137,6 +171,8 @@ impl BoundaryShape {
             | Self::Sphere { slip, .. }
             | Self::Plane { slip, .. } => slip,
             Self::Mesh(mesh) => &mut mesh.slip,
+            Self::Revolution(surface) => &mut surface.slip,
+            Self::Terrain(terrain) => &mut terrain.slip,
         };
         *place = wanted;
         self
@@ -151,9 +187,52 @@ impl BoundaryShape {
             | Self::Sphere { motion, .. }
             | Self::Plane { motion, .. } => motion,
             Self::Mesh(mesh) => &mut mesh.motion,
+            Self::Revolution(surface) => &mut surface.motion,
+            Self::Terrain(terrain) => &mut terrain.motion,
         };
         *place = Some(motion);
         self
+    }
+}
+
+impl FileShape {
+    /// A file as it is: in metres, its origin at that of the scene.
+    pub fn new(file: impl Into<String>) -> Self {
+        Self {
+            file: file.into(),
+            scale: 1.0,
+            translation: DVec3::ZERO,
+        }
+    }
+}
+
+impl RevolutionBoundary {
+    /// A solid surface of revolution about the y axis, from a profile of (radius, height) \[m].
+    pub fn new(profile: Vec<[f32; 2]>) -> Self {
+        Self {
+            profile,
+            center: DVec3::ZERO,
+            rotation: DVec3::ZERO,
+            side: MeshSide::default(),
+            name: None,
+            motion: None,
+            slip: WallSlip::Free,
+        }
+    }
+}
+
+impl TerrainBoundary {
+    /// Ground that is `size` \[m] wide along x and z, about the origin.
+    pub fn new(heights: Heights, size: [f32; 2]) -> Self {
+        Self {
+            heights,
+            size,
+            translation: DVec3::ZERO,
+            rotation: DVec3::ZERO,
+            name: None,
+            motion: None,
+            slip: WallSlip::Free,
+        }
     }
 }
 

@@ -3,7 +3,10 @@
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
-use super::{VelocityField, WallMotion, WallSlip};
+use super::{
+    FileShape, MeshBoundary, RevolutionBoundary, TerrainBoundary, VelocityField, WallMotion,
+    WallSlip,
+};
 
 /// The number of space dimensions, 2 or 3 in the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -37,6 +40,10 @@ pub struct Bounds {
 pub struct FluidBody {
     /// Where.
     pub shape: Shape,
+    /// Angles about axes through the shape's centre along x, y and z, turned in this order \[°]; in 2-D about z alone.
+    #[serde(default)]
+    #[cfg_attr(feature = "schema", schemars(with = "[f64; 3]"))]
+    pub rotation: DVec3,
     /// Velocity at the start, of the shape's centre \[m/s].
     #[serde(default)]
     #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]
@@ -52,6 +59,10 @@ pub struct FluidBody {
     /// Random displacement of the particles; none if absent.
     #[serde(default)]
     pub jitter: Option<Jitter>,
+    /// Whether particles of it that boundaries leave no room for are left out, as water over ground needs it. If not,
+    /// a body that overlaps a boundary is refused. A tank cuts nothing.
+    #[serde(default)]
+    pub cut: bool,
 }
 
 /// Random displacement of a lattice: the same seed gives the same particles everywhere.
@@ -69,7 +80,7 @@ pub struct Jitter {
 /// The volume a body of fluid fills at the start; [`shapes`](super::shapes) says with which particles.
 ///
 /// In 2-D a box's z range only has to hold 0, a sphere is a disc with its centre at z = 0, and a cylinder is refused.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
@@ -102,6 +113,11 @@ pub enum Shape {
         /// Radius \[m].
         radius: f32,
     },
+    /// What a closed triangle mesh (`.obj`, `.stl`) bounds, filled with a lattice along its file's axes; 3-D only.
+    Mesh(FileShape),
+    /// The particles of a file: PLY (ASCII or binary), VTU (raw appended data or ASCII) or CSV, with positions and, if
+    /// the file has them, velocities, to which `velocity` is added. No lattice is made.
+    Particles(FileShape),
 }
 
 /// A solid boundary, sampled with one layer of particles at the spacing, about half a spacing inside the solid.
@@ -125,6 +141,10 @@ pub enum BoundaryShape {
         /// Whether the side towards +y is missing.
         #[serde(default)]
         open: bool,
+        /// Angles about axes through its centre along x, y and z, turned in this order \[°]; in 2-D about z alone.
+        #[serde(default)]
+        #[cfg_attr(feature = "schema", schemars(with = "[f64; 3]"))]
+        rotation: DVec3,
         /// What gauges call it; boundaries of one name are one body to them.
         #[serde(default)]
         name: Option<String>,
@@ -143,6 +163,10 @@ pub enum BoundaryShape {
         /// Upper corner \[m].
         #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]
         max: Vec3,
+        /// Angles about axes through its centre along x, y and z, turned in this order \[°]; in 2-D about z alone.
+        #[serde(default)]
+        #[cfg_attr(feature = "schema", schemars(with = "[f64; 3]"))]
+        rotation: DVec3,
         /// What gauges call it; boundaries of one name are one body to them.
         #[serde(default)]
         name: Option<String>,
@@ -160,6 +184,10 @@ pub enum BoundaryShape {
         center: Vec3,
         /// Radius \[m].
         radius: f32,
+        /// Angles about axes through its centre along x, y and z, turned in this order \[°]; in 2-D about z alone.
+        #[serde(default)]
+        #[cfg_attr(feature = "schema", schemars(with = "[f64; 3]"))]
+        rotation: DVec3,
         /// What gauges call it; boundaries of one name are one body to them.
         #[serde(default)]
         name: Option<String>,
@@ -180,6 +208,10 @@ pub enum BoundaryShape {
         normal: Vec3,
         /// Half the edge of the square \[m]; its edges lie along [`shapes::wall_axes`](super::shapes::wall_axes).
         half_size: f32,
+        /// Angles about axes through its centre along x, y and z, turned in this order \[°]; in 2-D about z alone.
+        #[serde(default)]
+        #[cfg_attr(feature = "schema", schemars(with = "[f64; 3]"))]
+        rotation: DVec3,
         /// What gauges call it; boundaries of one name are one body to them.
         #[serde(default)]
         name: Option<String>,
@@ -192,65 +224,10 @@ pub enum BoundaryShape {
     },
     /// A surface of triangles; 3-D only.
     Mesh(MeshBoundary),
-}
-
-/// A triangle mesh as a boundary: sampled evenly at the spacing, like the other shapes inside the solid.
-///
-/// A mesh's point p is put at `translation + rotation · (scale · p)`, in double precision, so the coordinates of a map
-/// can be moved to the origin. Vertices on borders that are up to 1/100 spacing apart are taken for one.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct MeshBoundary {
-    /// A Wavefront OBJ or an STL file (`.obj`, `.stl`), relative to the scene file's folder (after
-    /// [`load`](super::Scene::load): to the working directory).
-    pub file: String,
-    /// Metres in one unit of the file.
-    #[serde(default = "one")]
-    pub scale: f64,
-    /// Angles about the x, y and z axes, turned in this order \[°].
-    #[serde(default)]
-    #[cfg_attr(feature = "schema", schemars(with = "[f64; 3]"))]
-    pub rotation: DVec3,
-    /// Where the file's origin is put \[m].
-    #[serde(default)]
-    #[cfg_attr(feature = "schema", schemars(with = "[f64; 3]"))]
-    pub translation: DVec3,
-    /// Where the solid is.
-    #[serde(default)]
-    pub side: MeshSide,
-    /// What gauges call it; boundaries of one name are one body to them.
-    #[serde(default)]
-    pub name: Option<String>,
-    /// How it moves; it stands if absent.
-    #[serde(default)]
-    pub motion: Option<WallMotion>,
-    /// How it holds the fluid along its face; not at all if absent.
-    #[serde(default)]
-    pub slip: WallSlip,
-}
-
-fn one() -> f64 {
-    1.0
-}
-
-/// Where the solid is that a mesh bounds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[non_exhaustive]
-pub enum MeshSide {
-    /// The mesh is closed and the solid in it: fluid is outside. The winding must be the same all over a shell; a shell
-    /// within another bounds a cavity and is wound the other way. Shells that cross are refused.
-    #[default]
-    Outside,
-    /// The mesh is closed and fluid is in it, as in a tank. Shells as above, with fluid in the place of the solid.
-    Inside,
-    /// Fluid is where triangles are seen counter-clockwise, the solid behind them. The mesh may be open, as a terrain
-    /// is; past its border there is nothing.
-    Front,
-    /// A sheet with fluid on both sides, or thin walls that need not be closed. It acts as a wall as thick as twice the
-    /// depth of the layer of samples, about 1.2 spacings.
-    Both,
+    /// A surface of revolution; 3-D only.
+    Revolution(RevolutionBoundary),
+    /// Ground by its heights; 3-D only.
+    Terrain(TerrainBoundary),
 }
 
 impl BoundaryShape {
@@ -262,6 +239,8 @@ impl BoundaryShape {
             | Self::Sphere { name, .. }
             | Self::Plane { name, .. } => name.as_deref(),
             Self::Mesh(mesh) => mesh.name.as_deref(),
+            Self::Revolution(surface) => surface.name.as_deref(),
+            Self::Terrain(terrain) => terrain.name.as_deref(),
         }
     }
 
@@ -273,6 +252,8 @@ impl BoundaryShape {
             | Self::Sphere { motion, .. }
             | Self::Plane { motion, .. } => (None, motion),
             Self::Mesh(mesh) => (Some(&mut mesh.file), &mut mesh.motion),
+            Self::Revolution(surface) => (None, &mut surface.motion),
+            Self::Terrain(terrain) => (terrain.heights.file_mut(), &mut terrain.motion),
         };
         let table = motion.as_mut().and_then(WallMotion::file_mut);
         mesh.into_iter().chain(table)
@@ -287,7 +268,7 @@ impl FluidBody {
 
     /// The same as a function. A file that cannot be read counts for nothing: the scene's check names it.
     pub(crate) fn velocities(&self) -> impl Fn(DVec3) -> DVec3 + use<'_> {
-        let center = self.shape.center();
+        let center = self.frame().place(self.shape.center());
         let field = self.velocity_field.as_ref();
         let field = field.and_then(|field| field.read().ok());
         move |point| {
@@ -303,28 +284,54 @@ impl FluidBody {
         let squares = self.velocity_gradient.map(Vec3::length_squared);
         let gradient = squares.iter().sum::<f32>().sqrt();
         let (center, reach) = (self.shape.center(), self.shape.reach());
+        let center = self.frame().place(center);
+        let own = self.shape.greatest_speed();
         let field = self.velocity_field.as_ref();
         let field = field.map_or(0.0, |field| field.greatest_speed(center, reach));
-        self.velocity.length() + gradient * reach + field
+        self.velocity.length() + gradient * reach + field + own
     }
 }
 
 impl Shape {
-    /// The point that the shape is symmetric about \[m].
+    /// The middle of the shape before it is turned \[m].
     pub fn center(&self) -> DVec3 {
         match *self {
             Self::Box { min, max } => 0.5 * (min.as_dvec3() + max.as_dvec3()),
             Self::Sphere { center, .. } => center.as_dvec3(),
             Self::Cylinder { start, end, .. } => 0.5 * (start.as_dvec3() + end.as_dvec3()),
+            Self::Mesh(ref file) | Self::Particles(ref file) => {
+                let extent = self.extent_of_file();
+                extent.map_or(file.translation, |(low, high)| 0.5 * (low + high))
+            }
         }
     }
 
-    /// Distance from the centre to the farthest point \[m].
+    /// Distance from the centre to the farthest point \[m], or a little more.
     pub fn reach(&self) -> f32 {
         match *self {
             Self::Box { min, max } => 0.5 * (max - min).length(),
             Self::Sphere { radius, .. } => radius,
             Self::Cylinder { start, end, radius } => (0.5 * (end - start).length()).hypot(radius),
+            Self::Mesh(_) | Self::Particles(_) => {
+                let extent = self.extent_of_file();
+                extent.map_or(0.0, |(low, high)| 0.5 * (high - low).length() as f32)
+            }
+        }
+    }
+
+    /// The point that the shape is turned about \[m]: its centre, or where the origin of its file is put.
+    pub(crate) fn pivot(&self) -> DVec3 {
+        match self {
+            Self::Mesh(file) | Self::Particles(file) => file.translation,
+            _ => self.center(),
+        }
+    }
+
+    /// Path of the file that it names.
+    pub(crate) fn file_mut(&mut self) -> Option<&mut String> {
+        match self {
+            Self::Mesh(file) | Self::Particles(file) => Some(&mut file.file),
+            _ => None,
         }
     }
 }

@@ -15,18 +15,22 @@ mod error;
 mod gauge;
 mod geometry;
 mod output;
+mod particle_file;
 mod periodic;
 mod physics;
 mod pressure;
+mod rotation;
 #[cfg(feature = "schema")]
 mod schema;
 pub mod shapes;
 mod sound_speed;
+mod surfaces;
 mod velocity_field;
 mod velocity_grid;
 mod wall_motion;
 mod wall_slip;
 
+pub use crate::mesh::{Channel, MeshSide, Rolling};
 pub use body_force::*;
 pub(crate) use boundary_motion::LEAST_WAY;
 pub use emitter::*;
@@ -35,9 +39,12 @@ pub use error::{Place, SceneError};
 pub use gauge::*;
 pub use geometry::*;
 pub use output::*;
+pub(crate) use particle_file::Particles;
 pub use periodic::{Period, Periodic};
 pub use physics::*;
 pub use pressure::*;
+pub(crate) use rotation::Frame;
+pub use surfaces::*;
 pub use velocity_field::*;
 pub use velocity_grid::VelocityGrid;
 pub use wall_motion::*;
@@ -127,6 +134,10 @@ pub struct Scene {
     /// When the failure guard stops the run.
     #[serde(default)]
     pub limits: Limits,
+    /// Memory that a run may take \[GB], 10⁹ bytes; all of the machine's if absent. A scene that needs more is refused
+    /// before anything is allocated.
+    #[serde(default)]
+    pub memory_limit: Option<f32>,
     /// Simulated time of the run \[s].
     #[serde(default = "default_duration")]
     pub duration: f32,
@@ -190,6 +201,7 @@ impl Scene {
             order: None,
             executor: Executor::default(),
             limits: Limits::default(),
+            memory_limit: None,
             duration: default_duration(),
             gauges: Vec::new(),
             output: Output::default(),

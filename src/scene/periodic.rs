@@ -118,7 +118,11 @@ impl Period {
 
     /// The boundary as long as fluid within two periods of the box can see it, where it goes round.
     pub fn unrolled(&self, boundary: &BoundaryShape) -> BoundaryShape {
+        let is_turned = boundary.frame().is_turned();
         let mut boundary = boundary.clone();
+        if is_turned {
+            return boundary;
+        }
         if let BoundaryShape::Tank { min, max, .. } | BoundaryShape::Box { min, max, .. } =
             &mut boundary
         {

@@ -67,10 +67,17 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
     warm_start::require_means(world, scene);
     flow::require_held(world, scene);
     number_particles(world);
+    let spare = spare_entities(world);
     fluid.spawn(world, &material);
-    insert_resources(world, scene, &material, &stages);
-    if let Some(walls) = walls {
-        walls.spawn(world, scene);
+    let insert = |world: &mut World| {
+        spare.into_iter().for_each(|entity| {
+            world.despawn(entity);
+        });
+        insert_resources(world, scene, &material, &stages);
+    };
+    match walls {
+        Some(walls) => walls.spawn(world, scene, insert),
+        None => insert(world),
     }
     if !scene.body_forces.is_empty() {
         world.insert_resource(body_forces);
@@ -90,6 +97,19 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
     schedules.add(world);
     note_installed(world, &before);
     Ok(())
+}
+
+/// More resources than a scene and its stages have.
+const MOST_RESOURCES: u32 = 256;
+
+/// Entities from before the particles, whose numbers resources take over when they are despawned.
+///
+/// A resource is a component of an entity of its own, in a sparse set: an array of 4 bytes for every entity up to it.
+/// Forty resources after the particles would take 160 bytes more for each particle than before them.
+fn spare_entities(world: &mut World) -> Vec<Entity> {
+    (0..MOST_RESOURCES)
+        .map(|_| world.spawn_empty().id())
+        .collect()
 }
 
 /// Path of a file that a scene names, its length \[bytes] and a checksum of its content.

@@ -41,7 +41,10 @@ pub(crate) fn need(scene: &Scene, size: &Size) -> Result<Need, InstallError> {
         tables += cells(size.whole_box).map_err(InstallError::Boundary)?;
     }
     let fluid = size.fluid + size.emitted;
-    let running = fluid * a_particle + size.boundary * a_sample + tables as f64;
+    // The places by entity grow to powers of two.
+    let entities = fluid + size.boundary;
+    let places = 24.0 * (entities.max(1.0).log2().ceil().exp2() - entities);
+    let running = fluid * a_particle + size.boundary * a_sample + places + tables as f64;
     let sampling = size.fluid * a_particle + size.boundary * a_sample;
     let most = running.max(sampling + size.candidates * BYTES_A_CANDIDATE);
     Ok(Need { running, most })
@@ -54,10 +57,22 @@ pub(super) fn check(scene: &Scene, size: &Size) -> Result<Need, InstallError> {
     Ok(need)
 }
 
+/// Memory that a scene may take \[bytes]: the machine's, or less where it says so.
+pub(crate) fn allowed(scene: &Scene, machine: f64) -> f64 {
+    (scene.memory_limit).map_or(machine, |limit| machine.min(1e9 * f64::from(limit)))
+}
+
 fn enough(scene: &Scene, size: &Size, need: &Need, machine: f64) -> Result<(), InstallError> {
-    if need.most <= machine {
+    let allowed = allowed(scene, machine);
+    if need.most <= allowed {
         return Ok(());
     }
+    let by_limit = if allowed < machine {
+        " by `memory_limit`"
+    } else {
+        ""
+    };
+    let machine = allowed;
     let mut parts = vec![format!("{:.1} million fluid particles", size.fluid / 1e6)];
     if size.emitted > 0.0 {
         parts.push(format!("{:.1} million from emitters", size.emitted / 1e6));
@@ -79,7 +94,7 @@ fn enough(scene: &Scene, size: &Size, need: &Need, machine: f64) -> Result<(), I
     let better = f64::from(scene.spacing) * (1.2 * need.most / machine).sqrt();
     Err(InstallError::Memory {
         needed: memory::in_words(need.most),
-        machine: memory::in_words(machine),
+        machine: memory::in_words(machine) + by_limit,
         parts: parts.join(", "),
         better: format!("{better:.2e}"),
     })
@@ -87,8 +102,12 @@ fn enough(scene: &Scene, size: &Size, need: &Need, machine: f64) -> Result<(), I
 
 pub(super) fn bytes_per_boundary_particle(scene: &Scene) -> Vec<(&'static str, f64)> {
     let mut bytes = vec![
-        // Three columns of 28 bytes together, 8 bytes of change ticks per column, and the entity's own entries.
-        ("tables: position, normal, volume", 28.0 + 3.0 * 8.0 + 24.0),
+        // Three columns of 28 bytes together, 8 bytes of change ticks per column, and the entity's entries in table,
+        // archetype and list of places.
+        (
+            "tables: position, normal, volume",
+            28.0 + 3.0 * 8.0 + 8.0 + 16.0 + 24.0,
+        ),
         ("packed positions and normals", 16.0 + 12.0),
         ("spatial index", index::bytes_per_particle(scene)),
     ];
@@ -136,6 +155,15 @@ mod tests {
             .and_then(|rest| rest.split(' ').next())
             .and_then(|number| number.parse().ok())
             .expect("a spacing");
+        let mut limited = scene.clone();
+        limited.memory_limit = Some((0.5e-9 * need.most) as f32);
+        let error = enough(&limited, &size, &need, 2.0 * need.most).expect_err("a small limit");
+        assert!(
+            error.to_string().contains("MB by `memory_limit`"),
+            "{error}"
+        );
+        limited.memory_limit = Some((1.5e-9 * need.most) as f32);
+        assert!(enough(&limited, &size, &need, 2.0 * need.most).is_ok());
         let scene = hollow(better);
         let size = scene.checked_size().expect("a scene");
         let need = super::need(&scene, &size).expect("an index");

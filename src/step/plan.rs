@@ -10,13 +10,12 @@ use super::{
     start_density, start_slabs, warnings,
 };
 use crate::{
-    boundary, index,
+    boundary,
+    filling::{self, Filling},
+    index,
     registry::Stages,
     sampling,
-    scene::{
-        Scene, TimeStep,
-        shapes::{self, Inlet},
-    },
+    scene::{Scene, TimeStep, shapes::Inlet},
     state::{Execution, Material, Phase},
 };
 
@@ -112,7 +111,7 @@ pub fn plan(scene: &Scene) -> Result<Plan, InstallError> {
     let need = memory::check(scene, &size)?;
     let material = Material::new(scene);
     let (mut particles, mut low, mut high) = (0, Vec3::INFINITY, Vec3::NEG_INFINITY);
-    shapes::for_each_particle(scene, |seed| {
+    Filling::new(scene).for_each(|seed| {
         particles += 1;
         (low, high) = (low.min(seed.position), high.max(seed.position));
     });
@@ -163,7 +162,7 @@ fn ask(scene: &Scene) -> Result<(StartDensity, usize), InstallError> {
     let samples = sampling::sample(scene)?;
     let walls = boundary::pack(scene, &samples, &execution).map_err(InstallError::Boundary)?;
     let walls = (!samples.is_empty()).then_some(&walls);
-    let seeds = shapes::fluid_particles(scene);
+    let seeds = filling::fluid_particles(scene);
     let density = start_density::of(scene, &seeds, walls, &execution)?;
     Ok((density, samples.len()))
 }

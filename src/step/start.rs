@@ -12,15 +12,12 @@ use crate::{
         owners::{Owners, SampleOf},
         sums::BoundarySums,
     },
-    gauge,
+    filling, gauge,
     index::{self, BoundarySamples, z_curve},
     neighbours::BoundaryNeighbours,
     sampling,
     sampling::BoundarySample,
-    scene::{
-        BoundaryHandling, Neighbours, Scene,
-        shapes::{self, ParticleSeed},
-    },
+    scene::{BoundaryHandling, Neighbours, Scene, shapes::ParticleSeed},
     state::{
         Execution, Material,
         particle::{
@@ -45,7 +42,7 @@ impl FluidStart {
         {
             field.read()?;
         }
-        let seeds = shapes::fluid_particles(scene);
+        let seeds = execution.pool().install(|| filling::fluid_particles(scene));
         let mut order: Vec<z_curve::Handle> = (0..seeds.len() as u32).map(|row| (0, row)).collect();
         let points: Vec<_> = seeds.iter().map(|seed| seed.position.extend(0.0)).collect();
         // Refuses now what the first step could not index.
@@ -99,10 +96,12 @@ impl Walls {
             return Ok(None);
         }
         let (mut sampled, mut owners) = (Vec::new(), Vec::new());
-        sampling::for_each_sample_of(scene, &mut |owner, sample| {
+        let mut put = |owner, sample| {
             sampled.push(sample);
             owners.push(owner);
-        })?;
+        };
+        let pool = execution.pool();
+        pool.install(|| sampling::for_each_sample_of(scene, &mut put))?;
         let samples = boundary::pack(scene, &sampled, execution).map_err(InstallError::Boundary)?;
         let mut moving = MovingWalls::new(scene)?.map(|walls| {
             let samples = sampled.iter().zip(&owners);
@@ -128,7 +127,8 @@ impl Walls {
         }))
     }
 
-    pub(super) fn spawn(self, world: &mut World, scene: &Scene) {
+    /// Spawns the particles, calls `then`, and inserts the resources of walls.
+    pub(super) fn spawn(self, world: &mut World, scene: &Scene, then: impl FnOnce(&mut World)) {
         let Self {
             sampled,
             owners,
@@ -151,6 +151,7 @@ impl Walls {
             let depths = depths.into_iter().map(BoundaryDepth);
             world.insert_batch(particles.iter().copied().zip(depths).collect::<Vec<_>>());
         }
+        then(world);
         if let Some((walls, poses)) = moving {
             let moved = particles.iter().zip(poses);
             let moved = moved.filter_map(|(&particle, pose)| Some((particle, pose?)));

@@ -13,9 +13,10 @@ use super::{
 };
 use crate::{
     boundary,
+    filling::Filling,
     loading::Size,
     sampling::{self, BoundarySample},
-    scene::{FluidBody, Scene, Shape, shapes},
+    scene::{FluidBody, Scene, Shape},
     state::Execution,
 };
 
@@ -75,6 +76,7 @@ fn of(
         _ if k == count => f64::INFINITY,
         _ => low[axis] + extent[axis] * f64::from(k) / f64::from(count),
     };
+    let filling = Filling::new(scene);
     let mut found = StartDensity {
         max_error: 0.0,
         place: low.as_vec3(),
@@ -90,7 +92,7 @@ fn of(
             ..Slab::around(scene, fluid_box)
         };
         let walls = slab.walls(scene, known)?;
-        let (points, targets, all) = slab.particles(scene, &walls);
+        let (points, targets, all) = slab.particles(scene, &filling, &walls);
         particles += all;
         if targets == 0 {
             continue;
@@ -181,18 +183,25 @@ impl Slab {
 
     /// Particles of the slab that may be compressed, followed by their surroundings; the number of the former; and the
     /// number of all particles in the slab.
-    fn particles(&self, scene: &Scene, walls: &[BoundarySample]) -> (Vec<Vec4>, usize, usize) {
+    fn particles(
+        &self,
+        scene: &Scene,
+        filling: &Filling,
+        walls: &[BoundarySample],
+    ) -> (Vec<Vec4>, usize, usize) {
         let near_walls = self.near(walls);
         let (mut points, mut others, mut all) = (Vec::new(), Vec::new(), 0);
-        for body in scene.bodies.iter().filter(|body| self.reaches(body)) {
-            shapes::for_each_particle_of(body, scene, |seed| {
+        let bodies = scene.bodies.iter().enumerate();
+        for (number, body) in bodies.filter(|(_, body)| self.reaches(body)) {
+            let frame = body.frame();
+            filling.for_each_of(number, |seed| {
                 let is_own = self.holds(seed.position, 0.0);
                 all += usize::from(is_own);
                 if !self.holds(seed.position, self.h + self.spacing) {
                     return;
                 }
                 let is_shaken = body.jitter.is_some();
-                let depth = depth(&body.shape, seed.position);
+                let depth = depth(&body.shape, frame.local(seed.position.as_dvec3()));
                 let is_near =
                     || !near_walls.is_empty() && near_walls.contains(&self.cell(seed.position));
                 // The lattice may end up to one spacing inside the shape.
@@ -212,7 +221,8 @@ impl Slab {
 
     /// Whether particles of a body may lie in the slab or beside it.
     fn reaches(&self, body: &FluidBody) -> bool {
-        let (center, reach) = (body.shape.center(), f64::from(body.shape.reach()));
+        let center = body.frame().place(body.shape.center());
+        let reach = f64::from(body.shape.reach());
         let margin = reach + self.h + 2.0 * self.spacing;
         center[self.axis] >= self.from - margin && center[self.axis] <= self.to + margin
     }
@@ -233,9 +243,8 @@ impl Slab {
     }
 }
 
-/// Depth of a point inside a shape \[m].
-fn depth(shape: &Shape, place: Vec3) -> f64 {
-    let place = place.as_dvec3();
+/// Depth of a point inside a shape as it is written \[m].
+fn depth(shape: &Shape, place: DVec3) -> f64 {
     match *shape {
         Shape::Box { min, max } => {
             let mut depths = (place - min.as_dvec3()).min(max.as_dvec3() - place);
@@ -253,6 +262,8 @@ fn depth(shape: &Shape, place: Vec3) -> f64 {
             let ends = along.min(start.distance(end) - along);
             ends.min(f64::from(radius) - aside)
         }
+        // All of them may be compressed.
+        Shape::Mesh(_) | Shape::Particles(_) => 0.0,
     }
 }
 
@@ -298,7 +309,7 @@ mod tests {
             let samples = sampling::sample(&scene).expect("no file");
             let walls = boundary::pack(&scene, &samples, &execution).expect("an index");
             let walls = (!samples.is_empty()).then_some(&walls);
-            let seeds = shapes::fluid_particles(&scene);
+            let seeds = crate::filling::fluid_particles(&scene);
             let whole = start_density::of(&scene, &seeds, walls, &execution).expect("a start");
             for count in [1, 2, 7, 40] {
                 for known in [None, Some(&samples[..])] {

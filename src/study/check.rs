@@ -5,16 +5,14 @@ use std::path::Path;
 
 use super::memory::lacks_memory;
 use super::plan::{Plan, PlannedCase, PlannedVariant};
-use super::{Chart, Measure, Reference, Span, Start, Study, StudyError};
+use super::scaling;
+use super::{Case, Chart, Measure, Reference, Start, Study, StudyError, Variant};
 use crate::input::{no_file, read_text};
 use crate::step::{InstallError, check_order};
 use crate::{
     loading::{Override, place_of, read},
     scene::{Place, Scene, SceneError, unknown_name},
 };
-
-/// Largest number of blocks: each is kept in memory until the end.
-const MOST_BLOCKS: u32 = 10_000;
 
 impl Plan {
     /// Reads the study file at `path`, its scene and its reference figures, and checks all overrides. Errors name file,
@@ -28,6 +26,7 @@ impl Plan {
         let text = read_file("study", path)?;
         let file = path.display().to_string();
         let mut study: Study = read(&text, &file)?;
+        let left_out = scaling::left_out(&study);
         let (cases, reference) = Checker {
             study: &study,
             text: &text,
@@ -36,6 +35,7 @@ impl Plan {
             overrides,
         }
         .check()?;
+        study.notes.extend(left_out);
         for column in &mut study.columns {
             if let (Measure::Gauge(measure), Some(case)) = (&mut column.measure, cases.first()) {
                 measure.name_its_column(&case.variants[0].scene);
@@ -57,8 +57,8 @@ fn read_file(what: &'static str, path: &Path) -> Result<String, StudyError> {
     })
 }
 
-struct Checker<'a> {
-    study: &'a Study,
+pub(super) struct Checker<'a> {
+    pub(super) study: &'a Study,
     text: &'a str,
     file: &'a str,
     folder: &'a Path,
@@ -82,49 +82,15 @@ impl Checker<'_> {
         Ok((cases, reference))
     }
 
-    fn refuse<T>(&self, path: &str, message: impl Into<String>) -> Result<T, StudyError> {
+    pub(super) fn refuse<T>(
+        &self,
+        path: &str,
+        message: impl Into<String>,
+    ) -> Result<T, StudyError> {
         Err(StudyError::Refused {
             place: place_of(path, self.text, self.file),
             message: message.into(),
         })
-    }
-
-    fn check_numbers(&self) -> Result<(), StudyError> {
-        let study = self.study;
-        if !(1..=MOST_BLOCKS).contains(&study.blocks) {
-            let message = format!(
-                "`blocks` is {}; it must be at least 1 and at most {MOST_BLOCKS} (5 is usual)",
-                study.blocks
-            );
-            return self.refuse("blocks", message);
-        }
-        self.check_span("block", study.block, false)?;
-        self.check_span("warm_up", study.warm_up, true)?;
-        let starts = study.start.iter().map(|start| ("start".to_owned(), start));
-        let of_cases = (0..).zip(&study.cases).filter_map(|(k, case)| {
-            (case.start.as_ref()).map(|start| (format!("cases.{k}.start"), start))
-        });
-        for (path, start) in starts.chain(of_cases) {
-            self.check_span(&format!("{path}.time"), Span::Time(start.time), false)?;
-        }
-        for (k, case) in study.cases.iter().enumerate() {
-            if let Some(block) = case.block {
-                self.check_span(&format!("cases.{k}.block"), block, false)?;
-            }
-        }
-        Ok(())
-    }
-
-    fn check_span(&self, path: &str, span: Span, may_be_nothing: bool) -> Result<(), StudyError> {
-        let is_right = match span {
-            Span::Steps(steps) => steps > 0 || may_be_nothing,
-            Span::Time(time) => time.is_finite() && (time > 0.0 || may_be_nothing && time == 0.0),
-        };
-        match span {
-            _ if is_right => Ok(()),
-            Span::Steps(_) => self.refuse(path, "no steps; it must be at least 1"),
-            Span::Time(time) => self.refuse(path, format!("{time} s; it must be above 0")),
-        }
     }
 
     fn check_names(&self) -> Result<(), StudyError> {
@@ -167,11 +133,31 @@ impl Checker<'_> {
                 return self.refuse(&format!("columns.{k}.measure"), message);
             }
         }
+        for (k, variant) in study.variants.iter().enumerate() {
+            if variant.threads == Some(0) {
+                let message =
+                    "no threads; it must be at least 1, or left out for those of the study";
+                return self.refuse(&format!("variants.{k}.threads"), message);
+            }
+        }
+        for (k, case) in study.cases.iter().enumerate() {
+            let path = format!("cases.{k}.variants");
+            if case.variants.as_ref().is_some_and(Vec::is_empty) {
+                return self.refuse(
+                    &path,
+                    "no variant; name one, or leave `variants` out for all",
+                );
+            }
+            for (n, name) in case.variants.iter().flatten().enumerate() {
+                self.check_known(&format!("{path}.{n}"), "variant", name, &variants)?;
+            }
+        }
         if let Some(name) = &study.baseline {
             self.check_known("baseline", "variant", name, &variants)?;
         }
         match &study.chart {
-            Some(Chart::Ratios { columns: shown }) => {
+            Some(Chart::Phases) => {}
+            Some(Chart::Ratios { columns: shown } | Chart::SpeedUp { columns: shown }) => {
                 if shown.is_empty() {
                     return self.refuse("chart.columns", "no column to show; name one");
                 }
@@ -193,7 +179,7 @@ impl Checker<'_> {
         Ok(())
     }
 
-    fn check_known(
+    pub(super) fn check_known(
         &self,
         path: &str,
         what: &str,
@@ -225,45 +211,6 @@ impl Checker<'_> {
         })
     }
 
-    /// Checks that the gauges of all columns exist in the scenes of all variants.
-    fn check_gauges(&self, cases: &[PlannedCase]) -> Result<(), StudyError> {
-        for (k, column) in self.study.columns.iter().enumerate() {
-            let Measure::Gauge(measure) = &column.measure else {
-                continue;
-            };
-            for variant in cases.iter().flat_map(|case| &case.variants) {
-                if let Err(message) = measure.check(&variant.scene) {
-                    return self.refuse(&format!("columns.{k}.measure"), message);
-                }
-            }
-        }
-        Ok(())
-    }
-
-    fn check_references(
-        &self,
-        cases: &[PlannedCase],
-        reference: &Reference,
-    ) -> Result<(), StudyError> {
-        let columns: Vec<&str> = reference.columns.iter().map(String::as_str).collect();
-        for (k, column) in self.study.columns.iter().enumerate() {
-            if let Some(name) = &column.reference {
-                let path = format!("columns.{k}.reference");
-                self.check_known(&path, "reference column", name, &columns)?;
-            }
-        }
-        let rows = reference.rows();
-        for case in cases {
-            for (k, variant) in case.variants.iter().enumerate() {
-                if let Some(name) = &variant.reference {
-                    let path = format!("variants.{k}.reference");
-                    self.check_known(&path, "reference row", name, &rows)?;
-                }
-            }
-        }
-        Ok(())
-    }
-
     fn cases(&self) -> Result<Vec<PlannedCase>, StudyError> {
         let study = self.study;
         let common: Set = ("set".into(), &study.set);
@@ -271,7 +218,7 @@ impl Checker<'_> {
             let start = study.start.as_ref().map(|start| ("start".into(), start));
             return Ok(vec![PlannedCase {
                 name: String::new(),
-                start: self.start(start, std::slice::from_ref(&common))?,
+                start: self.start(start, std::slice::from_ref(&common), None)?,
                 block: study.block,
                 variants: self.variants(&[common], None, study.start.is_some())?,
             }]);
@@ -287,9 +234,9 @@ impl Checker<'_> {
                 let has_start = start.is_some();
                 Ok(PlannedCase {
                     name: case.name.clone(),
-                    start: self.start(start, &sets)?,
+                    start: self.start(start, &sets, Some((k, case)))?,
                     block: case.block.unwrap_or(study.block),
-                    variants: self.variants(&sets, case.reference.as_deref(), has_start)?,
+                    variants: self.variants(&sets, Some((k, case)), has_start)?,
                 })
             })
             .collect()
@@ -299,28 +246,36 @@ impl Checker<'_> {
         &self,
         start: Option<(String, &Start)>,
         sets: &[Set],
+        case: Option<(usize, &Case)>,
     ) -> Result<Option<(Scene, f32)>, StudyError> {
         let Some((path, start)) = start else {
             return Ok(None);
         };
         let mut sets = sets.to_vec();
         sets.push((format!("{path}.set"), &start.set));
-        Ok(Some((self.scene(&sets, &path)?, start.time)))
+        Ok(Some((self.scene(&sets, &path, case)?, start.time)))
     }
 
     fn variants(
         &self,
         sets: &[Set],
-        case_reference: Option<&str>,
+        case: Option<(usize, &Case)>,
         has_start: bool,
     ) -> Result<Vec<PlannedVariant>, StudyError> {
-        let base = self.scene(sets, "scene")?;
-        (self.study.variants.iter().enumerate())
+        let base = self.scene(sets, "scene", case)?;
+        let case_reference = case.and_then(|(_, case)| case.reference.as_deref());
+        let named = case.and_then(|(_, case)| case.variants.as_ref());
+        let runs = |variant: &Variant| {
+            scaling::fits(variant) && named.is_none_or(|named| named.contains(&variant.name))
+        };
+        let variants = self.study.variants.iter().enumerate();
+        let planned = variants
+            .filter(|(_, variant)| runs(variant))
             .map(|(k, variant)| {
                 let path = format!("variants.{k}");
                 let mut sets = sets.to_vec();
                 sets.push((format!("{path}.set"), &variant.set));
-                let scene = self.scene(&sets, &path)?;
+                let scene = self.scene(&sets, &path, case)?;
                 let particles = |scene: &Scene| {
                     (scene.bodies.clone(), scene.spacing, scene.dimension)
                 };
@@ -339,15 +294,27 @@ impl Checker<'_> {
                     name: variant.name.clone(),
                     scene,
                     rows: variant.rows,
+                    threads: variant.threads,
                     reference,
                     series: variant.series.clone(),
                 })
-            })
-            .collect()
+            });
+        let planned: Vec<PlannedVariant> = planned.collect::<Result<_, _>>()?;
+        if planned.is_empty() {
+            let message = "no variant is left to run: all need more threads than this machine has cores; add one with \
+                           `threads: 1`";
+            return self.refuse("variants", message);
+        }
+        Ok(planned)
     }
 
     /// The scene with the overrides of some lists. An error that no override causes is reported at the field `path`.
-    fn scene(&self, sets: &[Set], path: &str) -> Result<Scene, StudyError> {
+    fn scene(
+        &self,
+        sets: &[Set],
+        path: &str,
+        case: Option<(usize, &Case)>,
+    ) -> Result<Scene, StudyError> {
         let mut overrides = self.overrides.to_vec();
         let mut places = Vec::new();
         for (list, texts) in sets {
@@ -359,9 +326,12 @@ impl Checker<'_> {
                 overrides.push(change);
             }
         }
-        let scene_file = self.folder.join(&self.study.scene);
+        let own =
+            case.and_then(|(k, case)| Some((format!("cases.{k}.scene"), case.scene.as_ref()?)));
+        let (field, name) = own.unwrap_or(("scene".to_owned(), &self.study.scene));
+        let scene_file = self.folder.join(name);
         if let Some(reason) = no_file(&scene_file) {
-            return self.refuse("scene", reason);
+            return self.refuse(&field, reason);
         }
         let scene = Scene::load(&scene_file, &overrides).or_else(|error| {
             self.relocate(error, |change| {

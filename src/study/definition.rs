@@ -69,6 +69,12 @@ pub struct Start {
 pub struct Case {
     /// Its name in the table.
     pub name: String,
+    /// The scene file, relative to the study's folder; the study's if absent.
+    #[serde(default)]
+    pub scene: Option<String>,
+    /// Names of the variants that run in it; all if absent.
+    #[serde(default)]
+    pub variants: Option<Vec<String>>,
     /// Overrides, applied after the study's.
     #[serde(default)]
     pub set: Vec<String>,
@@ -95,6 +101,10 @@ pub struct Variant {
     /// Order of its rows at the start.
     #[serde(default)]
     pub rows: Rows,
+    /// Threads that it runs on; those of the whole study if absent. A variant that needs more than the machine has
+    /// cores is left out, and a note says so.
+    #[serde(default)]
+    pub threads: Option<u32>,
     /// Its row in the reference file.
     #[serde(default)]
     pub reference: Option<String>,
@@ -152,6 +162,14 @@ pub enum Chart {
         /// Names of the columns along the vertical axes.
         y: Vec<String>,
     },
+    /// Speed-up over the number of threads, relative to the variant of the same series on one thread, with the curve of
+    /// Amdahl's law that fits best: one panel for each of these columns. Reference figures need the same threads.
+    SpeedUp {
+        /// Names of columns.
+        columns: Vec<String>,
+    },
+    /// The wall time of a step by phase, stacked: one bar per row.
+    Phases,
 }
 
 fn default_warm_up() -> Span {

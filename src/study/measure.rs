@@ -56,6 +56,15 @@ impl Measure {
         }
     }
 
+    /// Whether a larger figure is faster; none for what is no speed.
+    pub(super) fn is_rate(&self) -> Option<bool> {
+        match self {
+            Self::Milliseconds(_) | Self::WallTime => Some(false),
+            Self::UpdatesPerSecond => Some(true),
+            _ => None,
+        }
+    }
+
     /// Whether the pairs must be counted.
     pub(super) fn counts_pairs(&self) -> bool {
         matches!(self, Self::Pairs | Self::TestedPairs | Self::TestedRatio)

@@ -1,7 +1,10 @@
 //! Checks that the machine has the memory that a study needs.
 
 use super::{error::StudyError, plan::PlannedCase};
-use crate::{memory, step::memory::need};
+use crate::{
+    memory,
+    step::memory::{allowed, need},
+};
 
 /// The worlds of all variants of a case are in memory at the same time, so that they can take turns. Returns the field
 /// of a case that needs too much memory, and the remedy.
@@ -12,6 +15,17 @@ pub(super) fn lacks_memory(cases: &[PlannedCase]) -> Result<Option<(String, Stri
         for variant in &case.variants {
             let size = variant.scene.checked_size()?;
             match need(&variant.scene, &size) {
+                Ok(need)
+                    if need.most > allowed(&variant.scene, machine) && need.most <= machine =>
+                {
+                    let message = format!(
+                        "{} needs about {}, and `memory_limit` is {} GB; raise it, or enlarge the spacing",
+                        variant.name,
+                        memory::in_words(need.most),
+                        variant.scene.memory_limit.unwrap_or_default()
+                    );
+                    return Ok(Some(("variants".to_owned(), message)));
+                }
                 Ok(need) => needed += need.most,
                 Err(error) => return Ok(Some(("variants".to_owned(), error.to_string()))),
             }

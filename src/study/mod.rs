@@ -7,6 +7,7 @@
 #[cfg(feature = "cli")]
 pub mod chart;
 mod check;
+mod check_numbers;
 mod definition;
 mod error;
 mod gauge;
@@ -17,6 +18,7 @@ mod plan;
 mod readings;
 mod reference;
 mod run;
+mod scaling;
 mod start;
 mod table;
 mod text;
@@ -30,4 +32,5 @@ pub use pause::Pause;
 pub use plan::{Plan, PlannedCase, PlannedVariant};
 pub use reference::Reference;
 pub use run::{Event, resume, run};
+pub use scaling::{Scaling, amdahl};
 pub use table::{Figure, Order, Row, Table};

@@ -36,6 +36,8 @@ pub struct PlannedVariant {
     pub scene: Scene,
     /// Order of its rows at the start.
     pub rows: Rows,
+    /// Threads that it runs on; those of the study if absent.
+    pub threads: Option<u32>,
     /// Name of its row in the reference file.
     pub reference: Option<String>,
     /// Variants of one series are connected in the chart.

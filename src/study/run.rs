@@ -18,6 +18,7 @@ use crate::{
     install,
     measure::Curve,
     neighbours::{FluidNeighbours, Search, tested_pairs},
+    scene::Scene,
     state::{Clock, Execution, Positions, StepError},
     step::StepReport,
 };
@@ -251,7 +252,7 @@ impl Turns<'_, '_> {
         if self.begin(&stage).is_break() {
             return Ok(ControlFlow::Break(()));
         }
-        let mut world = self.world(scene, &stage)?;
+        let mut world = self.world(scene, &stage, self.execution.clone())?;
         // The state is taken exactly at this time, whatever the length of a step.
         world.resource_mut::<Clock>().until = Some((*time).into());
         let mut last = LastStep::default();
@@ -274,9 +275,9 @@ impl Turns<'_, '_> {
         }
     }
 
-    fn world(&self, scene: &crate::scene::Scene, of: &str) -> Result<World, StudyError> {
+    fn world(&self, scene: &Scene, of: &str, execution: Execution) -> Result<World, StudyError> {
         let mut world = World::new();
-        world.insert_resource(self.execution.clone());
+        world.insert_resource(execution);
         install(&mut world, scene).map_err(|error| StudyError::Install {
             variant: of.to_owned(),
             error: Box::new(error),
@@ -289,7 +290,11 @@ impl Turns<'_, '_> {
         (number, variant): (usize, &PlannedVariant),
         state: Option<&State>,
     ) -> Result<Runner, StudyError> {
-        let mut world = self.world(&variant.scene, &self.label(&variant.name))?;
+        let execution = match variant.threads {
+            Some(threads) => Execution::new(threads as usize)?,
+            None => self.execution.clone(),
+        };
+        let mut world = self.world(&variant.scene, &self.label(&variant.name), execution)?;
         let mut last = Some(LastStep::default());
         match (self.from, state) {
             (Some((from, done)), _) => {

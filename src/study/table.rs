@@ -33,6 +33,8 @@ pub struct Row {
     pub reference: Option<String>,
     /// Rows of one series are connected in the chart.
     pub series: Option<String>,
+    /// Threads that it runs on, if the study says.
+    pub threads: Option<u32>,
     /// The measured blocks.
     pub blocks: Vec<Block>,
     /// Reason why it ended early.
@@ -256,6 +258,7 @@ impl Row {
             variant: variant.name.clone(),
             reference: variant.reference.clone(),
             series: variant.series.clone(),
+            threads: variant.threads,
             ..Self::default()
         }
     }

@@ -53,10 +53,30 @@ impl Table {
                 self.baseline()
             );
         }
+        self.scaling(&mut text);
         for note in &self.notes {
             let _ = writeln!(text, "{note}");
         }
         text
+    }
+
+    /// What Amdahl's law says of the variants that differ in their threads.
+    fn scaling(&self, text: &mut String) {
+        for column in 0..self.columns.len() {
+            for scaling in self.scalings(column) {
+                let Some(share) = scaling.serial_share else {
+                    continue;
+                };
+                let _ = writeln!(
+                    text,
+                    "{}, {}: {:.1} % serial by Amdahl's law, so at most {:.1} times as fast",
+                    self.columns[column].name,
+                    scaling.series,
+                    100.0 * share,
+                    1.0 / share.max(1e-3)
+                );
+            }
+        }
     }
 
     fn columns_where(&self, holds: impl Fn(usize) -> bool) -> Vec<usize> {

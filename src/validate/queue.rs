@@ -10,7 +10,7 @@ use std::thread::Builder;
 use std::time::{Duration, Instant};
 
 use super::{Case, Findings, Method, Stopped};
-use crate::{memory, scene::shapes, step::memory::need};
+use crate::{filling::Filling, memory, step::memory::need};
 
 /// Time between two progress reports of a job.
 const INTERVAL: Duration = Duration::from_millis(100);
@@ -62,7 +62,7 @@ impl Job {
             return 1.0;
         };
         let mut particles = 0.0;
-        shapes::for_each_particle(&scene, |_| particles += 1.0);
+        Filling::new(&scene).for_each(|_| particles += 1.0);
         particles * f64::from(scene.duration * self.case.sound_speed / scene.spacing)
     }
 

@@ -113,3 +113,93 @@ fn a_damaged_frame_is_named() {
     let errors = stderr(&output);
     assert!(errors.contains("frame_00001.ply"), "{errors}");
 }
+
+#[test]
+fn pictures_show_what_they_are_asked_to() {
+    let folder = run(&[]);
+    let picture = folder.path().join("out/tiny/pictures/frame_00002.png");
+    let plain = read(&picture);
+    let mut seen = vec![plain];
+    for options in [
+        &["--colour", "row", "--colours", "spectrum"][..],
+        &[
+            "--colour",
+            "id",
+            "--colours",
+            "spectrum",
+            "--range",
+            "0..300",
+        ],
+        &["--colour", "pressure", "--colours", "fire"],
+        &["--colour", "acceleration", "--range", "0..20"],
+        &["--colour", "density", "--colours", "grey"],
+        &["--size", "320x200"],
+    ] {
+        let output = overfall(&folder, &[&["picture", "out/tiny"], options].concat());
+        assert_exit(&output, 0);
+        let bytes = read(&picture);
+        assert!(seen.iter().all(|other| *other != bytes), "{options:?}");
+        seen.push(bytes);
+    }
+    // Width and height of the last, from its header.
+    let last = &seen[seen.len() - 1];
+    assert_eq!(
+        (&last[16..20], &last[20..24]),
+        (&320_u32.to_be_bytes()[..], &200_u32.to_be_bytes()[..])
+    );
+    for (options, said) in [
+        (&["--size", "320"][..], "1280x720"),
+        (&["--range", "3..1"], "below the second"),
+        (&["--colour", "temperature"], "acceleration"),
+    ] {
+        let output = overfall(&folder, &[&["picture", "out/tiny"], options].concat());
+        assert_exit(&output, 2);
+        assert!(stderr(&output).contains(said), "{}", stderr(&output));
+    }
+}
+
+/// Without ffmpeg the command is told; with one on the path it gets the pictures and the rate of the frames.
+#[cfg(unix)]
+#[test]
+fn a_movie_is_made_by_ffmpeg_or_its_command_is_told() {
+    use std::os::unix::fs::PermissionsExt;
+    use std::process::Command;
+    let folder = run(&[]);
+    let tools = folder.path().join("tools");
+    fs::create_dir(&tools).expect("a folder");
+    let movie = |path: &Path| {
+        Command::new(env!("CARGO_BIN_EXE_overfall"))
+            .args(["picture", "out/tiny", "--movie"])
+            .current_dir(folder.path())
+            .env("PATH", path)
+            .output()
+            .expect("a run")
+    };
+    let output = movie(&tools);
+    assert_exit(&output, 0);
+    let said = stderr(&output);
+    assert!(
+        said.contains("no ffmpeg on the path") && said.contains("-framerate 200"),
+        "{said}"
+    );
+    let script = "#!/bin/sh\nfor last; do :; done\necho \"$@\" > \"$last\"\n";
+    let tool = tools.join("ffmpeg");
+    fs::write(&tool, script).expect("a file");
+    fs::set_permissions(&tool, fs::Permissions::from_mode(0o755)).expect("permissions");
+    let output = movie(&tools);
+    assert_exit(&output, 0);
+    let asked = read(&folder.path().join("out/tiny/movie.mp4"));
+    let asked = String::from_utf8_lossy(&asked);
+    assert!(
+        asked.contains("frame_%05d.png") && asked.contains("-framerate 200"),
+        "{asked}"
+    );
+    fs::write(&tool, "#!/bin/sh\necho no such codec >&2\nexit 1\n").expect("a file");
+    let output = movie(&tools);
+    assert_exit(&output, 1);
+    assert!(
+        stderr(&output).contains("no such codec"),
+        "{}",
+        stderr(&output)
+    );
+}

@@ -78,7 +78,9 @@ fn every_shipped_study_is_right_in_itself() {
             "table_1",
             "table_2",
             "table_3",
-            "table_4"
+            "table_4",
+            "table_5",
+            "table_6"
         ]
     );
 }

@@ -3,7 +3,9 @@
 
 use glam::{Vec3, vec3};
 use overfall::output::Frame;
-use overfall::output::picture::{Image, Solid, View, contact_sheet, draw, evenly_spaced};
+use overfall::output::picture::{
+    ColourMap, Image, Quantity, Solid, View, contact_sheet, draw, evenly_spaced,
+};
 use overfall::scene::{Bounds, Camera, Dimension};
 
 fn frame(particles: &[(Vec3, f32)]) -> Frame {
@@ -37,7 +39,9 @@ fn view() -> View {
             max: Vec3::splat(1.0),
         },
         particle_radius: 0.5,
-        speed_range: (0.0, 4.0),
+        quantity: Quantity::Speed,
+        range: (0.0, 4.0),
+        colours: ColourMap::Water,
         floor: None,
         edges: Vec::new(),
         solids: Vec::new(),
@@ -236,7 +240,7 @@ fn odd_input_gives_a_picture_all_the_same() {
                     max: Vec3::splat(x),
                 },
                 particle_radius: x,
-                speed_range: (x, x),
+                range: (x, x),
                 floor: Some(x),
                 edges: vec![[Vec3::splat(x), Vec3::ZERO]],
                 solids: vec![

@@ -21,6 +21,7 @@ mod meshes;
 mod momentum;
 mod moving_walls;
 mod moving_walls_gauges;
+mod paper_scenes;
 mod periodic;
 mod random_scenes;
 mod rest;

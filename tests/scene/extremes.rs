@@ -340,7 +340,7 @@ fn bodies_far_away_keep_their_rows() {
         );
         let scene = Scene::parse(&scene, "s.ron", &[]).unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(
-            overfall::scene::shapes::fluid_particles(&scene).len(),
+            overfall::filling::fluid_particles(&scene).len(),
             27,
             "{far}"
         );

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use overfall::scene::shapes::fluid_particles;
+use overfall::filling::fluid_particles;
 use overfall::scene::{BoundaryShape, Criterion, Dimension, PressureMethod, Scene, TimeStep};
 
 fn scenes() -> PathBuf {
@@ -18,12 +18,16 @@ fn load(name: &str) -> Scene {
 fn every_shipped_scene_loads_and_has_the_particles_its_comment_says() {
     let expected = BTreeMap::from([
         ("corner_dam_break_130k", 130_000),
+        ("corner_dam_break_large", 1_698_728),
+        ("corner_dam_break_small", 16_250),
         ("dam_break", 30_000),
         ("dam_break_2d", 3_200),
         ("dam_break_gauges", 800),
         ("drop", 13_712),
         ("gate", 1_200),
-        ("glass", 7_872),
+        ("glass", 0),
+        ("glass_small", 0),
+        ("goblet", 7_872),
         ("still_water", 2_880),
         ("tap", 3_072),
     ]);
@@ -35,12 +39,28 @@ fn every_shipped_scene_loads_and_has_the_particles_its_comment_says() {
             continue;
         }
         let name = path.file_stem().unwrap().to_str().unwrap().to_owned();
+        // Both are cut by their ground, and the large one takes long: see below.
+        if name.starts_with("river") {
+            continue;
+        }
         let scene = load(&name);
         assert_eq!(scene.name, name, "a scene is named like its file");
         found.insert(name, fluid_particles(&scene).len());
     }
     let found: BTreeMap<_, _> = found.iter().map(|(name, &n)| (name.as_str(), n)).collect();
     assert_eq!(found, expected);
+}
+
+/// The river of the paper, by a tenth of its length: as much water above as much ground.
+#[test]
+fn the_small_river_has_the_shape_of_the_large() {
+    let scene = load("river_small");
+    let water = fluid_particles(&scene).len() as f32;
+    let ground = overfall::sampling::sample(&scene).expect("samples").len() as f32;
+    // 29 m² of water across, less half a spacing along a bed of 22 m.
+    let across = water * scene.spacing.powi(3) / 37.4;
+    assert!((19.0..29.0).contains(&across), "{across} m² of water");
+    assert!((8_000.0..14_000.0).contains(&ground), "{ground}");
 }
 
 #[test]

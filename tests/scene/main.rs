@@ -5,6 +5,7 @@ mod mesh_support;
 #[path = "../physics_support/mod.rs"]
 mod support;
 
+mod bodies_of_files;
 mod errors;
 mod errors_of_flow;
 mod errors_of_motion;
@@ -19,3 +20,4 @@ mod periodic;
 mod readers;
 mod schema;
 mod slips;
+mod turned;

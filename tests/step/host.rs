@@ -224,6 +224,7 @@ fn an_install_that_fails_leaves_nothing_and_another_works() {
     far.boundaries.push(BoundaryShape::Sphere {
         center: Vec3::splat(800.0),
         radius: 0.1,
+        rotation: glam::DVec3::ZERO,
         name: None,
         motion: None,
         slip: overfall::scene::WallSlip::Free,

@@ -1,4 +1,4 @@
-//! Bodies of fluid: proper shapes, and room for every particle.
+//! Bodies of fluid: room for every particle.
 //!
 //! Fluid that starts in a wall, or in other fluid, explodes in the first steps. Option 1: delete such particles.
 //! Option 2: refuse the scene and say where. We use 2: a scene with fewer particles than its author thinks is a wrong
@@ -6,77 +6,19 @@
 
 use std::collections::HashMap;
 
-use glam::{DVec3, I64Vec3, Vec3};
+use glam::{DVec3, I64Vec3};
 use smallvec::SmallVec;
 
 use super::boxes::Boxes;
 use super::periodic;
 use super::problem::{Checked, Problem, ensure};
-use super::proper::{AXIS_NAMES, axes, box_is_proper, is_flat, radius_is_proper};
-use super::solids::Obstacle;
+use super::proper::{AXIS_NAMES, axes};
+
+use crate::filling::{self, Obstacle};
 use crate::mesh::{Mesh, TOLERANCE};
 use crate::sampling::layer_depth;
 use crate::scene::shapes::{Lattice, tolerance};
-use crate::scene::{BoundaryShape, Dimension, Scene, Shape};
-
-pub(super) fn shapes(scene: &Scene) -> Checked {
-    let dimension = scene.dimension;
-    let has_fluid = !scene.bodies.is_empty() || !scene.emitters.is_empty();
-    ensure(has_fluid, "bodies", || {
-        "there is no body of fluid; add one, such as \
-         `(shape: Box(min: (0, 0, 0), max: (0.5, 0.5, 0.5)))`"
-            .to_owned()
-    })?;
-    for (index, body) in scene.bodies.iter().enumerate() {
-        let path = format!("bodies.{index}.shape");
-        match body.shape {
-            Shape::Box { min, max } => box_is_proper(&path, min, max, dimension)?,
-            Shape::Sphere { center, radius } => {
-                radius_is_proper(&path, radius)?;
-                is_flat(format!("{path}.center"), center, dimension)?;
-            }
-            Shape::Cylinder { start, end, radius } => {
-                ensure(dimension == Dimension::Three, &path, || {
-                    "a cylinder needs `dimension: 3`; in 2-D a `Box` or a `Sphere` (a disc) can be used".to_owned()
-                })?;
-                radius_is_proper(&path, radius)?;
-                ensure(start != end, format!("{path}.end"), || {
-                    "the cylinder ends where it starts; move `end`".to_owned()
-                })?;
-            }
-        }
-        is_flat(format!("bodies.{index}.velocity"), body.velocity, dimension)?;
-        for (row, gradient) in body.velocity_gradient.into_iter().enumerate() {
-            let path = format!("bodies.{index}.velocity_gradient");
-            let across = if row == 2 {
-                gradient
-            } else {
-                gradient * Vec3::Z
-            };
-            ensure(
-                dimension == Dimension::Three || across == Vec3::ZERO,
-                path,
-                || {
-                    "a 2-D scene is the plane z = 0; the third row of the gradient, and the third entry of every row, \
-                     must be 0"
-                    .to_owned()
-                },
-            )?;
-        }
-        let amplitude = body.jitter.map_or(0.0, |jitter| jitter.amplitude);
-        ensure(
-            (0.0..0.5).contains(&amplitude),
-            format!("bodies.{index}.jitter.amplitude"),
-            || {
-                format!(
-                    "the amplitude of the jitter is {amplitude} spacings; it must be from 0 to below 0.5, where \
-                     particles could meet"
-                )
-            },
-        )?;
-    }
-    Ok(())
-}
+use crate::scene::{BoundaryShape, Dimension, Frame, Scene};
 
 /// The particles of one body: their lattice, and the box around their centres \[m].
 struct Particles {
@@ -93,13 +35,17 @@ pub(super) fn places(scene: &Scene, meshes: &[Option<Mesh>]) -> Checked {
     let mut bodies = Vec::with_capacity(scene.bodies.len());
     for (index, body) in scene.bodies.iter().enumerate() {
         let path = format!("bodies.{index}.shape");
-        let lattice = Lattice::new(&body.shape, spacing, scene.dimension);
+        let lattice = filling::lattice(body, scene, meshes);
         let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         lattice.for_each(|point| {
             min = min.min(point);
             max = max.max(point);
         });
         ensure(min.x <= max.x, &path, || {
+            if body.cut {
+                return "the body holds no particle: boundaries leave no room in it; move it, or leave it out"
+                    .to_owned();
+            }
             format!(
                 "the body holds no particle: it is thinner than the spacing of {} m; make it larger or the spacing \
                  smaller",
@@ -140,17 +86,27 @@ impl<'a> Surroundings<'a> {
         let mut obstacles = Vec::new();
         let (mut around, mut tanks) = (Vec::new(), Vec::new());
         let thickness = 2.0 * f64::from(layer_depth(scene)) + f64::from(scene.spacing);
+        let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let (low, high) = (bodies.iter()).fold(empty, |(low, high), body| {
+            (low.min(body.min), high.max(body.max))
+        });
+        let extent = (high - low).length().max(0.0);
         let top = bodies
             .iter()
             .fold(f64::NEG_INFINITY, |top, body| top.max(body.max.y));
         for (index, (boundary, mesh)) in scene.boundaries.iter().zip(meshes).enumerate() {
+            let reach = if boundary.frame().is_turned() {
+                extent
+            } else {
+                0.0
+            };
             if let BoundaryShape::Tank { min, max, open, .. } = *boundary {
                 let (min, mut max) = (min.as_dvec3() - thickness, max.as_dvec3() + thickness);
-                // Fluid may stand above its rim.
+                // Fluid may stand above its rim. Of a tank that is turned no side is known to be above.
                 if open {
-                    max.y = max.y.max(top + thickness);
+                    max.y = max.y.max(top + thickness) + reach;
                 }
-                tanks.push((index, Some((min, max))));
+                tanks.push((index, Some(boundary.frame().bounds(min, max))));
             } else if let Some(obstacle) = Obstacle::new(boundary, mesh.as_ref(), scene) {
                 around.push((obstacles.len(), obstacle.bounds()));
                 obstacles.push((index, obstacle));
@@ -184,9 +140,22 @@ pub(super) struct Excess {
     pub(super) side: String,
 }
 
-fn excess(scene: &Scene, body: &Particles, min: DVec3, max: DVec3, open: bool) -> Excess {
+fn excess(scene: &Scene, around: (DVec3, DVec3), min: DVec3, max: DVec3, open: bool) -> Excess {
     let half = 0.5 * f64::from(scene.spacing);
-    sticks_out(half, scene, (body.min, body.max), (min, max, open))
+    sticks_out(half, scene, around, (min, max, open))
+}
+
+/// The box around points \[m] in the axes of a shape as it is written.
+pub(super) fn box_in(
+    frame: &Frame,
+    for_each: impl FnOnce(&mut dyn FnMut(DVec3)),
+) -> (DVec3, DVec3) {
+    let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for_each(&mut |point| {
+        let point = frame.local(point);
+        (min, max) = (min.min(point), max.max(point));
+    });
+    (min, max)
 }
 
 /// How far particles with centres in one box, each with half a cell around it, reach beyond another box, which may be
@@ -223,7 +192,7 @@ fn in_domain(scene: &Scene, body: &Particles) -> Checked {
     };
     let spacing = f64::from(scene.spacing);
     let (min, max) = (domain.min.as_dvec3(), domain.max.as_dvec3());
-    let over = excess(scene, body, min, max, false);
+    let over = excess(scene, (body.min, body.max), min, max, false);
     ensure(over.depth <= body.tolerance, &body.path, || {
         format!(
             "the fluid sticks out of the domain by {} at its {} side; move or shrink it, or widen `domain`",
@@ -246,7 +215,13 @@ fn in_a_tank(scene: &Scene, body: &Particles, around: &Surroundings) -> Checked 
             continue;
         };
         let (min, max) = (min.as_dvec3(), max.as_dvec3());
-        let over = excess(scene, body, min, max, open);
+        let frame = scene.boundaries[index].frame();
+        let (low, high) = if frame.is_turned() {
+            box_in(&frame, |visit| body.lattice.for_each(visit))
+        } else {
+            (body.min, body.max)
+        };
+        let over = excess(scene, (low, high), min, max, open);
         if over.depth <= tolerance {
             inside = true;
             continue;
@@ -254,8 +229,8 @@ fn in_a_tank(scene: &Scene, body: &Particles, around: &Surroundings) -> Checked 
         let separate = (0..axes(scene.dimension)).any(|axis| {
             let upper_wall = if open && axis == 1 { 0.0 } else { thickness };
             let (lower, upper) = (min[axis] - thickness, max[axis] + upper_wall);
-            body.max[axis] + 0.5 * spacing <= lower + tolerance
-                || body.min[axis] - 0.5 * spacing >= upper - tolerance
+            high[axis] + 0.5 * spacing <= lower + tolerance
+                || low[axis] - 0.5 * spacing >= upper - tolerance
         });
         ensure(separate, &body.path, || {
             format!(

@@ -4,10 +4,11 @@ use glam::DVec3;
 
 use super::problem::{Checked, Problem, ensure};
 use super::proper::{AXIS_NAMES, axes};
+use super::size::{box_of_body, box_of_boundary};
 use crate::kernel::Kernel;
 use crate::mesh::Mesh;
 use crate::scene::shapes::RESOLUTION;
-use crate::scene::{BoundaryShape, Dimension, Scene, Shape};
+use crate::scene::{BoundaryShape, Dimension, Scene};
 
 /// Range of masses, volumes and factors of the kernel: their products with each other stay normal numbers.
 const LARGEST: f32 = 1e35;
@@ -16,15 +17,8 @@ const SMALLEST: f32 = 1e-35;
 /// Coordinates must say where a particle is to a part of its spacing: motion that is finer is lost.
 pub(super) fn coordinates(scene: &Scene, meshes: &[Option<Mesh>]) -> Checked {
     let bodies = scene.bodies.iter().enumerate().map(|(index, body)| {
-        let corners = match body.shape {
-            Shape::Box { min, max } => [min, max],
-            Shape::Sphere { center, radius } => [center - radius, center + radius],
-            Shape::Cylinder { start, end, .. } => [start, end],
-        };
-        (
-            format!("bodies.{index}.shape"),
-            corners.map(|x| x.as_dvec3()),
-        )
+        let (low, high) = box_of_body(body);
+        (format!("bodies.{index}.shape"), [low, high])
     });
     let solids = scene.boundaries.iter().zip(meshes).enumerate();
     let solids = solids.map(|(index, (boundary, mesh))| {
@@ -33,15 +27,11 @@ pub(super) fn coordinates(scene: &Scene, meshes: &[Option<Mesh>]) -> Checked {
                 let (min, max) = mesh.bounds();
                 [min, max]
             }
-            (BoundaryShape::Tank { min, max, .. } | BoundaryShape::Box { min, max, .. }, _) => {
-                [min.as_dvec3(), max.as_dvec3()]
-            }
-            (BoundaryShape::Sphere { center, radius, .. }, _) => {
-                let radius = f64::from(*radius);
-                [center.as_dvec3() - radius, center.as_dvec3() + radius]
-            }
             (BoundaryShape::Plane { center, .. }, _) => [center.as_dvec3(); 2],
-            (BoundaryShape::Mesh(_), None) => [DVec3::ZERO; 2],
+            (_, None) => {
+                let (min, max) = box_of_boundary(boundary, scene.dimension, 0.0);
+                [min, max]
+            }
         };
         (format!("boundaries.{index}"), corners)
     });

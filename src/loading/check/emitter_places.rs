@@ -5,14 +5,15 @@ use std::collections::HashMap;
 use glam::{DVec3, I64Vec3};
 use smallvec::SmallVec;
 
-use super::bodies::{length, point, sticks_out};
+use super::bodies::{box_in, length, point, sticks_out};
 use super::carried;
 use super::problem::{Checked, Problem, ensure};
 use super::proper::axes;
-use super::solids::Obstacle;
+
+use crate::filling::{self, Obstacle};
 use crate::mesh::{Mesh, TOLERANCE};
 use crate::sampling::layer_depth;
-use crate::scene::shapes::{Inlet, Lattice, tolerance};
+use crate::scene::shapes::{Inlet, tolerance};
 use crate::scene::{BoundaryShape, Dimension, Emitter, Scene};
 
 /// The particles that wait behind the face of an emitter when it starts.
@@ -79,7 +80,7 @@ pub(super) fn places(scene: &Scene, meshes: &[Option<Mesh>]) -> Checked {
         in_domain(scene, here)?;
         clear_of_outflow(scene, here)?;
         clear_of_walls(scene, meshes, here)?;
-        clear_of_fluid(scene, here)?;
+        clear_of_fluid(scene, meshes, here)?;
         for (other, there) in waiting[..index].iter().enumerate() {
             apart(scene, (here, index), (there, other))?;
         }
@@ -121,12 +122,14 @@ fn clear_of_walls(scene: &Scene, meshes: &[Option<Mesh>], here: &Waiting) -> Che
     for (index, (boundary, mesh)) in scene.boundaries.iter().zip(meshes).enumerate() {
         if let BoundaryShape::Tank { min, max, open, .. } = *boundary {
             let (min, max) = (min.as_dvec3(), max.as_dvec3());
-            let over = sticks_out(here.half, scene, (here.low, here.high), (min, max, open));
+            let frame = boundary.frame();
+            let (low, high) = box_in(&frame, |visit| here.points.iter().copied().for_each(visit));
+            let over = sticks_out(here.half, scene, (low, high), (min, max, open));
             let half = here.half;
             let outside = (0..axes(scene.dimension)).any(|axis| {
                 let lid = if open && axis == 1 { 0.0 } else { thickness };
-                here.high[axis] + half <= min[axis] - thickness + here.tolerance
-                    || here.low[axis] - half >= max[axis] + lid - here.tolerance
+                high[axis] + half <= min[axis] - thickness + here.tolerance
+                    || low[axis] - half >= max[axis] + lid - here.tolerance
             });
             ensure(over.depth <= here.tolerance || outside, &here.path, || {
                 format!(
@@ -172,11 +175,11 @@ fn clear_of_walls(scene: &Scene, meshes: &[Option<Mesh>], here: &Waiting) -> Che
 }
 
 /// Bodies are no nearer than particles of the layers are to each other.
-fn clear_of_fluid(scene: &Scene, here: &Waiting) -> Checked {
+fn clear_of_fluid(scene: &Scene, meshes: &[Option<Mesh>], here: &Waiting) -> Checked {
     let spacing = f64::from(scene.spacing);
     let near = Near::new(&here.points, spacing);
     for (index, body) in scene.bodies.iter().enumerate() {
-        let lattice = Lattice::new(&body.shape, spacing, scene.dimension);
+        let lattice = filling::lattice(body, scene, meshes);
         let (mut nearest, mut at) = (f64::INFINITY, DVec3::ZERO);
         let (low, high) = (here.low - spacing, here.high + spacing);
         lattice.for_each_near(low, high, |x| {

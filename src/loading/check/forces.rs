@@ -110,7 +110,7 @@ fn table(scene: &Scene, body: &FluidBody, path: &str, file: &str) -> Checked {
             .to_owned()
     })?;
     // The first particles are half a spacing within the body.
-    let (low, high) = box_of_body(&body.shape);
+    let (low, high) = box_of_body(body);
     let half = 0.5 * f64::from(scene.spacing) * (1.0 + 1e-3);
     let (low, high) = (low + half, high - half);
     let [first, last] = grid.corners();

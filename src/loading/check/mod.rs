@@ -1,6 +1,7 @@
 //! What a scene must fulfil before it runs. The first problem is reported: a later one is often its consequence.
 
 mod bodies;
+mod body_shapes;
 mod boxes;
 mod carried;
 mod emitter_places;

@@ -114,6 +114,9 @@ pub(super) fn numbers(scene: &Scene) -> Checked {
     }
     positive("limits.compression", scene.limits.compression, "")?;
     positive("limits.energy", scene.limits.energy, "")?;
+    if let Some(limit) = scene.memory_limit {
+        positive("memory_limit", limit, "GB")?;
+    }
     positive("duration", scene.duration, "s")?;
     output(scene)
 }

@@ -4,6 +4,7 @@ use glam::{DVec3, Vec3};
 
 use super::problem::{Checked, ensure};
 use super::proper::{AXIS_NAMES, axes};
+use super::size::box_of_boundary;
 use crate::scene::shapes::wall_axes;
 use crate::scene::{BodyForce, BoundaryShape, Dimension, GaugeKind, Scene, WallMotion};
 
@@ -97,6 +98,16 @@ fn forces_and_gauges(scene: &Scene, axis: usize) -> Checked {
 /// What goes round an axis is straight along it, and does not turn.
 fn of_wall(scene: &Scene, wall: &BoundaryShape, path: &str) -> Checked {
     let period = scene.period();
+    if wall.frame().is_turned() {
+        let (low, high) = box_of_boundary(wall, scene.dimension, 0.0);
+        let round = period.goes_round(low.as_vec3(), high.as_vec3());
+        let round = (0..axes(scene.dimension)).any(|axis| round.test(axis));
+        return ensure(!round, format!("{path}.rotation"), || {
+            "what is turned cannot go round a periodic axis; write it along the axis without `rotation`, or make it \
+             smaller than the period"
+                .to_owned()
+        });
+    }
     let (low, high) = match *wall {
         BoundaryShape::Tank { min, max, .. } | BoundaryShape::Box { min, max, .. } => (min, max),
         BoundaryShape::Sphere { center, radius, .. } => {
@@ -115,7 +126,9 @@ fn of_wall(scene: &Scene, wall: &BoundaryShape, path: &str) -> Checked {
             half_size,
             ..
         } => return of_plane(scene, (center, normal, half_size), path),
-        BoundaryShape::Mesh(_) => return Ok(()),
+        BoundaryShape::Mesh(_) | BoundaryShape::Revolution(_) | BoundaryShape::Terrain(_) => {
+            return Ok(());
+        }
     };
     let round = period.goes_round(low, high);
     let round = (0..axes(scene.dimension)).any(|axis| round.test(axis));

@@ -1,6 +1,6 @@
 //! What several checks ask of points, vectors and round or box-shaped things.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use super::problem::{Checked, ensure};
 use crate::scene::Dimension;
@@ -48,6 +48,17 @@ pub(super) fn is_flat(path: impl Into<String>, value: Vec3, dimension: Dimension
         format!(
             "z is {} in a 2-D scene, which is the plane z = 0; write 0",
             value.z
+        )
+    })
+}
+
+/// In 2-D a shape turns about z alone.
+pub(super) fn turns_in_plane(path: String, rotation: DVec3, dimension: Dimension) -> Checked {
+    let flat = rotation.x == 0.0 && rotation.y == 0.0;
+    ensure(dimension == Dimension::Three || flat, path, || {
+        format!(
+            "the angles are {}° about x and {}° about y in a 2-D scene, which turns about z alone; write 0 for both",
+            rotation.x, rotation.y
         )
     })
 }

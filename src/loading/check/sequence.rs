@@ -1,7 +1,8 @@
 //! All checks of a scene in their order.
 
 use super::{
-    bodies, carried, emitter_places, emitters, forces, gauges, motions, numbers, periodic,
+    bodies, body_shapes, carried, emitter_places, emitters, forces, gauges, motions, numbers,
+    periodic,
     problem::Problem,
     size::{self, Size},
     solids, stability,
@@ -14,7 +15,7 @@ pub(in crate::loading) fn check(scene: &Scene) -> Result<Size, Problem> {
     numbers::finite(scene)?;
     numbers::numbers(scene)?;
     carried::mass(scene)?;
-    bodies::shapes(scene)?;
+    body_shapes::shapes(scene)?;
     emitters::fields(scene)?;
     forces::velocity_fields(scene)?;
     forces::body_forces(scene)?;

@@ -7,10 +7,11 @@ use glam::{DVec3, Vec3};
 use super::emitters;
 use super::problem::{Checked, Problem, ensure};
 use super::proper::axes;
+use crate::filling;
 use crate::mesh::Mesh;
 use crate::sampling;
-use crate::scene::shapes::{Inlet, Lattice, volume, wall_axes};
-use crate::scene::{BoundaryShape, Dimension, Scene, Shape};
+use crate::scene::shapes::{Inlet, wall_axes};
+use crate::scene::{BoundaryShape, Dimension, FluidBody, Scene, Shape};
 
 /// More particles than any machine this is meant for holds; a larger number is a slip in the units.
 const MAX_PARTICLES: f64 = 200e6;
@@ -20,9 +21,6 @@ const BYTES_A_PARTICLE: f64 = 500.0;
 
 /// What the message offers instead.
 const PLENTY: f64 = 10e6;
-
-/// Round shapes of so many points across hold their volume in points; smaller ones up to all of their lattice.
-const ROUND: f64 = 20.0;
 
 /// Room that a run needs.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,12 +43,12 @@ pub(crate) struct Size {
 
 /// Counts, and refuses what no machine holds.
 pub(super) fn count(scene: &Scene, meshes: &[Option<Mesh>]) -> Result<Size, Problem> {
-    let size = measure(scene, meshes);
+    let size = measure(scene, meshes)?;
     enough_for_all(scene, &size)?;
     Ok(size)
 }
 
-fn measure(scene: &Scene, meshes: &[Option<Mesh>]) -> Size {
+fn measure(scene: &Scene, meshes: &[Option<Mesh>]) -> Result<Size, Problem> {
     let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     let join = |a: (DVec3, DVec3), b: (DVec3, DVec3)| (a.0.min(b.0), a.1.max(b.1));
     let spacing = f64::from(scene.spacing);
@@ -63,18 +61,16 @@ fn measure(scene: &Scene, meshes: &[Option<Mesh>]) -> Size {
         fluid_box: empty,
         whole_box: empty,
     };
-    for body in &scene.bodies {
-        let all = Lattice::new(&body.shape, spacing, scene.dimension).most();
-        let filled =
-            volume(&body.shape, scene.dimension) / spacing.powi(axes(scene.dimension) as i32);
-        let is_round = !matches!(body.shape, Shape::Box { .. });
-        let across = radius(&body.shape) / spacing;
-        size.fluid += if is_round && across > ROUND {
-            1.05 * filled
-        } else {
-            all
-        };
-        size.fluid_box = join(size.fluid_box, box_of_body(&body.shape));
+    for (index, body) in scene.bodies.iter().enumerate() {
+        let most = filling::most(body, scene);
+        size.fluid += most.map_err(|message| {
+            let field = match body.shape {
+                Shape::Mesh(_) | Shape::Particles(_) => ".file",
+                _ => "",
+            };
+            Problem::new(format!("bodies.{index}.shape{field}"), message)
+        })?;
+        size.fluid_box = join(size.fluid_box, box_of_body(body));
     }
     size.whole_box = size.fluid_box;
     // Particles are half a spacing within.
@@ -109,7 +105,7 @@ fn measure(scene: &Scene, meshes: &[Option<Mesh>]) -> Size {
             }
         }
     }
-    size
+    Ok(size)
 }
 
 fn enough_for_all(scene: &Scene, size: &Size) -> Checked {
@@ -157,15 +153,9 @@ fn enough_for_all(scene: &Scene, size: &Size) -> Checked {
     })
 }
 
-fn radius(shape: &Shape) -> f64 {
-    match *shape {
-        Shape::Box { .. } => f64::INFINITY,
-        Shape::Sphere { radius, .. } | Shape::Cylinder { radius, .. } => radius.into(),
-    }
-}
-
-pub(super) fn box_of_body(shape: &Shape) -> (DVec3, DVec3) {
-    match *shape {
+/// The box around a body \[m]; that of a file which cannot be read is empty.
+pub(super) fn box_of_body(body: &FluidBody) -> (DVec3, DVec3) {
+    let (low, high) = match body.shape {
         Shape::Box { min, max } => (min.as_dvec3(), max.as_dvec3()),
         Shape::Sphere { center, radius } => {
             let (center, radius) = (center.as_dvec3(), f64::from(radius));
@@ -175,7 +165,11 @@ pub(super) fn box_of_body(shape: &Shape) -> (DVec3, DVec3) {
             let (start, end, radius) = (start.as_dvec3(), end.as_dvec3(), f64::from(radius));
             (start.min(end) - radius, start.max(end) + radius)
         }
-    }
+        Shape::Mesh(_) | Shape::Particles(_) => {
+            (body.shape.extent_of_file()).unwrap_or((DVec3::INFINITY, DVec3::NEG_INFINITY))
+        }
+    };
+    body.frame().bounds(low, high)
 }
 
 /// The samples of a wall lie `depth` \[m] behind its face.
@@ -184,7 +178,7 @@ pub(super) fn box_of_boundary(
     dimension: Dimension,
     depth: f64,
 ) -> (DVec3, DVec3) {
-    match *shape {
+    let (low, high) = match *shape {
         BoundaryShape::Tank { min, max, .. } => (min.as_dvec3() - depth, max.as_dvec3() + depth),
         BoundaryShape::Box { min, max, .. } => (min.as_dvec3(), max.as_dvec3()),
         BoundaryShape::Sphere { center, radius, .. } => {
@@ -206,7 +200,10 @@ pub(super) fn box_of_boundary(
             let center = center.as_dvec3();
             (center - reach, center + reach)
         }
-        // Its file says.
-        BoundaryShape::Mesh(_) => (DVec3::INFINITY, DVec3::NEG_INFINITY),
-    }
+        // Their triangles say.
+        BoundaryShape::Mesh(_) | BoundaryShape::Revolution(_) | BoundaryShape::Terrain(_) => {
+            return (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        }
+    };
+    shape.frame().bounds(low, high)
 }

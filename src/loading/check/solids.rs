@@ -1,18 +1,23 @@
-//! Solid boundaries and the domain: proper shapes, and how near a point is to a solid.
+//! Solid boundaries and the domain: proper shapes, and their surfaces.
 
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 
 use super::problem::{Checked, Problem, ensure};
-use super::proper::{axes, box_is_proper, is_flat, radius_is_proper};
+use super::proper::{box_is_proper, is_flat, radius_is_proper, turns_in_plane};
 use crate::mesh::Mesh;
-use crate::sampling::layer_depth;
-use crate::scene::shapes::wall_axes;
-use crate::scene::{BoundaryShape, Dimension, MeshSide, Scene};
+use crate::scene::{BoundaryShape, Dimension, Heights, Scene, TerrainBoundary};
 
 pub(super) fn shapes(scene: &Scene) -> Checked {
     let dimension = scene.dimension;
     for (index, boundary) in scene.boundaries.iter().enumerate() {
         let path = format!("boundaries.{index}");
+        if let BoundaryShape::Tank { rotation, .. }
+        | BoundaryShape::Box { rotation, .. }
+        | BoundaryShape::Sphere { rotation, .. }
+        | BoundaryShape::Plane { rotation, .. } = *boundary
+        {
+            turns_in_plane(format!("{path}.rotation"), rotation, dimension)?;
+        }
         match *boundary {
             BoundaryShape::Tank { min, max, .. } | BoundaryShape::Box { min, max, .. } => {
                 box_is_proper(&path, min, max, dimension)?;
@@ -36,10 +41,13 @@ pub(super) fn shapes(scene: &Scene) -> Checked {
                 is_flat(format!("{path}.center"), center, dimension)?;
                 is_flat(format!("{path}.normal"), normal, dimension)?;
             }
+            BoundaryShape::Revolution(_) => in_space(dimension, &path, "a surface of revolution")?,
+            BoundaryShape::Terrain(ref terrain) => {
+                in_space(dimension, &path, "a terrain")?;
+                ground(terrain, &path)?;
+            }
             BoundaryShape::Mesh(ref mesh) => {
-                ensure(dimension == Dimension::Three, &path, || {
-                    "a mesh needs `dimension: 3`; in 2-D a `Plane`, a `Box` or a `Sphere` can be used".to_owned()
-                })?;
+                in_space(dimension, &path, "a mesh")?;
                 ensure(mesh.scale > 0.0, format!("{path}.scale"), || {
                     format!("the scale is {}; it must be above 0", mesh.scale)
                 })?;
@@ -52,199 +60,69 @@ pub(super) fn shapes(scene: &Scene) -> Checked {
     }
 }
 
-/// The meshes of the boundaries, where they are meshes.
-pub(super) fn meshes(scene: &Scene) -> Result<Vec<Option<Mesh>>, Problem> {
-    let load = |(index, boundary): (usize, &BoundaryShape)| match boundary {
-        BoundaryShape::Mesh(mesh) => match Mesh::load(mesh, scene.spacing) {
-            Ok(mesh) => Ok(Some(mesh)),
-            Err(error) => {
-                let path = format!("boundaries.{index}.file");
-                Err(Problem::new(path, error.to_string()))
-            }
+fn in_space(dimension: Dimension, path: &str, what: &str) -> Checked {
+    ensure(dimension == Dimension::Three, path, || {
+        format!("{what} needs `dimension: 3`; in 2-D a `Plane`, a `Box` or a `Sphere` can be used")
+    })
+}
+
+fn ground(terrain: &TerrainBoundary, path: &str) -> Checked {
+    let size = terrain.size;
+    ensure(
+        size.iter().all(|edge| *edge > 0.0),
+        format!("{path}.size"),
+        || {
+            format!(
+                "the ground is {} × {} m; both edges must be above 0",
+                size[0], size[1]
+            )
         },
-        _ => Ok(None),
+    )?;
+    let path = format!("{path}.heights");
+    let positive = |name: &str, value: f64| {
+        ensure(value > 0.0, format!("{path}.{name}"), || {
+            format!("`{name}` is {value} m; it must be above 0")
+        })
+    };
+    let not_negative = |name: &str, value: f64| {
+        ensure(value >= 0.0, format!("{path}.{name}"), || {
+            format!("`{name}` is {value} m; it must not be negative")
+        })
+    };
+    match &terrain.heights {
+        Heights::Image { .. } => Ok(()),
+        Heights::Grid { scale, .. } => positive("scale", *scale),
+        Heights::Generated(rolling) => {
+            positive("cell", rolling.cell)?;
+            positive("wavelength", rolling.wavelength)?;
+            not_negative("amplitude", rolling.amplitude)?;
+            ensure(rolling.octaves <= 16, format!("{path}.octaves"), || {
+                format!(
+                    "there are {} octaves; at most 16 are possible, and each halves the wavelength",
+                    rolling.octaves
+                )
+            })?;
+            let Some(channel) = rolling.channel else {
+                return Ok(());
+            };
+            positive("channel.width", channel.width)?;
+            positive("channel.meander_length", channel.meander_length)?;
+            not_negative("channel.depth", channel.depth)?;
+            not_negative("channel.meander", channel.meander)
+        }
+    }
+}
+
+/// The surfaces of the boundaries that are meshes or made of triangles.
+pub(super) fn meshes(scene: &Scene) -> Result<Vec<Option<Mesh>>, Problem> {
+    let load = |(index, boundary): (usize, &BoundaryShape)| {
+        let field = match boundary {
+            BoundaryShape::Revolution(_) => "profile",
+            BoundaryShape::Terrain(_) => "heights",
+            _ => "file",
+        };
+        let mesh = boundary.mesh(scene.spacing).transpose();
+        mesh.map_err(|error| Problem::new(format!("boundaries.{index}.{field}"), error.to_string()))
     };
     scene.boundaries.iter().enumerate().map(load).collect()
-}
-
-/// An obstacle, to be asked for distances. A tank is none: it is asked as the box it is.
-pub(super) struct Obstacle<'a> {
-    /// What a message calls it.
-    pub(super) name: &'static str,
-    kind: Kind<'a>,
-    flat: bool,
-    /// What it counts as at least, if it is thinner: its samples would lie too near to its faces \[m].
-    thickness: Option<f64>,
-}
-
-enum Kind<'a> {
-    Mesh {
-        mesh: &'a Mesh,
-        /// Of a sheet's face before the sheet itself \[m].
-        face: f64,
-        /// Further away it does not matter how far \[m].
-        reach: f64,
-    },
-    Box {
-        min: DVec3,
-        max: DVec3,
-    },
-    Sphere {
-        center: DVec3,
-        radius: f64,
-    },
-    Plane {
-        center: DVec3,
-        normal: DVec3,
-        axes: (DVec3, DVec3),
-        half_size: f64,
-    },
-}
-
-impl<'a> Obstacle<'a> {
-    /// `mesh` is what the boundary's file holds, if it is a mesh.
-    pub(super) fn new(
-        boundary: &BoundaryShape,
-        mesh: Option<&'a Mesh>,
-        scene: &Scene,
-    ) -> Option<Self> {
-        let dimension = scene.dimension;
-        let depth = f64::from(layer_depth(scene));
-        let mut thickness = None;
-        let (name, kind) = match *boundary {
-            BoundaryShape::Tank { .. } => return None,
-            BoundaryShape::Mesh(_) => {
-                let mesh = mesh?;
-                let face = match mesh.side {
-                    MeshSide::Both => depth,
-                    MeshSide::Outside | MeshSide::Inside | MeshSide::Front => 0.0,
-                };
-                let reach = f64::from(scene.spacing) + face;
-                ("mesh", Kind::Mesh { mesh, face, reach })
-            }
-            BoundaryShape::Box { min, max, .. } => {
-                let (min, max) = (min.as_dvec3(), max.as_dvec3());
-                let thinnest = (max - min).to_array()[..axes(dimension)]
-                    .iter()
-                    .fold(f64::INFINITY, |a, b| a.min(*b));
-                thickness = (thinnest < 2.0 * depth).then_some(2.0 * depth);
-                let middle = 0.5 * (min + max);
-                let (min, max) = (min.min(middle - depth), max.max(middle + depth));
-                ("solid box", Kind::Box { min, max })
-            }
-            BoundaryShape::Sphere { center, radius, .. } => {
-                let radius = f64::from(radius);
-                // Its samples are at half the radius at least.
-                let counted = radius.max(0.5 * radius + depth);
-                thickness = (counted > radius).then_some(2.0 * counted);
-                let center = center.as_dvec3();
-                (
-                    "solid sphere",
-                    Kind::Sphere {
-                        center,
-                        radius: counted,
-                    },
-                )
-            }
-            BoundaryShape::Plane {
-                center,
-                normal,
-                half_size,
-                ..
-            } => {
-                let (first, second) = wall_axes(normal, dimension);
-                (
-                    "plane",
-                    Kind::Plane {
-                        center: center.as_dvec3(),
-                        normal: normal.as_dvec3().normalize(),
-                        axes: (first.as_dvec3(), second.as_dvec3()),
-                        half_size: f64::from(half_size),
-                    },
-                )
-            }
-        };
-        Some(Self {
-            name,
-            kind,
-            flat: dimension == Dimension::Two,
-            thickness,
-        })
-    }
-
-    pub(super) fn is_mesh(&self) -> bool {
-        matches!(self.kind, Kind::Mesh { .. })
-    }
-
-    /// The box without which it is further away than a spacing \[m]; none if there is no such box.
-    pub(super) fn bounds(&self) -> Option<(DVec3, DVec3)> {
-        let (mut low, mut high) = match self.kind {
-            Kind::Mesh { mesh, reach, .. } if mesh.side != MeshSide::Inside => {
-                let (min, max) = mesh.bounds();
-                (min - reach, max + reach)
-            }
-            // All that is outside of the one, and behind the other, is in the solid.
-            Kind::Mesh { .. } | Kind::Plane { .. } => return None,
-            Kind::Box { min, max } => (min, max),
-            Kind::Sphere { center, radius } => (center - radius, center + radius),
-        };
-        if self.flat {
-            (low.z, high.z) = (0.0, 0.0);
-        }
-        Some((low, high))
-    }
-
-    /// For a message: what a thin solid counts as.
-    pub(super) fn counts_as(&self, spacing: f64) -> String {
-        self.thickness.map_or_else(String::new, |thickness| {
-            format!(
-                " (it is so thin that it counts as {:.2} spacings, {thickness:.4} m, thick)",
-                thickness / spacing
-            )
-        })
-    }
-
-    /// Distance of a point to the solid \[m], negative inside; infinite where the plane's rectangle does not reach. Far
-    /// from a mesh a lower bound of it.
-    pub(super) fn distance(&self, point: DVec3) -> f64 {
-        match self.kind {
-            Kind::Mesh { mesh, face, reach } => {
-                let (min, max) = mesh.bounds();
-                let away = point.distance(point.clamp(min, max));
-                if away > reach && mesh.side != MeshSide::Inside {
-                    return away;
-                }
-                let nearest = mesh.nearest(point);
-                let both = mesh.side == MeshSide::Both || nearest.on_border;
-                let distance = if both {
-                    nearest.distance.abs()
-                } else {
-                    nearest.distance
-                };
-                distance - face
-            }
-            Kind::Box { min, max } => {
-                let mut outside = (min - point).max(point - max);
-                if self.flat {
-                    outside.z = f64::NEG_INFINITY;
-                }
-                outside.max(DVec3::ZERO).length() + outside.max_element().min(0.0)
-            }
-            Kind::Sphere { center, radius } => (point - center).length() - radius,
-            Kind::Plane {
-                center,
-                normal,
-                axes,
-                half_size,
-            } => {
-                let from = point - center;
-                let beside = from.dot(axes.0).abs().max(from.dot(axes.1).abs());
-                if beside <= half_size {
-                    from.dot(normal)
-                } else {
-                    f64::INFINITY
-                }
-            }
-        }
-    }
 }

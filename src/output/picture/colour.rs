@@ -2,26 +2,67 @@
 
 use glam::{Vec3, vec3};
 
-/// Lightness, chroma and hue \[°] of the speed colours in OKLCh, evenly spaced, from deep water to foam. Lightness
-/// increases evenly, so that equal steps of speed look equal, also in greyscale print.
-const SPEED_STOPS: [[f32; 3]; 6] = [
-    [0.47, 0.140, 257.0],
-    [0.57, 0.145, 252.0],
-    [0.66, 0.130, 246.0],
-    [0.77, 0.100, 237.0],
-    [0.88, 0.058, 225.0],
-    [0.985, 0.010, 215.0],
-];
+/// Colours along a range.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ColourMap {
+    /// From deep water to foam: blue to white.
+    #[default]
+    Water,
+    /// From embers to flames: dark red to pale yellow.
+    Fire,
+    /// All hues, from violet to red, at one lightness: neighbouring values differ much.
+    Spectrum,
+    /// From dark to light grey.
+    Grey,
+}
 
-/// Colours of speed as linear light, from the slow to the fast end of the range.
-pub(super) struct SpeedColours([Vec3; 256]);
+/// Lightness, chroma and hue \[°] in OKLCh, evenly spaced.
+type Stops = &'static [[f32; 3]];
 
-impl SpeedColours {
-    pub(super) fn new() -> Self {
+impl ColourMap {
+    /// Lightness increases evenly, except in the spectrum, so that equal steps look equal, also in greyscale print.
+    fn stops(self) -> Stops {
+        match self {
+            Self::Water => &[
+                [0.47, 0.140, 257.0],
+                [0.57, 0.145, 252.0],
+                [0.66, 0.130, 246.0],
+                [0.77, 0.100, 237.0],
+                [0.88, 0.058, 225.0],
+                [0.985, 0.010, 215.0],
+            ],
+            Self::Fire => &[
+                [0.30, 0.100, 15.0],
+                [0.45, 0.160, 28.0],
+                [0.60, 0.190, 42.0],
+                [0.75, 0.170, 65.0],
+                [0.87, 0.140, 90.0],
+                [0.97, 0.060, 105.0],
+            ],
+            Self::Spectrum => &[
+                [0.62, 0.16, 310.0],
+                [0.62, 0.16, 262.0],
+                [0.72, 0.12, 200.0],
+                [0.76, 0.17, 145.0],
+                [0.84, 0.16, 100.0],
+                [0.72, 0.16, 60.0],
+                [0.62, 0.20, 25.0],
+            ],
+            Self::Grey => &[[0.30, 0.0, 0.0], [0.95, 0.0, 0.0]],
+        }
+    }
+}
+
+/// Colours of values as linear light, from the low to the high end of the range.
+pub(super) struct Colours([Vec3; 256]);
+
+impl Colours {
+    pub(super) fn new(map: ColourMap) -> Self {
+        let stops = map.stops();
         Self(std::array::from_fn(|i| {
-            let at = i as f32 / 255.0 * (SPEED_STOPS.len() - 1) as f32;
-            let stop = (at as usize).min(SPEED_STOPS.len() - 2);
-            let [from, to] = [SPEED_STOPS[stop], SPEED_STOPS[stop + 1]].map(from_oklch);
+            let at = i as f32 / 255.0 * (stops.len() - 1) as f32;
+            let stop = (at as usize).min(stops.len() - 2);
+            let [from, to] = [stops[stop], stops[stop + 1]].map(from_oklch);
             from_oklab(from.lerp(to, at - stop as f32))
         }))
     }

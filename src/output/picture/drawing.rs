@@ -8,6 +8,12 @@ use crate::output::Frame;
 
 /// Draws a frame. Particles without a finite position are left out.
 pub fn draw(frame: &Frame, view: &View) -> Image {
+    draw_after(frame, None, view)
+}
+
+/// Draws a frame; `before` is the frame before it, which the colours of accelerations need.
+pub fn draw_after(frame: &Frame, before: Option<&Frame>, view: &View) -> Image {
+    let values = view.quantity.values(frame, before);
     let (width, height) = view.size();
     let projection = view.projection();
     let spheres = Spheres {
@@ -27,7 +33,7 @@ pub fn draw(frame: &Frame, view: &View) -> Image {
         shade::Shadow { projection, layer }
     });
 
-    let mut canvas = shade::shade(frame, view, &samples, &layer, shadow.as_ref());
+    let mut canvas = shade::shade(&values, view, &samples, &layer, shadow.as_ref());
     for &ends in &view.edges {
         canvas.edge(&projection, &layer, ends, view);
     }

@@ -3,12 +3,12 @@
 use glam::vec2;
 
 use super::canvas::Canvas;
-use super::colour::{SpeedColours, linear};
+use super::colour::{Colours, linear};
 use super::text;
 use super::view::View;
 use crate::output::Frame;
 
-/// Writes the time on the left and the colours of the speeds on the right.
+/// Writes the time on the left and the colours of the range on the right.
 pub(super) fn draw(canvas: &mut Canvas, frame: &Frame, view: &View) {
     if !view.legend {
         return;
@@ -22,18 +22,19 @@ pub(super) fn draw(canvas: &mut Canvas, frame: &Frame, view: &View) {
     let time = format!("t = {:.3} s", frame.time);
     text::write(canvas, &time, vec2(margin, base), letter, ink);
 
-    let (low, high) = view.speed_range;
+    let (low, high) = view.range;
     let [low, high] = [low, high].map(number);
-    let unit = format!("{high} m/s");
-    let right = width - margin - text::width(&unit, letter);
-    text::write(canvas, &unit, vec2(right, base), letter, ink);
+    let unit = format!("{high} {}", view.quantity.unit());
+    let unit = unit.trim_end();
+    let right = width - margin - text::width(unit, letter);
+    text::write(canvas, unit, vec2(right, base), letter, ink);
     let bar = (0.2 * width).min(right - margin).max(1.0);
     let bar_right = right - 0.7 * letter;
     let bar_left = bar_right - bar;
     let low_left = bar_left - 0.7 * letter - text::width(&low, letter);
     text::write(canvas, &low, vec2(low_left, base), letter, ink);
 
-    let colours = SpeedColours::new();
+    let colours = Colours::new(view.colours);
     let columns = bar_left.max(0.0) as usize..bar_right.max(0.0) as usize;
     let rows = base as usize..(base + letter + 0.5) as usize;
     for x in columns.clone() {

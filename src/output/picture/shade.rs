@@ -8,11 +8,10 @@ use glam::{Vec2, Vec3, vec2, vec3};
 use rayon::prelude::*;
 
 use super::canvas::Canvas;
-use super::colour::{SpeedColours, linear};
+use super::colour::{Colours, linear};
 use super::projection::Projection;
 use super::raster::{FLOOR, Layer, NOTHING, SAMPLES};
 use super::view::View;
-use crate::output::Frame;
 
 /// Depths that are sampled around a pixel, distributed over its samples.
 const OCCLUSION_TAPS: usize = 16;
@@ -40,8 +39,8 @@ pub(super) struct Shadow {
     pub(super) layer: Layer,
 }
 
-struct Colours {
-    speed: SpeedColours,
+struct Palette {
+    values: Colours,
     sky_top: Vec3,
     sky_bottom: Vec3,
     floor: Vec3,
@@ -59,12 +58,13 @@ struct Surface {
 }
 
 struct Shader<'a> {
-    frame: &'a Frame,
+    /// What colours show, by particle.
+    values: &'a [f32],
     view: &'a View,
     projection: &'a Projection,
     layer: &'a Layer,
     shadow: Option<&'a Shadow>,
-    colours: Colours,
+    colours: Palette,
     /// Direction towards the key light.
     light: Vec3,
     /// Depth of the first sample of every pixel, for occlusion. It has a quarter of the layer's size and stays in the
@@ -87,23 +87,24 @@ struct Place {
 
 /// The picture without lines and text, as linear light.
 pub(super) fn shade(
-    frame: &Frame,
+    values: &[f32],
     view: &View,
     projection: &Projection,
     layer: &Layer,
     shadow: Option<&Shadow>,
 ) -> Canvas {
     let shader = Shader {
-        frame,
+        values,
         view,
         projection,
         layer,
         shadow,
-        colours: Colours {
-            speed: SpeedColours::new(),
-            sky_top: linear([222, 230, 238]),
-            sky_bottom: linear([238, 241, 244]),
-            floor: linear([221, 224, 226]),
+        colours: Palette {
+            values: Colours::new(view.colours),
+            // Darker than foam, which must be seen before them.
+            sky_top: linear([186, 197, 208]),
+            sky_bottom: linear([208, 215, 222]),
+            floor: linear([172, 178, 184]),
             solid: linear([178, 172, 164]),
         },
         light: view.light(),
@@ -207,15 +208,11 @@ impl Shader<'_> {
         let splat = &self.layer.splats[id as usize];
         let offset = (at - splat.at) / splat.radius;
         let bulge = (1.0 - offset.length_squared()).max(0.0).sqrt();
-        let speed = self
-            .frame
-            .velocities
-            .get(id as usize)
-            .map_or(0.0, |velocity| velocity.length());
+        let value = self.values.get(id as usize).copied().unwrap_or_default();
         Surface {
             at: position,
             normal: self.projection.direction(offset.x, offset.y, -bulge),
-            colour: self.colours.speed.at(self.view.place_of_speed(speed)),
+            colour: self.colours.values.at(self.view.place_in_range(value)),
             gloss: 0.25,
             shadow_bias: PARTICLE_SHADOW_BIAS,
         }

@@ -6,13 +6,19 @@ use glam::{Vec3, vec3};
 
 use super::projection::{NEAREST, Ray};
 use crate::mesh::Mesh;
-use crate::scene::{Bounds, MeshSide};
+use crate::scene::{Bounds, Frame, MeshSide};
+
+/// How a solid is turned.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Turned(pub(super) Frame);
 
 /// A solid object in the picture.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Solid {
     /// An axis-aligned box.
     Box(Bounds),
+    /// A box that is turned about its centre.
+    TurnedBox(Bounds, Turned),
     /// A ball.
     Sphere {
         /// Centre \[m].
@@ -44,6 +50,7 @@ impl Solid {
     pub(super) fn hit(&self, ray: &Ray) -> f32 {
         let depth = match *self {
             Self::Box(bounds) => hit_box(&bounds, ray),
+            Self::TurnedBox(bounds, Turned(frame)) => hit_box(&bounds, &frame_ray(&frame, ray)),
             Self::Sphere { center, radius } => hit_sphere(center, radius, ray),
             Self::Wall {
                 center,
@@ -63,6 +70,10 @@ impl Solid {
     pub(super) fn corners(&self) -> [Vec3; 8] {
         let bounds = match *self {
             Self::Box(bounds) => bounds,
+            Self::TurnedBox(Bounds { min, max }, Turned(frame)) => {
+                let corners = frame.corners(min.as_dvec3(), max.as_dvec3());
+                return corners.map(|corner| corner.as_vec3());
+            }
             Self::Mesh { ref mesh, .. } => {
                 let (min, max) = mesh.bounds();
                 Bounds {
@@ -83,15 +94,10 @@ impl Solid {
     /// Unit normal at a point of the surface, outwards; for a mesh, towards the origin of the ray.
     pub(super) fn normal(&self, at: Vec3, direction: Vec3) -> Vec3 {
         match *self {
-            Self::Box(bounds) => {
-                let half = 0.5 * (bounds.max - bounds.min);
-                let from_centre = (at - bounds.min - half) / half.max(Vec3::splat(1e-9));
-                let face = match from_centre.abs().max_position() {
-                    0 => Vec3::X,
-                    1 => Vec3::Y,
-                    _ => Vec3::Z,
-                };
-                face * from_centre.dot(face).signum()
+            Self::Box(bounds) => normal_of_box(&bounds, at),
+            Self::TurnedBox(bounds, Turned(frame)) => {
+                let normal = normal_of_box(&bounds, frame.local(at.as_dvec3()).as_vec3());
+                frame.direction(normal.as_dvec3()).as_vec3()
             }
             Self::Sphere { center, .. } => (at - center).normalize_or(Vec3::Y),
             Self::Wall { normal, .. } => normal.normalize_or(Vec3::Y),
@@ -126,6 +132,27 @@ pub(super) fn around(center: Vec3, reach: Vec3) -> Bounds {
     Bounds {
         min: center - reach,
         max: center + reach,
+    }
+}
+
+fn normal_of_box(bounds: &Bounds, at: Vec3) -> Vec3 {
+    let half = 0.5 * (bounds.max - bounds.min);
+    let from_centre = (at - bounds.min - half) / half.max(Vec3::splat(1e-9));
+    let face = match from_centre.abs().max_position() {
+        0 => Vec3::X,
+        1 => Vec3::Y,
+        _ => Vec3::Z,
+    };
+    face * from_centre.dot(face).signum()
+}
+
+/// A ray as the shape before it was turned meets it.
+fn frame_ray(frame: &Frame, ray: &Ray) -> Ray {
+    let end = frame.local((ray.origin + ray.direction).as_dvec3());
+    let origin = frame.local(ray.origin.as_dvec3());
+    Ray {
+        origin: origin.as_vec3(),
+        direction: (end - origin).as_vec3(),
     }
 }
 

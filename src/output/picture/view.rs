@@ -2,13 +2,14 @@
 
 use std::sync::Arc;
 
-use glam::{Vec2, Vec3, vec2, vec3};
+use glam::{DVec3, Vec2, Vec3, vec2, vec3};
 
+use super::colour::ColourMap;
 use super::projection::Projection;
-use super::solid::{Solid, around, corners};
-use crate::mesh::Mesh;
+use super::quantity::Quantity;
+use super::solid::{Solid, Turned, around, corners};
 use crate::scene::shapes::{Inlet, wall_axes};
-use crate::scene::{BoundaryShape, Bounds, Camera, Dimension, Scene, Shape};
+use crate::scene::{BoundaryShape, Bounds, Camera, Dimension, FluidBody, Frame, Scene, Shape};
 
 /// Direction from the scene to the default camera: from the front, slightly from the right and above.
 const DEFAULT_DIRECTION: Vec3 = vec3(0.40, 0.38, 1.0);
@@ -36,8 +37,12 @@ pub struct View {
     pub bounds: Bounds,
     /// Radius of drawn particles \[m].
     pub particle_radius: f32,
-    /// Speeds at the two ends of the colour range \[m/s].
-    pub speed_range: (f32, f32),
+    /// What colours show.
+    pub quantity: Quantity,
+    /// Values at the two ends of the colour range, in the unit of the quantity.
+    pub range: (f32, f32),
+    /// The colours.
+    pub colours: ColourMap,
     /// Height of the floor \[m]; `None` for no floor.
     pub floor: Option<f32>,
     /// Edges of tanks and walls: end points of lines \[m].
@@ -51,8 +56,8 @@ pub struct View {
 impl View {
     /// A view of 960 × 540 pixels of all bodies and boundaries of a scene, by the scene's camera if it has one.
     ///
-    /// The colour range ends at the speed of free fall through the height of the scene, plus the initial speed of the
-    /// bodies. Few particles exceed it.
+    /// The colour range ends at the speed of free fall through the height of the scene, plus the largest speed at the
+    /// start. Few particles exceed it.
     pub fn from_scene(scene: &Scene) -> Self {
         let flat = scene.dimension == Dimension::Two;
         let mut view = Self {
@@ -64,15 +69,17 @@ impl View {
                 min: Vec3::INFINITY,
                 max: Vec3::NEG_INFINITY,
             },
-            particle_radius: scene.spacing * if flat { 0.58 } else { 0.60 },
-            speed_range: (0.0, 1.0),
+            particle_radius: scene.spacing * if flat { 0.72 } else { 0.60 },
+            quantity: Quantity::Speed,
+            range: (0.0, 1.0),
+            colours: ColourMap::default(),
             floor: None,
             edges: Vec::new(),
             solids: Vec::new(),
             legend: true,
         };
         for body in &scene.bodies {
-            view.include(shape_bounds(&body.shape));
+            view.include(body_bounds(body));
         }
         for emitter in &scene.emitters {
             let (min, max) = Inlet::new(emitter, scene).bounds();
@@ -97,21 +104,18 @@ impl View {
                 .boundaries
                 .iter()
                 .filter_map(|boundary| match boundary {
-                    BoundaryShape::Tank { min, .. } => Some(min.y),
+                    BoundaryShape::Tank { min, max, .. } => {
+                        let tank = Bounds::new(*min, *max);
+                        Some(turned_bounds(&boundary.frame(), tank).min.y)
+                    }
                     _ => None,
                 });
             view.floor = bottoms.reduce(f32::min);
         }
         let drop = (fluid.max.y - view.bounds.min.y).max(0.0);
-        let emitted = scene.emitters.iter().map(|emitter| emitter.speed);
-        let start = scene
-            .bodies
-            .iter()
-            .map(|body| body.velocity.length())
-            .chain(emitted);
-        let fastest = (2.0 * scene.gravity.length() * drop).sqrt() + start.fold(0.0, f32::max);
+        let fastest = (2.0 * scene.gravity.length() * drop).sqrt() + scene.max_initial_speed();
         if fastest.is_finite() && fastest > 0.0 {
-            view.speed_range.1 = round_up(fastest);
+            view.range.1 = round_up(fastest);
         }
         view
     }
@@ -122,9 +126,15 @@ impl View {
         self
     }
 
-    /// The same view with other speeds \[m/s] at the ends of the colour range.
-    pub fn with_speed_range(mut self, low: f32, high: f32) -> Self {
-        self.speed_range = (low, high);
+    /// The same view with other values at the ends of the colour range.
+    pub fn with_range(mut self, low: f32, high: f32) -> Self {
+        self.range = (low, high);
+        self
+    }
+
+    /// The same view of another quantity, in other colours; its range must be set.
+    pub fn of(mut self, quantity: Quantity, colours: ColourMap) -> Self {
+        (self.quantity, self.colours) = (quantity, colours);
         self
     }
 
@@ -134,6 +144,8 @@ impl View {
     }
 
     fn add_boundary(&mut self, boundary: &BoundaryShape, flat: bool, spacing: f32) {
+        let frame = boundary.frame();
+        let place = |point: Vec3| frame.place(point.as_dvec3()).as_vec3();
         match *boundary {
             BoundaryShape::Tank {
                 mut min, mut max, ..
@@ -141,18 +153,24 @@ impl View {
                 if flat {
                     (min.z, max.z) = (0.0, 0.0);
                 }
-                self.include(Bounds { min, max });
-                self.edges.extend(edges(&Bounds { min, max }));
+                self.include(turned_bounds(&frame, Bounds { min, max }));
+                let edges = edges(&Bounds { min, max });
+                self.edges.extend(edges.map(|edge| edge.map(place)));
             }
             BoundaryShape::Box {
                 mut min, mut max, ..
             } => {
-                self.include(Bounds { min, max });
+                self.include(turned_bounds(&frame, Bounds { min, max }));
                 if flat {
                     // A plane gets the thickness of a particle; otherwise it has no visible face.
                     (min.z, max.z) = (-0.5 * spacing, 0.5 * spacing);
                 }
-                self.solids.push(Solid::Box(Bounds { min, max }));
+                let bounds = Bounds { min, max };
+                self.solids.push(if frame.is_turned() {
+                    Solid::TurnedBox(bounds, Turned(frame))
+                } else {
+                    Solid::Box(bounds)
+                });
             }
             BoundaryShape::Sphere { center, radius, .. } => {
                 self.include(around(center, Vec3::splat(radius)));
@@ -166,7 +184,9 @@ impl View {
             } => {
                 let normal = normal.normalize_or(Vec3::Y);
                 let (u, v) = wall_axes(normal, self.dimension);
-                let (u, v) = (half_size * u, half_size * v);
+                let turned = |vector: Vec3| frame.direction(vector.as_dvec3()).as_vec3();
+                let normal = turned(normal);
+                let (u, v) = (half_size * turned(u), half_size * turned(v));
                 if flat {
                     self.include(around(center, u.abs()));
                     self.edges.push([center - u, center + u]);
@@ -183,9 +203,9 @@ impl View {
                     half_edges: [u, v],
                 });
             }
-            BoundaryShape::Mesh(ref mesh) => {
+            BoundaryShape::Mesh(_) | BoundaryShape::Revolution(_) | BoundaryShape::Terrain(_) => {
                 // If the file was removed since the scene was checked, the rest is still drawn.
-                let Ok(mesh) = Mesh::load(mesh, spacing) else {
+                let Some(Ok(mesh)) = boundary.mesh(spacing) else {
                     return;
                 };
                 let (min, max) = mesh.bounds();
@@ -209,10 +229,10 @@ impl View {
         (self.width.max(1) as usize, self.height.max(1) as usize)
     }
 
-    /// Position of a speed in the colour range, 0 to 1.
-    pub(super) fn place_of_speed(&self, speed: f32) -> f32 {
-        let (low, high) = self.speed_range;
-        (speed - low) / (high - low).max(f32::MIN_POSITIVE)
+    /// Position of a value in the colour range, 0 to 1.
+    pub(super) fn place_in_range(&self, value: f32) -> f32 {
+        let (low, high) = self.range;
+        (value - low) / (high - low).max(f32::MIN_POSITIVE)
     }
 
     /// Direction towards the key light: from the left, above and in front of the scene.
@@ -315,22 +335,33 @@ impl View {
     }
 }
 
-fn edges(bounds: &Bounds) -> impl Iterator<Item = [Vec3; 2]> {
+fn edges(bounds: &Bounds) -> impl Iterator<Item = [Vec3; 2]> + use<> {
     let corners = corners(bounds);
     let pairs = (0..8).flat_map(|i| [1, 2, 4].map(|bit| (i, i | bit)));
     let ends = pairs.map(move |(i, j)| [corners[i], corners[j]]);
     ends.filter(|[from, to]| from != to)
 }
 
-fn shape_bounds(shape: &Shape) -> Bounds {
-    match *shape {
+fn body_bounds(body: &FluidBody) -> Bounds {
+    let bounds = match body.shape {
         Shape::Box { min, max } => Bounds { min, max },
         Shape::Sphere { center, radius } => around(center, Vec3::splat(radius)),
         Shape::Cylinder { start, end, radius } => Bounds {
             min: start.min(end) - radius,
             max: start.max(end) + radius,
         },
-    }
+        Shape::Mesh(_) | Shape::Particles(_) => {
+            let around = body.shape.extent_of_file();
+            let (min, max) = around.unwrap_or((DVec3::INFINITY, DVec3::NEG_INFINITY));
+            Bounds::new(min.as_vec3(), max.as_vec3())
+        }
+    };
+    turned_bounds(&body.frame(), bounds)
+}
+
+fn turned_bounds(frame: &Frame, Bounds { min, max }: Bounds) -> Bounds {
+    let (min, max) = frame.bounds(min.as_dvec3(), max.as_dvec3());
+    Bounds::new(min.as_vec3(), max.as_vec3())
 }
 
 /// The next of 1, 1.5, 2, 3, 4, 5, 6, 8, 10 times a power of ten.

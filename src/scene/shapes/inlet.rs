@@ -7,7 +7,7 @@
 
 use glam::{DVec3, Vec3};
 
-use super::jitter::{Displacement, split_mix};
+use super::{jitter::Displacement, split_mix};
 use crate::scene::{Dimension, Emitter, EmitterShape, Jitter, Scene};
 
 /// Layers of one emitter.

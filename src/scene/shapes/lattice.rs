@@ -3,8 +3,10 @@
 use std::ops::Range;
 
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 
-use crate::scene::{Dimension, Shape};
+use crate::mesh::Mesh;
+use crate::scene::{Dimension, FluidBody, Frame, Shape};
 
 /// Largest difference of two neighbouring coordinates in single precision \[spacings]; coarser ones are refused.
 pub(crate) const RESOLUTION: f64 = 0.01;
@@ -33,7 +35,7 @@ pub(super) fn frame(axis: DVec3) -> (DVec3, DVec3) {
 fn largest(shape: &Shape) -> f64 {
     let ends = match *shape {
         Shape::Box { min, max } => [min, max],
-        Shape::Sphere { .. } => [Vec3::ZERO; 2],
+        Shape::Sphere { .. } | Shape::Mesh(_) | Shape::Particles(_) => [Vec3::ZERO; 2],
         Shape::Cylinder { start, end, .. } => [start, end],
     };
     f64::from(ends[0].abs().max(ends[1].abs()).max_element())
@@ -60,9 +62,21 @@ pub(crate) struct Lattice {
     keep: Keep,
 }
 
+/// Points of a row that belong to a shape.
+#[derive(Debug, Clone, PartialEq)]
+struct Span {
+    /// Second and third number of the row.
+    row: [u32; 2],
+    points: Range<u32>,
+}
+
 /// Which lattice points belong to the shape.
 enum Keep {
     All,
+    /// These, in the order of rows.
+    Spans(Vec<Span>),
+    /// No lattice, but these points \[m], with velocities \[m/s] if there are any.
+    Points(Vec<DVec3>, Option<Vec<DVec3>>),
     Within {
         center: DVec3,
         radius: f64,
@@ -85,6 +99,7 @@ impl Lattice {
         let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| axis * spacing);
 
         let mut lattice = match *shape {
+            Shape::Mesh(_) | Shape::Particles(_) => Self::empty(),
             Shape::Box { min, max } => {
                 let (min, max) = (min.as_dvec3(), max.as_dvec3());
                 Self {
@@ -135,7 +150,7 @@ impl Lattice {
         }
         // A needle or a sheet thinner than the spacing contains no points, so its rows need not be searched.
         let thin = match *shape {
-            Shape::Box { .. } => false,
+            Shape::Box { .. } | Shape::Mesh(_) | Shape::Particles(_) => false,
             Shape::Sphere { radius, .. } | Shape::Cylinder { radius, .. } => {
                 reach(f64::from(radius)) < spacing / 2.0_f64.sqrt()
             }
@@ -146,9 +161,165 @@ impl Lattice {
         lattice
     }
 
-    /// Upper bound of the number of points.
+    fn empty() -> Self {
+        Self {
+            origin: DVec3::ZERO,
+            steps: [DVec3::X, DVec3::Y, DVec3::Z],
+            counts: [0; 3],
+            keep: Keep::All,
+        }
+    }
+
+    /// The lattice of a body: its shape's, turned with it. A file that cannot be read counts for nothing: the scene's
+    /// check names it.
+    pub(crate) fn of(body: &FluidBody, spacing: f32, dimension: Dimension) -> Self {
+        let lattice = match &body.shape {
+            Shape::Mesh(file) => file
+                .mesh(spacing)
+                .ok()
+                .map(|mesh| Self::within(&mesh, spacing)),
+            Shape::Particles(file) => file.particles().ok().map(|particles| Self {
+                keep: Keep::Points(particles.positions, particles.velocities),
+                ..Self::empty()
+            }),
+            shape => Some(Self::new(shape, spacing.into(), dimension)),
+        };
+        let mut lattice = lattice.unwrap_or_else(Self::empty);
+        let frame = body.frame();
+        if frame.is_turned() {
+            lattice.turn(&frame);
+        }
+        lattice
+    }
+
+    fn turn(&mut self, frame: &Frame) {
+        self.origin = frame.place(self.origin);
+        self.steps = self.steps.map(|step| frame.direction(step));
+        match &mut self.keep {
+            Keep::All | Keep::Spans(_) => {}
+            Keep::Within { center, .. } => *center = frame.place(*center),
+            Keep::Around { start, axis, .. } => {
+                (*start, *axis) = (frame.place(*start), frame.direction(*axis));
+            }
+            Keep::Points(points, velocities) => {
+                (points.iter_mut()).for_each(|point| *point = frame.place(*point));
+                let velocities = velocities.iter_mut().flatten();
+                velocities.for_each(|velocity| *velocity = frame.direction(*velocity));
+            }
+        }
+    }
+
+    /// The lattice in the box around a closed mesh, of which the points in it belong to it.
+    fn within(mesh: &Mesh, spacing: f32) -> Self {
+        let spacing = f64::from(spacing);
+        let (low, high) = mesh.bounds();
+        let along = |length: f64| (length / spacing + 1e-3).ceil() as u32;
+        let mut lattice = Self {
+            origin: low + 0.5 * spacing,
+            steps: [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| axis * spacing),
+            counts: (high - low).to_array().map(along),
+            keep: Keep::All,
+        };
+        // Points are as far as this from the surface at least, and on the same side of it as far as they are from it.
+        let reach = 1e-3 * spacing;
+        lattice.keep_only(|point| {
+            let distance = mesh.nearest(point).distance;
+            (distance <= reach, (distance - reach).abs() / spacing)
+        });
+        lattice
+    }
+
+    /// Leaves out the points that `keep` does not want, row by row in parallel. It also says for how many points beside
+    /// one its answer is the same.
+    fn keep_only(&mut self, keep: impl Fn(DVec3) -> (bool, f64) + Sync) {
+        let [across, up, deep] = self.counts;
+        let of_row = |row: u64| {
+            let row = [(row % u64::from(up)) as u32, (row / u64::from(up)) as u32];
+            let mut spans: Vec<Span> = Vec::new();
+            let mut i = 0;
+            while i < across {
+                let (is_kept, beside) = keep(self.point(i, row));
+                let end = i.saturating_add((beside as u32).max(1)).min(across);
+                match spans.last_mut() {
+                    _ if !is_kept => {}
+                    Some(last) if last.points.end == i => last.points.end = end,
+                    _ => spans.push(Span {
+                        row,
+                        points: i..end,
+                    }),
+                }
+                i = end;
+            }
+            spans
+        };
+        let rows = 0..u64::from(up) * u64::from(deep);
+        let spans = rows.into_par_iter().flat_map_iter(of_row).collect();
+        self.keep = Keep::Spans(spans);
+    }
+
+    /// The same without the points that `keep` does not want, which is asked for each.
+    pub(crate) fn cut(mut self, keep: impl Fn(DVec3) -> bool + Sync) -> Self {
+        if let Keep::Points(points, velocities) = &mut self.keep {
+            let kept: Vec<bool> = points.par_iter().map(|point| keep(*point)).collect();
+            let of = |values: &mut Vec<DVec3>| {
+                let mut kept = kept.iter();
+                values.retain(|_| kept.next().is_none_or(|kept| *kept));
+            };
+            of(points);
+            velocities.iter_mut().for_each(of);
+            return self;
+        }
+        let before = std::mem::replace(&mut self.keep, Keep::All);
+        let whole = Self {
+            keep: before,
+            ..self
+        };
+        let mut cut = Self {
+            keep: Keep::All,
+            ..whole
+        };
+        match &whole.keep {
+            Keep::Spans(spans) => {
+                let pieces = spans.par_iter().flat_map_iter(|span| {
+                    let is_kept = |i: &u32| keep(whole.point(*i, span.row));
+                    let points = span.points.clone().filter(is_kept);
+                    points.map(|i| Span {
+                        row: span.row,
+                        points: i..i + 1,
+                    })
+                });
+                cut.keep = Keep::Spans(pieces.collect());
+            }
+            _ => cut.keep_only(|point| (whole.keeps(point) && keep(point), 1.0)),
+        }
+        cut
+    }
+
+    fn point(&self, i: u32, row: [u32; 2]) -> DVec3 {
+        self.origin
+            + f64::from(row[1]) * self.steps[2]
+            + f64::from(row[0]) * self.steps[1]
+            + f64::from(i) * self.steps[0]
+    }
+
+    /// Number of the points, of a file's or spans that are known; else an upper bound of it.
     pub(crate) fn most(&self) -> f64 {
-        self.counts.iter().map(|&count| f64::from(count)).product()
+        match &self.keep {
+            Keep::Spans(spans) => spans.iter().map(|span| span.points.len() as f64).sum(),
+            Keep::Points(points, _) => points.len() as f64,
+            _ => self.counts.iter().map(|&count| f64::from(count)).product(),
+        }
+    }
+
+    /// Velocity of the point with a number, in the order of [`for_each`](Self::for_each) \[m/s]: zero, if not from a
+    /// file.
+    pub(crate) fn velocity(&self, number: usize) -> DVec3 {
+        match &self.keep {
+            Keep::Points(_, Some(velocities)) => {
+                velocities.get(number).copied().unwrap_or_default()
+            }
+            _ => DVec3::ZERO,
+        }
     }
 
     pub(crate) fn for_each(&self, visit: impl FnMut(DVec3)) {
@@ -172,6 +343,20 @@ impl Lattice {
     }
 
     fn for_each_of(&self, [across, up, deep]: [Range<u32>; 3], mut visit: impl FnMut(DVec3)) {
+        match &self.keep {
+            Keep::Points(points, _) => return points.iter().copied().for_each(visit),
+            Keep::Spans(spans) => {
+                let is_near =
+                    |span: &&Span| up.contains(&span.row[0]) && deep.contains(&span.row[1]);
+                for span in spans.iter().filter(is_near) {
+                    let points =
+                        span.points.start.max(across.start)..span.points.end.min(across.end);
+                    points.for_each(|i| visit(self.point(i, span.row)));
+                }
+                return;
+            }
+            Keep::All | Keep::Within { .. } | Keep::Around { .. } => {}
+        }
         for k in deep {
             for j in up.clone() {
                 let row = self.origin + f64::from(k) * self.steps[2] + f64::from(j) * self.steps[1];
@@ -187,7 +372,7 @@ impl Lattice {
 
     fn keeps(&self, point: DVec3) -> bool {
         match self.keep {
-            Keep::All => true,
+            Keep::All | Keep::Spans(_) | Keep::Points(..) => true,
             Keep::Within { center, radius } => (point - center).length_squared() <= radius * radius,
             Keep::Around {
                 start,

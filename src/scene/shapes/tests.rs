@@ -1,6 +1,8 @@
 //! Tests of shapes and their lattices.
 
 use super::*;
+use crate::filling::{fluid_particles, volume};
+use crate::scene::{Scene, Shape};
 
 fn count(shape: Shape, spacing: f64, dimension: Dimension) -> usize {
     let mut count = 0;
@@ -63,7 +65,7 @@ fn round_shapes_hold_their_volume_in_particles() {
     for (shape, dimension) in shapes {
         let spacing = 0.5 / 20.0;
         let exponent = if dimension == Dimension::Two { 2 } else { 3 };
-        let filled = count(shape, spacing, dimension) as f64 * spacing.powi(exponent);
+        let filled = count(shape.clone(), spacing, dimension) as f64 * spacing.powi(exponent);
         let ratio = filled / volume(&shape, dimension);
         assert!((ratio - 1.0).abs() < 0.02, "{shape:?}: {ratio}");
     }

@@ -4,7 +4,9 @@ mod bars;
 mod canvas;
 mod known;
 mod orders;
+mod phases;
 mod points;
+mod speed_up;
 mod svg;
 
 pub use canvas::ChartError;

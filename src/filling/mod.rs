@@ -1,0 +1,166 @@
+//! Fills the bodies of a scene with particles on a square or cubic lattice, with an optional jitter, and leaves out
+//! what boundaries have no room for.
+//!
+//! Everything is computed in f64 and rounded once: the same scene gives the same particles, for any number of threads.
+
+mod obstacle;
+
+use glam::DVec2;
+
+pub(crate) use obstacle::Obstacle;
+
+use crate::mesh::Mesh;
+use crate::scene::shapes::{Displacement, Lattice, ParticleSeed, tolerance};
+use crate::scene::{Dimension, FluidBody, Scene, Shape};
+
+/// The particles of all bodies of a scene that [`Scene::check`] accepts: body after body, within a body along x
+/// first, then y, then z (along a cylinder's axis last), or in the order of a file.
+pub fn fluid_particles(scene: &Scene) -> Vec<ParticleSeed> {
+    let mut seeds = Vec::new();
+    Filling::new(scene).for_each(|seed| seeds.push(seed));
+    seeds
+}
+
+/// The surfaces of the boundaries that have one; one that cannot be read counts for nothing: the scene's check names
+/// it.
+fn meshes(scene: &Scene) -> Vec<Option<Mesh>> {
+    let boundaries = scene.boundaries.iter();
+    boundaries
+        .map(|boundary| boundary.mesh(scene.spacing)?.ok())
+        .collect()
+}
+
+/// The lattice of a body, cut where it wants that; `meshes` are the surfaces of the boundaries.
+pub(crate) fn lattice(body: &FluidBody, scene: &Scene, meshes: &[Option<Mesh>]) -> Lattice {
+    let lattice = Lattice::of(body, scene.spacing, scene.dimension);
+    if !body.cut {
+        return lattice;
+    }
+    let period = scene.period();
+    let walls: Vec<_> = (scene.boundaries.iter())
+        .map(|boundary| period.unrolled(boundary))
+        .collect();
+    let obstacles = walls.iter().zip(meshes);
+    let obstacles: Vec<_> = obstacles
+        .filter_map(|(wall, mesh)| Obstacle::new(wall, mesh.as_ref(), scene))
+        .collect();
+    let spacing = f64::from(scene.spacing);
+    let room = (0.5 - tolerance(0.0, spacing)) * spacing;
+    lattice.cut(|point| {
+        obstacles
+            .iter()
+            .all(|obstacle| obstacle.distance(point) >= room)
+    })
+}
+
+/// The bodies of a scene with their lattices made.
+pub(crate) struct Filling<'a> {
+    scene: &'a Scene,
+    lattices: Vec<Lattice>,
+}
+
+impl<'a> Filling<'a> {
+    pub(crate) fn new(scene: &'a Scene) -> Self {
+        let is_cut = scene.bodies.iter().any(|body| body.cut);
+        let meshes = if is_cut { meshes(scene) } else { Vec::new() };
+        let bodies = scene.bodies.iter();
+        Self {
+            scene,
+            lattices: bodies.map(|body| lattice(body, scene, &meshes)).collect(),
+        }
+    }
+
+    /// Calls `visit` with each particle that [`fluid_particles`] would return, without storing them.
+    pub(crate) fn for_each(&self, mut visit: impl FnMut(ParticleSeed)) {
+        for number in 0..self.lattices.len() {
+            self.for_each_of(number, &mut visit);
+        }
+    }
+
+    /// The same for one of its bodies.
+    pub(crate) fn for_each_of(&self, number: usize, mut visit: impl FnMut(ParticleSeed)) {
+        let (body, lattice) = (&self.scene.bodies[number], &self.lattices[number]);
+        let spacing = f64::from(self.scene.spacing);
+        let velocity_at = body.velocities();
+        let period = self.scene.period();
+        let mut displace = Displacement::new(body.jitter, spacing, self.scene.dimension);
+        let mut number = 0;
+        lattice.for_each(|point| {
+            let position = point + displace.next();
+            visit(ParticleSeed {
+                position: period.wrap_exactly(position).as_vec3(),
+                velocity: (velocity_at(position) + lattice.velocity(number)).as_vec3(),
+            });
+            number += 1;
+        });
+    }
+}
+
+/// Most particles of a body, told without making its lattice. Shapes are counted by their lattices, not by volume or
+/// area: a needle has particles along all of its length. Fails for a mesh that is too large to be filled.
+pub(crate) fn most(body: &FluidBody, scene: &Scene) -> Result<f64, String> {
+    let spacing = f64::from(scene.spacing);
+    let exponent = i32::from(u8::from(scene.dimension));
+    match &body.shape {
+        Shape::Mesh(file) => {
+            let mesh = file
+                .mesh(scene.spacing)
+                .map_err(|error| error.to_string())?;
+            let (low, high) = mesh.bounds();
+            let cells = ((high - low) / spacing).ceil();
+            let rows = cells.y * cells.z;
+            if rows > MOST_ROWS {
+                return Err(format!(
+                    "the body has {:.0} million rows of the lattice; at most {:.0} million are looked through: enlarge \
+                     the spacing, or `scale` is meant smaller",
+                    rows / 1e6,
+                    MOST_ROWS / 1e6
+                ));
+            }
+            let surface = mesh.area() / spacing.powi(2);
+            Ok((mesh.volume() / spacing.powi(3) + surface).min(cells.element_product()))
+        }
+        Shape::Particles(file) => Ok(file.particles()?.positions.len() as f64),
+        shape => {
+            let all = Lattice::new(shape, spacing, scene.dimension).most();
+            let filled = volume(shape, scene.dimension) / spacing.powi(exponent);
+            let is_round = radius(shape) / spacing > ROUND;
+            Ok(if is_round { 1.05 * filled } else { all })
+        }
+    }
+}
+
+/// Rows of a lattice that are looked through at most.
+const MOST_ROWS: f64 = 200e6;
+
+/// Round shapes of so many points across hold their volume in points; smaller ones up to all of their lattice.
+const ROUND: f64 = 20.0;
+
+fn radius(shape: &Shape) -> f64 {
+    match *shape {
+        Shape::Sphere { radius, .. } | Shape::Cylinder { radius, .. } => radius.into(),
+        _ => 0.0,
+    }
+}
+
+/// Volume of a shape \[m³; m² in 2-D]; 0 for what a file says.
+pub(crate) fn volume(shape: &Shape, dimension: Dimension) -> f64 {
+    use std::f64::consts::PI;
+    match (shape, dimension) {
+        (&Shape::Box { min, max }, _) => {
+            let size = max.as_dvec3() - min.as_dvec3();
+            match dimension {
+                Dimension::Two => DVec2::new(size.x, size.y).element_product(),
+                Dimension::Three => size.element_product(),
+            }
+        }
+        (&Shape::Sphere { radius, .. }, Dimension::Two) => PI * f64::from(radius).powi(2),
+        (&Shape::Sphere { radius, .. }, Dimension::Three) => {
+            4.0 / 3.0 * PI * f64::from(radius).powi(3)
+        }
+        (Shape::Mesh(_) | Shape::Particles(_), _) => 0.0,
+        (&Shape::Cylinder { start, end, radius }, _) => {
+            PI * f64::from(radius).powi(2) * (end.as_dvec3() - start.as_dvec3()).length()
+        }
+    }
+}
