@@ -52,7 +52,8 @@ fn stays_within(name: &str, method: &Method, bounds: &[(&str, f64)]) {
             .find(|(name, _)| figure.quantity.starts_with(name));
         let (_, bound) = of_figure.unwrap_or_else(|| panic!("no bound for {line}"));
         // What is not a number is not within.
-        if !(figure.error().abs() <= *bound) {
+        let within = figure.error().abs() <= *bound;
+        if !within {
             missed.push(format!("{line}, bound {} %", 100.0 * bound));
         }
     }
