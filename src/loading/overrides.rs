@@ -8,7 +8,7 @@ use std::str::FromStr;
 
 use ron::error::SpannedError;
 
-use super::explain::explain;
+use super::explain::{explain, explain_in_file};
 use super::ron_text::{deserialize, options, plain_names};
 use super::slips::slip;
 use super::spans::{Lost, Node, scan};
@@ -87,8 +87,10 @@ impl Override {
                     let mut changed = text.clone();
                     changed.replace_range(node.span.clone(), &format!("{}\n", self.value));
                     let span = node.span.start..node.span.start + self.value.len();
-                    slip::<Scene>(&changed, span)
-                        .map_or(message, |slip| slip.in_override(&self.path, &self.value))
+                    match slip::<Scene>(&changed, span) {
+                        Some(slip) => slip.in_override(&self.path, &self.value),
+                        None => self.deeper_slip(&changed).unwrap_or(message),
+                    }
                 })
                 .map_err(refuse),
             Some(Lost::NoField { at, known }) => {
@@ -132,6 +134,18 @@ impl Override {
                 steps[done]
             ))),
         }
+    }
+
+    /// What is wrong within the value, where the scene's text has it; none if the value is right there.
+    fn deeper_slip(&self, changed: &str) -> Option<String> {
+        let error = deserialize::<Scene>(changed).err()?;
+        let SceneError::Syntax { message, .. } = explain_in_file::<Scene>(&error, changed, "")
+        else {
+            return None;
+        };
+        // A value that is no RON may close brackets of the scene, of which nobody wants to hear.
+        let is_ours = scan(&self.value).is_some() || message.contains("did you mean");
+        is_ours.then_some(message)
     }
 
     /// The path with dots for the brackets of another language, `bodies[0]`; none if it has no brackets.

@@ -16,6 +16,7 @@ mod plan;
 mod readings;
 mod reference;
 mod run;
+mod span;
 mod start;
 mod table;
 mod text;

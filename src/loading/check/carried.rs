@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::problem::{Checked, Problem, ensure};
 use super::proper::{AXIS_NAMES, axes};
+use super::size::box_of_boundary;
 use crate::kernel::Kernel;
 use crate::mesh::Mesh;
 use crate::scene::shapes::RESOLUTION;
@@ -40,13 +41,20 @@ pub(super) fn coordinates(scene: &Scene, meshes: &[Option<Mesh>]) -> Checked {
                 let radius = f64::from(*radius);
                 [center.as_dvec3() - radius, center.as_dvec3() + radius]
             }
-            (BoundaryShape::Plane { center, .. }, _) => [center.as_dvec3(); 2],
+            (BoundaryShape::Plane { .. }, _) => {
+                let (low, high) = box_of_boundary(boundary, scene.dimension, 0.0);
+                [low, high]
+            }
             (BoundaryShape::Mesh(_), None) => [DVec3::ZERO; 2],
         };
         (format!("boundaries.{index}"), corners)
     });
+    // What leaves at one face comes in at the other.
+    let faces = scene.periodic.axes().map(|faces| faces.unwrap_or_default());
+    let faces = [0, 1].map(|end| DVec3::from(faces.map(|faces| f64::from(faces[end]))));
     bodies
         .chain(solids)
+        .chain([("periodic".to_owned(), faces)])
         .try_for_each(|(path, corners)| of_one(scene, path, corners))
 }
 
