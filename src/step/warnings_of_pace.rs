@@ -72,7 +72,8 @@ fn endless(scene: &Scene, dt: f64) -> Option<String> {
 fn lost(size: &Size, dt: f64, speed: f64) -> Option<String> {
     let (low, high) = size.fluid_box;
     let farthest = low.abs().max(high.abs()).max_element();
-    let apart = farthest * f64::from(f32::EPSILON);
+    let single = farthest as f32;
+    let apart = f64::from(single.next_up()) - f64::from(single);
     let way = speed * dt;
     if way == 0.0 || way >= LEAST_WAY * apart {
         return None;
