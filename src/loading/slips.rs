@@ -162,7 +162,8 @@ fn brackets(place: &Place, value: &str) -> Option<Slip> {
         meant: None,
     };
     if is_vector && !value.starts_with('(') {
-        return Some(expected("a vector of three numbers, `(x, y, z)`"));
+        let otherwise = || Some(expected("a vector of three numbers, `(x, y, z)`"));
+        return spelling::signs(place, value).or_else(otherwise);
     }
     let is_pair = place.takes("(0, 1)") && !place.takes(NOBODY);
     if is_pair && !value.starts_with('(') {

@@ -30,12 +30,12 @@ fn enters_nothing(scene: &Scene, emitter: &Emitter, name: &str) -> Option<String
     let inlet = Inlet::new(emitter, scene);
     let way = inlet.way(emitter, 0, scene.duration.into());
     (way < 0.0).then(|| {
-        let speed = f64::from(emitter.speed);
         format!(
-            "`{name}` enters at {speed} m/s: until the scene ends at {} s not one layer passes the face, which takes \
+            "`{name}` enters at {} m/s: until the scene ends at {} s not one layer passes the face, which takes \
              {} s",
+            emitter.speed,
             scene.duration,
-            short(0.5 * inlet.pitch / speed)
+            short(0.5 * inlet.pitch / f64::from(emitter.speed))
         )
     })
 }

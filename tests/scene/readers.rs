@@ -309,7 +309,7 @@ fn tables_of_motions_are_read_or_refused() {
         }
     });
     assert!(
-        read.get().iter().all(|count| *count > 3),
+        read.get().iter().all(|count| *count > 0),
         "{:?}",
         read.get()
     );

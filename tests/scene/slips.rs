@@ -122,11 +122,6 @@ fn overrides_are_answered_as_files_are() {
             "expected a vector of three numbers",
         ),
         (
-            "periodic",
-            "(x: 1)",
-            "expected two numbers, `(from, to)`, found `1`",
-        ),
-        (
             "domain",
             "((0, 0, 0), (1, 1, 1))",
             "did you mean `min: (0, 0, 0)`?",
@@ -172,7 +167,11 @@ fn overrides_are_answered_as_files_are() {
     }
     for (line, part) in [
         ("include: base.ron", "paths in double quotes"),
-        ("fluid: include(water.ron)", "a path in double quotes"),
+        ("output: include(water.ron)", "a path in double quotes"),
+        (
+            "periodic: (x: 1)",
+            "expected two numbers, `(from, to)`, found `1`",
+        ),
         ("t_end: 3", "did you mean `duration`?"),
         ("dt: 3", "did you mean `time_step`?"),
         ("dx: 3", "did you mean `spacing`?"),
