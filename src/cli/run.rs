@@ -50,8 +50,7 @@ pub(super) fn run(options: &options::Run) -> Result<Exit, Failure> {
         .map_or_else(|| Goal::duration(scene.duration), Goal::Steps);
 
     if let Some(resumed) = &resumed {
-        let time = simulation.time();
-        resumed.ends_before(goal, time)?;
+        resumed.ends_before(goal, simulation.time())?;
     }
     let own_folder = (resumed.as_ref()).and_then(|of| of.folder(options.out.as_deref()));
     let folder = RunFolder::new(own_folder.or(options.out.as_deref()), &scene.name);
