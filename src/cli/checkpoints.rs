@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use super::exit::Failure;
 use super::folder::CHECKPOINT;
 use super::manifest::MANIFEST;
-use super::schedule::ClockState;
+use super::schedule::{ClockState, Goal};
 
 /// Name of the run's own part of a checkpoint.
 const PART: &str = "run";
@@ -167,6 +167,23 @@ impl Resumed {
             folder,
             file,
         })
+    }
+
+    /// Refuses a goal that lies before the checkpoint, at `time` \[s]: output after it would be removed, and nothing
+    /// added.
+    pub(super) fn ends_before(&self, goal: Goal, time: f64) -> Result<(), Failure> {
+        let steps = self.state.totals.steps();
+        let end = match goal {
+            Goal::Steps(end) if end < steps => format!("{end} steps"),
+            // The duration is a number in single precision.
+            Goal::Time(end) if end < time * (1.0 - 1e-6) => format!("{end} s"),
+            _ => return Ok(()),
+        };
+        Err(Failure::Refused(format!(
+            "{}: the checkpoint is after {steps} steps, at {time} s, and the run ends at {end}; name a later end \
+             (`--duration`, `--steps`), or start a new run",
+            self.file.display()
+        )))
     }
 
     /// The folder in which the run continues, given `--out`; `None` if it continues in a new one.

@@ -3,7 +3,6 @@
 //!
 //! The files of an older run or study are known from its manifest: they are moved into a subfolder, or removed on
 //! request.
-//! asked for.
 
 use std::collections::BTreeSet;
 use std::fs::{File, TryLockError};

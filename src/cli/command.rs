@@ -7,7 +7,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 use super::{
     check, console,
     exit::{Exit, Failure},
-    fields, options, picture, run, study, validate,
+    fields, interrupt, options, picture, run, study, validate,
 };
 
 /// Smoothed particle hydrodynamics as entities and systems, driven by RON scene files.
@@ -45,6 +45,7 @@ pub(crate) fn main() -> ExitCode {
         Ok(arguments) => arguments,
         Err(refused) => return tell(&refused),
     };
+    interrupt::outlive_size_limits();
     let ended = match arguments.command {
         Command::Run(options) => run::run(&options),
         Command::Check(options) => check::check(&options),

@@ -42,6 +42,18 @@ fn on_signals(answer: impl Fn() + Send + 'static) -> io::Result<()> {
         .map(|_| ())
 }
 
+/// Makes a write beyond a limit on the size of files (`ulimit -f`) fail, as on a full disk. Otherwise the system ends
+/// the process, and leaves no summary.
+#[cfg(unix)]
+pub(super) fn outlive_size_limits() {
+    let heard = std::sync::Arc::new(AtomicBool::new(false));
+    // Where it cannot be had, only such a limit is answered worse.
+    signal_hook::flag::register(signal_hook::consts::SIGXFSZ, heard).ok();
+}
+
+#[cfg(not(unix))]
+pub(super) fn outlive_size_limits() {}
+
 /// The signals that the process was started to ignore, one bit each, signal 1 in the lowest bit. 0 if the system does
 /// not report them (Linux does): other ways to find out need unsafe code.
 #[cfg(unix)]

@@ -49,6 +49,9 @@ pub(super) fn run(options: &options::Run) -> Result<Exit, Failure> {
         .steps
         .map_or_else(|| Goal::duration(scene.duration), Goal::Steps);
 
+    if let Some(resumed) = &resumed {
+        resumed.ends_before(goal, simulation.time())?;
+    }
     let own_folder = (resumed.as_ref()).and_then(|of| of.folder(options.out.as_deref()));
     let folder = RunFolder::new(own_folder.or(options.out.as_deref()), &scene.name);
     let copy = SceneCopy::of(&scene)?;
@@ -189,7 +192,15 @@ impl Run {
         let state = resumed.unwrap_or_default();
         progress.go_on(state.totals.steps(), time);
         let history = (claims.claim(HISTORY))
-            .and_then(|path| History::resume_after_rows(&path, state.history_rows));
+            .and_then(|path| History::resume_after_rows(&path, state.history_rows))
+            .map_err(cannot_write)?;
+        if history.rows() < state.history_rows {
+            console::note(&format!(
+                "warning: {HISTORY} has {} of the {} rows before the checkpoint; the others are lost",
+                history.rows(),
+                state.history_rows
+            ));
+        }
         // The painter draws with the threads of the steps: there are no others.
         let execution = simulation.world().resource::<Execution>().clone();
         let times: Vec<f64> = state.frames.iter().map(|frame| frame.0).collect();
@@ -197,7 +208,7 @@ impl Run {
             simulation,
             goal,
             clock,
-            history: history.map_err(cannot_write)?,
+            history,
             gauges: GaugeFiles::start(folder, claims, scene, &state.gauge_rows)?,
             recorder: Recorder::start(folder, claims, scene, &execution, &times)?,
             progress,

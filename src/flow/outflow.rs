@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::{changes::Changes, sources::Turnover};
 use crate::{
-    scene::{Bounds, Outside, Scene},
+    scene::{Bounds, Outside, Period, Scene},
     state::{
         CHUNK, Execution, in_order,
         particle::{Fluid, ParticleId, Position},
@@ -16,6 +16,8 @@ use crate::{
 #[derive(Resource, Debug)]
 pub(super) struct Outflow {
     boxes: Vec<Bounds>,
+    /// Boxes have images along its axes, as particles have.
+    period: Period,
     /// Outside of it they are removed, too.
     domain: Option<Bounds>,
     /// Those to be removed, in the order of the rows, with their numbers.
@@ -26,6 +28,7 @@ impl Outflow {
     pub(super) fn new(scene: &Scene) -> Self {
         Self {
             boxes: scene.outflow.clone(),
+            period: scene.period(),
             domain: scene.domain.filter(|_| scene.outside == Outside::Remove),
             leaving: Vec::new(),
         }
@@ -40,6 +43,7 @@ pub(super) fn find_leaving(
 ) {
     let Outflow {
         boxes,
+        period,
         domain,
         leaving,
     } = &mut *outflow;
@@ -47,7 +51,7 @@ pub(super) fn find_leaving(
     let holds =
         |bounds: &Bounds, x: &Position| x.0.cmpge(bounds.min).all() && x.0.cmple(bounds.max).all();
     let leaves = |x: &Position| {
-        boxes.iter().any(|bounds| holds(bounds, x))
+        boxes.iter().any(|bounds| period.contains(bounds, x.0))
             || domain.is_some_and(|domain| !holds(&domain, x))
     };
     let tables = fluid.contiguous_iter().into_iter().flatten();

@@ -120,6 +120,16 @@ fn foreign_sign(code: &Error, before: &str, rest: &str) -> Option<&'static str> 
 /// What ron says, in a sentence that says what would be right.
 pub(super) fn explain(error: &Error) -> String {
     match error {
+        Error::NoSuchStructField { found, .. } if found == "include" => {
+            "`include` needs paths in double quotes: `include: \"base.ron\"`, or a list of them"
+                .to_owned()
+        }
+        Error::ExpectedDifferentStructName { found, .. } if found == "include" => {
+            "`include` needs a path in double quotes: `include(\"water.ron\")`".to_owned()
+        }
+        Error::ExpectedNamedStructLike("Vec3") => {
+            "expected a vector of three numbers, `(x, y, z)`".to_owned()
+        }
         Error::NoSuchStructField {
             expected,
             found,
@@ -164,13 +174,16 @@ pub(super) fn explain(error: &Error) -> String {
         Error::ExpectedDifferentStructName { expected, found } => {
             format!("expected `(…)` with the fields of `{expected}`, found `{found}`")
         }
-        Error::ExpectedComma => "expected a comma".to_owned(),
+        Error::ExpectedComma => "expected a comma, or the end of a bracket".to_owned(),
         // What ron does with one `/`, which could begin a comment.
         Error::UnexpectedChar(found) => format!(
             "unexpected `{found}` after `/`: numbers are written out, there is no division, and a comment begins with \
              `//`"
         ),
         Error::ExpectedMapColon => "expected a colon after the field's name".to_owned(),
+        Error::ExceededRecursionLimit => {
+            "brackets lie in brackets more than 128 deep, deeper than any scene, study or order needs".to_owned()
+        }
         Error::Eof => "the text ends too early; a bracket is not closed".to_owned(),
         Error::TrailingCharacters => "text after the end; a bracket closes too early".to_owned(),
         other => {

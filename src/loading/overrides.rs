@@ -4,14 +4,15 @@
 //! A tree of untyped values would do, but ron's loses the names of variants. So: the scene is written out as RON with
 //! all its defaults, the new value takes the place of the old one in that text, and the text is read again.
 
+use std::ops::Range;
 use std::str::FromStr;
 
 use ron::error::SpannedError;
 
-use super::explain::explain;
+use super::explain::{explain, explain_in_file};
 use super::ron_text::{deserialize, options, plain_names};
 use super::slips::slip;
-use super::spans::{Lost, Node, scan};
+use super::spans::{Lost, Node, byte_at, scan};
 use crate::scene::{Place, Scene, SceneError, unknown_name};
 
 /// A change to one field of a scene.
@@ -87,8 +88,10 @@ impl Override {
                     let mut changed = text.clone();
                     changed.replace_range(node.span.clone(), &format!("{}\n", self.value));
                     let span = node.span.start..node.span.start + self.value.len();
-                    slip::<Scene>(&changed, span)
-                        .map_or(message, |slip| slip.in_override(&self.path, &self.value))
+                    match slip::<Scene>(&changed, span.clone()) {
+                        Some(slip) => slip.in_override(&self.path, &self.value),
+                        None => self.deeper_slip(&changed, span).unwrap_or(message),
+                    }
                 })
                 .map_err(refuse),
             Some(Lost::NoField { at, known }) => {
@@ -132,6 +135,25 @@ impl Override {
                 steps[done]
             ))),
         }
+    }
+
+    /// What is wrong within the value, where the scene's text has it; none if the value is right there.
+    fn deeper_slip(&self, changed: &str, span: Range<usize>) -> Option<String> {
+        let error = deserialize::<Scene>(changed).err()?;
+        let SceneError::Syntax { message, place } = explain_in_file::<Scene>(&error, changed, "")
+        else {
+            return None;
+        };
+        // Elsewhere the scene is right.
+        let Place::File { line, column, .. } = place else {
+            return None;
+        };
+        if !span.contains(&byte_at(changed, line, column)) {
+            return None;
+        }
+        // A value that is no RON may close brackets of the scene, of which nobody wants to hear.
+        let is_ours = scan(&self.value).is_some() || message.contains("did you mean");
+        is_ours.then_some(message)
     }
 
     /// The path with dots for the brackets of another language, `bodies[0]`; none if it has no brackets.

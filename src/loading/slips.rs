@@ -12,6 +12,7 @@ use std::ops::Range;
 use ron::error::Error;
 use serde::de::DeserializeOwned;
 
+use super::spans::{is_name, scan};
 use place::{Meant, NOBODY, Place, variants_of};
 
 pub(super) use place::Slip;
@@ -89,6 +90,12 @@ const UNITS: [(&str, f64); 14] = [
 
 /// A number with a decimal comma, a unit or quotes.
 fn number(place: &Place, value: &str) -> Option<Slip> {
+    let (what, meant) = number_meant(value)?;
+    place.takes(&meant).then(|| Slip::value(what, meant))
+}
+
+/// What is wrong with a number, and what it is in SI units.
+fn number_meant(value: &str) -> Option<(&'static str, String)> {
     let bare = value.trim_matches('"').trim();
     let digits = bare.trim_end_matches(|c: char| c.is_alphabetic() || c == '%');
     let (digits, unit) = (digits.trim_end(), bare[digits.len()..].trim());
@@ -125,7 +132,7 @@ fn number(place: &Place, value: &str) -> Option<Slip> {
     } else {
         return None;
     };
-    place.takes(&meant).then(|| Slip::value(what, meant))
+    Some((what, meant))
 }
 
 /// A variant or `true` in quotes, in capitals or not.
@@ -150,11 +157,17 @@ fn brackets(place: &Place, value: &str) -> Option<Slip> {
     if is_vector && place.takes(&vector) {
         return Some(Slip::value("a vector has round brackets", vector));
     }
-    if is_vector && value.parse::<f64>().is_ok() {
-        return Some(Slip {
-            what: format!("expected a vector of three numbers, `(x, y, z)`, found `{value}`"),
-            meant: None,
-        });
+    let expected = |what: &str| Slip {
+        what: format!("expected {what}, found `{value}`"),
+        meant: None,
+    };
+    if is_vector && !value.starts_with('(') {
+        let otherwise = || Some(expected("a vector of three numbers, `(x, y, z)`"));
+        return spelling::signs(place, value).or_else(otherwise);
+    }
+    let is_pair = place.takes("(0, 1)") && !place.takes(NOBODY);
+    if is_pair && !value.starts_with('(') {
+        return Some(expected("two numbers, `(from, to)`"));
     }
     let list = format!("[{value}]");
     let is_list = inner.is_none() && place.takes(&list);
@@ -166,12 +179,18 @@ fn variants(place: &Place, value: &str) -> Option<Slip> {
     let expected = variants_of(place)?;
     let is_name = value.starts_with(|c: char| c.is_alphabetic());
     let mut meant = None;
+    // With its unit, or its quotes, a number is none yet.
+    let number = number_meant(value).map(|(_, meant)| meant);
+    let value_meant = number.as_deref().unwrap_or(value);
     for variant in expected.iter().filter(|_| !is_name) {
-        let mut tried = vec![format!("{variant}({value})"), format!("{variant}{value}")];
+        let mut tried = vec![
+            format!("{variant}({value_meant})"),
+            format!("{variant}{value}"),
+        ];
         if let Some(Error::MissingStructField { field, .. }) =
             place.refusal(&format!("{variant}()"))
         {
-            tried.push(format!("{variant}({field}: {value})"));
+            tried.push(format!("{variant}({field}: {value_meant})"));
         }
         meant = tried.into_iter().find(|tried| place.takes(tried));
         if meant.is_some() {
@@ -189,6 +208,14 @@ fn fields(place: &Place, value: &str) -> Option<Slip> {
     let known = fields_of(place, &format!("({NOBODY}: 0)"))?;
     if value.starts_with('(') {
         return None;
+    }
+    if let Some((name, bare)) = value.find('(').map(|start| value.split_at(start))
+        && is_name(name)
+        && place.takes(bare)
+    {
+        let known = known.join(", ");
+        let what = format!("expected `(…)` with the fields {known}, without the name `{name}`");
+        return Some(Slip::value(what, bare.to_owned()));
     }
     let what = format!(
         "expected `(…)` with the fields {}, found `{value}`",
@@ -217,15 +244,16 @@ fn fields(place: &Place, value: &str) -> Option<Slip> {
 /// A value within a bracket that lacks the name of its field.
 fn named(place: &Place, value: &str) -> Option<Slip> {
     let known = fields_of(place, &format!("{NOBODY}: 0"))?;
-    let meant =
-        (known.iter().map(|field| format!("{field}: {value}"))).find(|named| place.takes(named))?;
-    Some(Slip::value(
-        format!(
-            "expected the name of a field ({}) before `{value}`",
-            known.join(", ")
-        ),
-        meant,
-    ))
+    if known.contains(&value) || scan(value).is_none() {
+        return None;
+    }
+    let what = format!(
+        "expected the name of a field ({}) before `{value}`",
+        known.join(", ")
+    );
+    let mut named = known.iter().map(|field| format!("{field}: {value}"));
+    let meant = named.find(|named| place.takes(named)).map(Meant::Value);
+    Some(Slip { what, meant })
 }
 
 /// The fields that ron says there are where it meets an unknown one.

@@ -43,6 +43,13 @@ pub(super) fn orient(soup: &mut Soup, inwards: bool, tolerance: f64) -> Result<(
     }
     let shells = Shells::of(soup);
     let count = shells.rows.len();
+    if let Some(shell) = (0..count).find(|&shell| shells.is_flat(soup, shell, tolerance)) {
+        return Err(format!(
+            "the shell at {} encloses nothing: parts of it lie on each other and are wound opposite ways; delete one \
+             of them, or write `side: Both` for a thin sheet",
+            place(shells.middle(soup, shell))
+        ));
+    }
     let turned: Vec<bool> = (0..count)
         .map(|shell| shells.volume(soup, shell) < 0.0)
         .collect();
@@ -184,6 +191,15 @@ impl Shells {
             a.dot(b.cross(c))
         });
         parts.sum()
+    }
+
+    /// Whether its volume is less than that of a plate half as thick as the tolerance \[m].
+    fn is_flat(&self, soup: &Soup, shell: usize, tolerance: f64) -> bool {
+        let areas = self
+            .triangles(soup, shell)
+            .map(|[a, b, c]| 0.5 * (b - a).cross(c - a).length());
+        let plate = 0.5 * tolerance * 0.5 * areas.sum::<f64>();
+        self.volume(soup, shell).abs() / 6.0 < plate
     }
 
     fn middle(&self, soup: &Soup, shell: usize) -> DVec3 {

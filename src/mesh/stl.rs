@@ -11,6 +11,7 @@ use glam::{DVec3, Vec3};
 use super::{
     soup::Soup,
     text::{lines, point, text_of},
+    weld::few_enough,
 };
 
 /// Size of a binary file's header and count, and of one of its triangles \[bytes].
@@ -45,7 +46,8 @@ pub(super) fn read(bytes: &[u8]) -> Result<Soup, String> {
             "{} bytes follow its {count} triangles; a file holds one list of triangles, so write one file each",
             rest.len()
         )),
-        Some(_) => Ok(binary(&bytes[HEADER..length])),
+        // Before memory is taken for them.
+        Some(_) => few_enough(count).map(|()| binary(&bytes[HEADER..length])),
     }
 }
 

@@ -19,12 +19,7 @@ pub(super) fn weld(soup: Soup, tolerance: f64) -> Result<Soup, String> {
     if count == 0 {
         return Err("it has no triangle; export the surface with its faces".to_owned());
     }
-    if count > MAX_TRIANGLES {
-        return Err(format!(
-            "it has {count} triangles; at most {MAX_TRIANGLES} are read, so decimate it to triangles of about the \
-             spacing"
-        ));
-    }
+    few_enough(count)?;
     let mut welded = close_seams(same_places(soup)?, tolerance);
     let mut known = HashSet::with_capacity(welded.triangles.len());
     welded
@@ -36,6 +31,16 @@ pub(super) fn weld(soup: Soup, tolerance: f64) -> Result<Soup, String> {
         ));
     }
     Ok(welded)
+}
+
+/// Refuses more triangles than are read.
+pub(super) fn few_enough(count: usize) -> Result<(), String> {
+    if count <= MAX_TRIANGLES {
+        return Ok(());
+    }
+    Err(format!(
+        "it has {count} triangles; at most {MAX_TRIANGLES} are read, so decimate it to triangles of about the spacing"
+    ))
 }
 
 fn same_places(soup: Soup) -> Result<Soup, String> {

@@ -77,9 +77,52 @@ pub(crate) fn unknown_name(what: &str, found: &str, of: Option<&str>, known: &[&
     }
 }
 
+/// Words of other programs and of formulas, and what they are called here.
+const SYNONYMS: [(&str, &str); 34] = [
+    ("density", "rest_density"),
+    ("rho", "rest_density"),
+    ("rho0", "rest_density"),
+    ("nu", "kinematic_viscosity"),
+    ("t_end", "duration"),
+    ("tend", "duration"),
+    ("t_max", "duration"),
+    ("end_time", "duration"),
+    ("simulation_time", "duration"),
+    ("dt", "time_step"),
+    ("dx", "spacing"),
+    ("dp", "spacing"),
+    ("particle_spacing", "spacing"),
+    ("particle_size", "spacing"),
+    ("h", "support"),
+    ("smoothing_length", "support"),
+    ("fps", "frames_per_second"),
+    ("g", "gravity"),
+    ("walls", "boundaries"),
+    ("solver", "pressure"),
+    ("tolerance", "max_density_error"),
+    ("position", "at"),
+    ("velocity", "speed"),
+    ("omega", "angular_velocity"),
+    ("wcsph", "Sesph"),
+    ("disc", "Sphere"),
+    ("circle", "Disc"),
+    ("circle", "Sphere"),
+    ("ball", "Sphere"),
+    ("cube", "Box"),
+    ("delete", "Remove"),
+    ("lists", "Stored"),
+    ("list", "Stored"),
+    ("grid", "UniformGrid"),
+];
+
 /// The known name nearest to `found`, if one is near enough to be meant.
 fn nearest<'a>(found: &str, known: &[&'a str]) -> Option<&'a str> {
     let found = found.to_lowercase();
+    let synonyms = SYNONYMS.iter().filter(|(word, _)| *word == found);
+    let mut meant = synonyms.flat_map(|(_, name)| known.iter().find(|known| *known == name));
+    if let Some(name) = meant.next() {
+        return Some(name);
+    }
     // Of equally near names the first.
     known
         .iter()

@@ -3,7 +3,7 @@
 use glam::{BVec3, DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
-use super::BoundaryShape;
+use super::{BoundaryShape, Bounds};
 
 /// The axes along which space repeats, each with the two faces that are one \[m].
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
@@ -85,6 +85,14 @@ impl Period {
         // A point in the box keeps its bits.
         let periods = ((point - self.low) * self.inverse).floor();
         point - self.length * periods
+    }
+
+    /// Whether a box \[m], or one of its images, contains a point.
+    pub fn contains(&self, Bounds { min, max }: &Bounds, point: Vec3) -> bool {
+        // The first image of the point above the lower faces.
+        let periods = ((point - *min) * self.inverse).floor();
+        let image = Vec3::select(self.axes(), point - self.length * periods, point);
+        image.cmpge(*min).all() && image.cmple(*max).all()
     }
 
     /// The same in double precision.
@@ -173,6 +181,24 @@ mod tests {
             assert!(period.wrap(point).distance(expected) < 1e-5, "{point}");
             let exactly = period.wrap_exactly(point.as_dvec3()).as_vec3();
             assert!(exactly.distance(expected) < 1e-5, "{point}");
+        }
+        // A box that reaches across a face has its other part at the other face.
+        let (min, max) = (Vec3::new(0.7, 0.0, 0.0), Vec3::new(1.1, 1.0, 2.0));
+        let bounds = Bounds { min, max };
+        for (x, is_inside) in [
+            (0.8, true),
+            (-0.2, true),
+            (2.2, true),
+            (0.6, false),
+            (0.0, false),
+        ] {
+            let point = Vec3::new(x, 0.5, 1.5);
+            assert_eq!(period.contains(&bounds, point), is_inside, "{x}");
+            assert!(
+                !period.contains(&bounds, point + Vec3::Y),
+                "y is not periodic"
+            );
+            assert_eq!(Period::NONE.contains(&bounds, point), x == 0.8, "{x}");
         }
         let difference = period.nearest(Vec3::new(1.1, 5.0, -2.9));
         assert!(difference.distance(Vec3::new(-0.1, 5.0, 0.1)) < 1e-6);

@@ -13,7 +13,7 @@ use crate::{
 const FARTHEST: f32 = 0.5;
 
 /// Speed of water that falls through the whole height of a box \[m/s].
-fn fall(scene: &Scene, low: Vec3, high: Vec3) -> f32 {
+pub(super) fn fall(scene: &Scene, low: Vec3, high: Vec3) -> f32 {
     let along = scene.gravity.normalize_or_zero();
     let height = along.abs().dot((high - low).max(Vec3::ZERO));
     let start = scene.max_initial_speed();

@@ -21,6 +21,9 @@ mod take;
 mod timer;
 mod uninstall;
 mod warnings;
+mod warnings_of_flow;
+mod warnings_of_gauges;
+mod warnings_of_pace;
 
 pub use advance::{Advance, advance};
 pub use apply::{ApplyError, apply};

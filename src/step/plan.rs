@@ -168,7 +168,7 @@ fn ask(scene: &Scene) -> Result<(StartDensity, usize), InstallError> {
 }
 
 /// Time step at the largest speed of free fall \[s].
-fn expected_step(scene: &Scene, limits: &[(String, f32)]) -> f32 {
+pub(super) fn expected_step(scene: &Scene, limits: &[(String, f32)]) -> f32 {
     let least = limits
         .iter()
         .map(|limit| limit.1)

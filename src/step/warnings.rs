@@ -5,7 +5,7 @@ use std::path::Path;
 
 use glam::{DVec3, Vec3};
 
-use super::limits;
+use super::{limits, warnings_of_flow, warnings_of_gauges, warnings_of_pace};
 use crate::{
     loading::Size,
     scene::{
@@ -21,16 +21,13 @@ const LOOKS: u32 = 97;
 const LARGE_SPACING: f32 = 1.0;
 const LARGE_EXTENT: f64 = 500.0;
 
-/// 0.3 times the speed of sound in water, above which it cannot be treated as incompressible \[m/s].
-const FASTEST: f32 = 0.3 * 1480.0;
-
 /// Settings of a scene that are probably mistakes. Fails as [`Scene::check`] does.
 pub fn warnings(scene: &Scene) -> Result<Vec<String>, SceneError> {
     Ok(of_size(scene, &scene.checked_size()?))
 }
 
 /// A number with four digits that count, as people write it.
-fn short(number: f64) -> f64 {
+pub(super) fn short(number: f64) -> f64 {
     format!("{number:.3e}").parse().unwrap_or(number)
 }
 
@@ -107,9 +104,10 @@ fn stands(scene: &Scene, (index, wall): (usize, &BoundaryShape), size: &Size) ->
     let most = times.map(moved).fold(0.0, f64::max);
     (most < f64::from(LEAST_WAY * scene.spacing)).then(|| {
         format!(
-            "the wall `boundaries.{index}` has a `motion`, and moves {} m at most in the {end} s of the scene: it \
+            "the wall `boundaries.{index}` has a `motion`, and moves {} m at most in the {} s of the scene: it \
              stands; see its times and its speed, or leave `motion` out",
-            short(most)
+            short(most),
+            scene.duration
         )
     })
 }
@@ -160,13 +158,7 @@ pub(super) fn of_size(scene: &Scene, size: &Size) -> Vec<String> {
             short(1e-3 * spacing),
         ));
     }
-    let start = scene.max_initial_speed();
-    if start > FASTEST {
-        warnings.push(format!(
-            "fluid starts at {start} m/s; all methods take the fluid for incompressible, which water is up to \
-             {FASTEST:.0} m/s, three tenths of its speed of sound"
-        ));
-    }
+    warnings.extend(warnings_of_pace::of(scene, size));
     warnings.extend(
         scene
             .gauges
@@ -175,17 +167,12 @@ pub(super) fn of_size(scene: &Scene, size: &Size) -> Vec<String> {
     );
     let gauges = scene.gauges.iter();
     warnings.extend(gauges.filter_map(|gauge| without_up(scene, gauge)));
+    let gauges = scene.gauges.iter();
+    warnings.extend(gauges.flat_map(|gauge| warnings_of_gauges::of(scene, gauge)));
     let walls = scene.boundaries.iter().enumerate();
     warnings.extend(walls.filter_map(|wall| stands(scene, wall, size)));
     warnings.extend(dense_tables(scene));
-    for (index, emitter) in scene.emitters.iter().enumerate() {
-        if emitter.start >= scene.duration {
-            warnings.push(format!(
-                "`emitters.{index}` starts at {} s, and the scene ends at {} s: nothing enters",
-                emitter.start, scene.duration
-            ));
-        }
-    }
+    warnings.extend(warnings_of_flow::of(scene));
     let (low, high) = size.fluid_box;
     warnings.extend(limits::too_long(scene, low.as_vec3(), high.as_vec3()));
     warnings
@@ -266,15 +253,6 @@ mod tests {
             told.contains("takes +y") && told.contains("`kind: Front"),
             "{told}"
         );
-    }
-
-    #[test]
-    fn an_emitter_that_starts_after_the_end_is_told() {
-        let text = "(name: \"t\", dimension: 2, spacing: 0.1, bodies: [], duration: 2, emitters: [
-            (shape: Disc(center: (0, 0, 0), normal: (0, 1, 0), radius: 0.2), speed: 1, start: 2)])";
-        let scene = Scene::parse(text, "t.ron", &[]).unwrap_or_else(|error| panic!("{error}"));
-        let told = warnings(&scene).expect("a scene").join("\n");
-        assert!(told.contains("`emitters.0` starts at 2 s"), "{told}");
     }
 
     #[test]

@@ -35,14 +35,9 @@ impl Checker<'_> {
     }
 
     fn check_span(&self, path: &str, span: Span, may_be_nothing: bool) -> Result<(), StudyError> {
-        let is_right = match span {
-            Span::Steps(steps) => steps > 0 || may_be_nothing,
-            Span::Time(time) => time.is_finite() && (time > 0.0 || may_be_nothing && time == 0.0),
-        };
-        match span {
-            _ if is_right => Ok(()),
-            Span::Steps(_) => self.refuse(path, "no steps; it must be at least 1"),
-            Span::Time(time) => self.refuse(path, format!("{time} s; it must be above 0")),
+        match span.problem(may_be_nothing) {
+            None => Ok(()),
+            Some(message) => self.refuse(path, message),
         }
     }
 

@@ -19,6 +19,7 @@ mod readings;
 mod reference;
 mod run;
 mod scaling;
+mod span;
 mod start;
 mod table;
 mod text;

@@ -12,7 +12,7 @@ use crate::support::{assert_exit, command, overfall, stderr};
 fn a_write_that_fails_ends_the_run_with_path_and_cause() {
     let folder = folder();
     // A limit on the size of files simulates a full disk: frames no longer fit, a summary does.
-    let output = command_after(&folder, "trap '' XFSZ; ulimit -f 16")
+    let output = command_after(&folder, "ulimit -f 16")
         .args(["run", "long.ron", "--quiet"])
         .output()
         .expect("sh starts");
@@ -91,7 +91,7 @@ fn a_full_disk_leaves_whole_rows_and_a_summary() {
         .replace("max: (0.1, 0.2, 0.1)", "max: (0.03, 0.2, 0.03)");
     fs::write(folder.path().join("long.ron"), small).expect("a scene file");
     // A limit on the size of files simulates a full disk: 27 particles fit, a few thousand rows do not.
-    let output = command_after(&folder, "trap '' XFSZ; ulimit -f 64")
+    let output = command_after(&folder, "ulimit -f 64")
         .args(["run", "long.ron", "--quiet", "--frames-per-second=0"])
         .output()
         .expect("sh starts");

@@ -141,6 +141,52 @@ fn what_cannot_be_resumed_is_refused_and_loses_nothing() {
     refused(&["--resume", "out/tiny"], "cut off");
 }
 
+/// A run that would end before its checkpoint would only remove output; rows that somebody took away are told of.
+#[test]
+fn an_end_before_the_checkpoint_is_refused_and_lost_rows_are_told() {
+    let folder = folder();
+    let first = [
+        "run",
+        "tiny.ron",
+        "--quiet",
+        "--steps",
+        "12",
+        "--out",
+        "part",
+        "--checkpoint",
+        "10",
+    ];
+    assert_exit(&overfall(&folder, &first), 0);
+    let part = folder.path().join("part");
+    let before = history(&part);
+    let again = ["run", "tiny.ron", "--quiet", "--resume", "part"];
+    for (end, part) in [
+        ("--steps=9", "ends at 9 steps"),
+        ("--duration=0.0001", "ends at 0.0001 s"),
+    ] {
+        let refused = overfall(&folder, &[&again[..], &[end]].concat());
+        assert_exit(&refused, 2);
+        let errors = stderr(&refused);
+        assert!(
+            errors.contains("after 10 steps") && errors.contains(part),
+            "{errors}"
+        );
+    }
+    assert_eq!(history(&part), before);
+    let text = fs::read_to_string(part.join("history.csv")).expect("a history");
+    let rows: Vec<&str> = text.lines().collect();
+    for (kept, told) in [(11, ""), (4, "3 of the 10 rows"), (0, "0 of the 10 rows")] {
+        fs::write(part.join("history.csv"), rows[..kept].join("\n") + "\n").expect("a file");
+        let resumed = overfall(&folder, &[&again[..], &["--steps=11"]].concat());
+        assert_exit(&resumed, 0);
+        let errors = stderr(&resumed);
+        assert!(
+            errors.contains(told) && errors.contains("are lost") != told.is_empty(),
+            "{errors}"
+        );
+    }
+}
+
 #[cfg(unix)]
 mod killed {
     use std::time::Duration;

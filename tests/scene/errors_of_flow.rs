@@ -38,6 +38,7 @@ fn flow_that_cannot_be_is_refused() {
     let disc = "normal: (0, -1, 0), radius: 0.2), speed: 1";
     let disc_with = |more: &str| format!("{disc}, {more}");
     let width = "width: 0.4, height: 0.4";
+    let round = "periodic: (x: (1, 3))";
     #[rustfmt::skip]
     let cases: &[(&str, &str, String, &str, &[&str])] = &[
         (SCENE, disc, disc.replace("speed: 1", "speed: 0"), "6:88", &["the speed is 0 m/s", "above 0"]),
@@ -71,6 +72,27 @@ fn flow_that_cannot_be_is_refused() {
             &["overlaps the solid sphere `boundaries.1`", "make room behind it"]),
         (SCENE, "max: (2, 2, 1))", "max: (2, 2, 1)), Plane(center: (0.5, 1.6, 0.5), normal: (0, -1, 0), half_size: 1)"
             .to_owned(), "6:17", &["overlaps the plane"]),
+        // Before the face.
+        (SCENE, "max: (2, 2, 1))", "max: (2, 2, 1)), Box(min: (0.2, 1, 0), max: (0.8, 1.45, 1))".to_owned(), "6:17",
+            &["meets the solid box `boundaries.1` right before the face"]),
+        (SCENE, "(0.5, 1.5, 0.5), normal: (0, -1, 0)", "(0.5, 1.5, 0.95), normal: (0, 0, 1)".to_owned(), "6:17",
+            &["meets the tank `boundaries.0` right before the face", "+z side"]),
+        // Images along a periodic axis.
+        (FLAT, "bodies: []", "periodic: (x: (1, 3)), bodies: [(shape: Box(min: (2.3, 1.5, 0), max: (2.7, 2, 0)))]"
+            .to_owned(), "5:17", &["overlaps the fluid of `bodies.0`"]),
+        (FLAT, "bodies: []", format!("{round}, boundaries: [Box(min: (2.3, 1.7, 0), max: (2.7, 2, 0))], bodies: []"),
+            "5:17", &["overlaps the solid box `boundaries.0`"]),
+        (FLAT, "bodies: []", format!("{round}, boundaries: [Box(min: (2.3, 1, 0), max: (2.7, 1.46, 0))], bodies: []"),
+            "5:17", &["meets the solid box `boundaries.0`"]),
+        (FLAT, "bodies: []", "periodic: (x: (1, 3)), outflow: [(min: (2.3, 1.5, 0), max: (2.7, 2, 0))], bodies: []"
+            .to_owned(), "5:17", &["in the box `outflow.0`"]),
+        (FLAT, "width: 0.4), speed: 1),", format!("width: 0.4), speed: 1),\n(shape: Disc(center: (2.6, 1.5, 0), \
+            normal: (0, -1, 0), radius: 0.2), speed: 1)], {round}, outflow: ["), "6:9",
+            &["overlaps that of `emitters.0`"]),
+        (FLAT, "width: 0.4), speed: 1),", format!("width: 2.04), speed: 1)], {round}, outflow: ["), "5:17",
+            &["overlaps its own image"]),
+        (FLAT, "bodies: []", "periodic: (x: (0, 1e5)), bodies: []".to_owned(), "7:",
+            &["it reaches x = 1.0", "1/100 of the spacing"]),
         // Outflow.
         (SCENE, "duration: 1", "outflow: [(min: (0, 1.4, 0), max: (1, 2, 1))]".to_owned(), "6:17",
             &["in the box `outflow.0`"]),
@@ -122,6 +144,23 @@ fn emitters_that_do_not_meet_are_accepted() {
         ),
     ] {
         scene(&emitters).unwrap_or_else(|error| panic!("{emitters}: {error}"));
+    }
+    // A face as long as the period has no ends, and one on a face of the period is whole.
+    for (face, more) in [
+        ((0.5, 2.0, 1.0), ""),
+        ((0.0, 1.5, 0.4), ""),
+        (
+            (3.0, 1.5, 0.4),
+            "boundaries: [Tank(min: (0, 0, 0), max: (1, 2, 0))],",
+        ),
+    ] {
+        let (x, y, width) = face;
+        let text = format!(
+            "(name: \"t\", dimension: 2, spacing: 0.1, periodic: (x: (0, 1)), {more}
+            bodies: [(shape: Box(min: (0, 0, 0), max: (1, 1, 0)))],
+            emitters: [(shape: Rectangle(center: ({x}, {y}, 0), normal: (0, -1, 0), width: {width}), speed: 1)])"
+        );
+        Scene::parse(&text, "t.ron", &[]).unwrap_or_else(|error| panic!("{text}: {error}"));
     }
     let both = format!(
         "{}, {}",

@@ -124,6 +124,38 @@ fn shells_bound_solids_and_cavities_or_are_refused() {
     }
 }
 
+/// A block and the same block turned inside out, cut into triangles along the same or other diagonals, bound nothing.
+#[test]
+fn a_block_and_its_inverse_are_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("both.obj").display().to_string();
+    let corners = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n";
+    let faces = [
+        [1, 4, 3, 2],
+        [5, 6, 7, 8],
+        [1, 2, 6, 5],
+        [2, 3, 7, 6],
+        [3, 4, 8, 7],
+        [4, 1, 5, 8],
+    ];
+    for first in 0..4 {
+        let mut text = corners.to_owned();
+        for face in faces {
+            let turned = [3, 2, 1, 0].map(|k: usize| face[(k + first) % 4]);
+            for [a, b, c, d] in [face, turned] {
+                text += &format!("f {a} {b} {c}\nf {a} {c} {d}\n");
+            }
+        }
+        std::fs::write(&file, text).expect("a file");
+        for side in ["Outside", "Inside"] {
+            let error = load(&file, &format!("side: {side}"), 0.04).expect_err("refused");
+            let told = error.contains("encloses nothing") || error.contains("back to back");
+            assert!(told && error.contains("side: Both"), "{first}: {error}");
+        }
+        load(&file, "side: Both", 0.04).unwrap_or_else(|error| panic!("{error}"));
+    }
+}
+
 /// Two blocks, one of them rotated, translated and inverted: refused if they intersect, or if one is inside the other
 /// with the same orientation. Otherwise each is solid, whatever its orientation. Tested at the points of a lattice.
 #[test]

@@ -11,7 +11,7 @@ use overfall::step::Order;
 use overfall::study::{Plan, Reference};
 use overfall::{
     loading::Override,
-    scene::{Scene, SceneError},
+    scene::{AccelerationTable, MotionTable, Scene, SceneError, VelocityGrid},
 };
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngSeed, TestCaseError, TestRunner};
@@ -264,6 +264,55 @@ fn figures_of_gauges_are_read_or_refused() {
             }
         }
     });
+}
+
+/// Tables that walls, forces and velocities follow: what is read is finite at any time and place.
+#[test]
+fn tables_of_motions_are_read_or_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("table.csv");
+    let corpus = [texts("tests/corpus/motions"), texts("tests/corpus/tables")].concat();
+    let read = std::cell::Cell::new([0; 3]);
+    let count = |kind: usize| {
+        let mut all = read.get();
+        all[kind] += 1;
+        read.set(all);
+    };
+    let times = [0.0, 0.3, 0.9, -1.0, 1e30, 1e300];
+    try_texts(&corpus, |text| {
+        fs::write(&file, text).expect("a file");
+        match MotionTable::load(&file) {
+            Err(error) => assert_says_something(&error.to_string()),
+            Ok(table) => {
+                count(0);
+                assert!(
+                    times.iter().all(|time| !table.way(*time).is_nan()),
+                    "{text:?}"
+                );
+            }
+        }
+        match AccelerationTable::load(&file) {
+            Err(error) => assert_says_something(&error.to_string()),
+            Ok(table) => {
+                count(1);
+                let means = times.map(|time| table.mean(time, 0.01));
+                assert!(means.iter().all(|mean| !mean.is_nan()), "{text:?}");
+            }
+        }
+        match VelocityGrid::load(&file) {
+            Err(error) => assert_says_something(&error.to_string()),
+            Ok(grid) => {
+                count(2);
+                let places = times.map(|x| grid.at(glam::DVec3::new(x, 0.5, -x)));
+                assert!(places.iter().all(|velocity| !velocity.is_nan()), "{text:?}");
+            }
+        }
+    });
+    assert!(
+        read.get().iter().all(|count| *count > 0),
+        "{:?}",
+        read.get()
+    );
 }
 
 /// In a text of several source lines, a missing backslash leaves a run of spaces in the message.

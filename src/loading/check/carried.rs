@@ -8,7 +8,7 @@ use super::size::{box_of_body, box_of_boundary};
 use crate::kernel::Kernel;
 use crate::mesh::Mesh;
 use crate::scene::shapes::RESOLUTION;
-use crate::scene::{BoundaryShape, Dimension, Scene};
+use crate::scene::{Dimension, Scene};
 
 /// Range of masses, volumes and factors of the kernel: their products with each other stay normal numbers.
 const LARGEST: f32 = 1e35;
@@ -27,7 +27,6 @@ pub(super) fn coordinates(scene: &Scene, meshes: &[Option<Mesh>]) -> Checked {
                 let (min, max) = mesh.bounds();
                 [min, max]
             }
-            (BoundaryShape::Plane { center, .. }, _) => [center.as_dvec3(); 2],
             (_, None) => {
                 let (min, max) = box_of_boundary(boundary, scene.dimension, 0.0);
                 [min, max]
@@ -35,8 +34,12 @@ pub(super) fn coordinates(scene: &Scene, meshes: &[Option<Mesh>]) -> Checked {
         };
         (format!("boundaries.{index}"), corners)
     });
+    // What leaves at one face comes in at the other.
+    let faces = scene.periodic.axes().map(|faces| faces.unwrap_or_default());
+    let faces = [0, 1].map(|end| DVec3::from(faces.map(|faces| f64::from(faces[end]))));
     bodies
         .chain(solids)
+        .chain([("periodic".to_owned(), faces)])
         .try_for_each(|(path, corners)| of_one(scene, path, corners))
 }
 

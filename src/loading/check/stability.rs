@@ -108,12 +108,20 @@ fn cause(scene: &Scene, name: &str) -> Option<Cause> {
             what: format!("gravity is {:.3e} m/s²", scene.gravity.length()),
         },
         "the speed at the start" => {
-            let speeds = scene.bodies.iter().map(|body| body.greatest_speed());
-            let fastest = speeds.enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
-            let (index, speed) = fastest?;
-            Cause {
-                path: format!("bodies.{index}"),
-                what: format!("the body starts with up to {speed:.3e} m/s"),
+            let bodies = scene.bodies.iter().map(|body| body.greatest_speed());
+            let emitters = scene.emitters.iter().map(|emitter| emitter.speed);
+            let fastest = |speeds: &mut dyn Iterator<Item = f32>| {
+                speeds.enumerate().max_by(|a, b| a.1.total_cmp(&b.1))
+            };
+            match (fastest(&mut { bodies }), fastest(&mut { emitters })) {
+                (body, Some((index, speed))) if body.is_none_or(|body| body.1 < speed) => Cause {
+                    path: format!("emitters.{index}.speed"),
+                    what: format!("the fluid enters at {speed:.3e} m/s"),
+                },
+                (body, _) => Cause {
+                    path: format!("bodies.{}", body?.0),
+                    what: format!("the body starts with up to {:.3e} m/s", body?.1),
+                },
             }
         }
         "viscosity" => Cause {

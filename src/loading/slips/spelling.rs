@@ -12,6 +12,7 @@ pub(super) fn slip(place: &Place, value: &str) -> Option<Slip> {
     truth(place, value)
         .or_else(|| whole_number(place, value))
         .or_else(|| text(place, value))
+        .or_else(|| empty_bracket(place, value))
         .or_else(|| names_within(place, value))
         .or_else(|| decimal_comma(place, value))
 }
@@ -30,7 +31,8 @@ fn truth(place: &Place, value: &str) -> Option<Slip> {
 /// A number with a point or an exponent in place of a whole one.
 fn whole_number(place: &Place, value: &str) -> Option<Slip> {
     let number: f64 = value.parse().ok()?;
-    if value.parse::<i128>().is_ok() || !place.takes("1") || place.takes("1.5") {
+    let takes_whole = place.takes("1") || place.takes("2");
+    if value.parse::<i128>().is_ok() || !takes_whole || place.takes("1.5") {
         return None;
     }
     let whole = format!("{number:.0}");
@@ -58,6 +60,13 @@ pub(super) fn text(place: &Place, value: &str) -> Option<Slip> {
     let meant = known.iter().map(variant).find(|meant| place.takes(meant))?;
     let what = format!("expected one of {}, found `{value}`", known.join(", "));
     Some(Slip::value(what, meant))
+}
+
+/// A bracket behind a variant that has no values: `WendlandC2()`.
+fn empty_bracket(place: &Place, value: &str) -> Option<Slip> {
+    let bare = value.strip_suffix("()")?;
+    let is_right = is_name(bare) && place.takes(bare);
+    is_right.then(|| Slip::value("no bracket belongs here", bare.to_owned()))
 }
 
 /// Names of fields before values that have none: `(x: 0, y: 1, z: 0)`, `Fixed(dt: 0.001)`.
