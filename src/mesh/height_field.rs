@@ -2,9 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::{
-    error::MeshError, ground::Ground, place::Place, side::MeshSide, soup::Soup, surface::Mesh,
-};
+use super::{ground::Ground, place::Place, soup::Soup};
 
 /// Heights over a rectangle about the origin of its own axes, and where it is put.
 ///
@@ -126,7 +124,8 @@ impl HeightField {
         inside.then(|| (local.y - self.at(at).0) / self.steepest.hypot(1.0))
     }
 
-    fn soup(&self) -> Soup {
+    /// Its triangles in the scene.
+    pub(super) fn soup(&self) -> Soup {
         let [columns, rows] = self.ground.counts;
         let mut soup = Soup::default();
         for j in 0..rows {
@@ -147,20 +146,10 @@ impl HeightField {
     }
 }
 
-impl Mesh {
-    /// The surface of a ground, solid below, for particles at a spacing \[m].
-    pub(crate) fn of_ground(field: HeightField, spacing: f32) -> Result<Self, MeshError> {
-        let mesh = Self::of_soup(field.soup(), MeshSide::Front, spacing);
-        let mut mesh = mesh.map_err(MeshError::Surface)?;
-        mesh.heights = Some(field);
-        Ok(mesh)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::ground::Rolling;
+    use crate::mesh::{Mesh, ground::Rolling};
 
     fn field(turn: f64) -> HeightField {
         let rolling = Rolling {

@@ -7,6 +7,7 @@ use glam::DVec3;
 use super::{
     bvh::Bvh,
     error::MeshError,
+    height_field::HeightField,
     place::Place,
     read, shells,
     side::MeshSide,
@@ -40,6 +41,14 @@ impl Mesh {
             file: file.to_owned(),
             message,
         })
+    }
+
+    /// The surface of a ground, solid below, for particles at a spacing \[m].
+    pub(crate) fn of_ground(heights: HeightField, spacing: f32) -> Result<Self, MeshError> {
+        let mesh = Self::of_soup(heights.soup(), MeshSide::Front, spacing);
+        let mut mesh = mesh.map_err(MeshError::Surface)?;
+        mesh.heights = Some(heights);
+        Ok(mesh)
     }
 
     /// Connects triangles to a surface for particles at a spacing \[m].

@@ -18,6 +18,7 @@ mod output;
 mod particle_file;
 mod periodic;
 mod physics;
+mod placed;
 mod pressure;
 mod rotation;
 #[cfg(feature = "schema")]

@@ -2,8 +2,6 @@
 
 use glam::{DMat3, DVec3};
 
-use super::{BoundaryShape, FluidBody};
-
 /// Where a turned shape is: what is written of it, turned about a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Frame {
@@ -88,37 +86,6 @@ fn sin_cos(degrees: f64) -> (f64, f64) {
         180.0 => (0.0, -1.0),
         270.0 => (-1.0, 0.0),
         angle => angle.to_radians().sin_cos(),
-    }
-}
-
-impl FluidBody {
-    /// Where the body is: its shape, turned.
-    pub(crate) fn frame(&self) -> Frame {
-        Frame::new(self.shape.pivot(), self.rotation)
-    }
-}
-
-impl BoundaryShape {
-    /// Where the boundary is: what is written of it, turned.
-    pub(crate) fn frame(&self) -> Frame {
-        match *self {
-            Self::Tank {
-                min, max, rotation, ..
-            }
-            | Self::Box {
-                min, max, rotation, ..
-            } => Frame::new(0.5 * (min.as_dvec3() + max.as_dvec3()), rotation),
-            Self::Sphere {
-                center, rotation, ..
-            }
-            | Self::Plane {
-                center, rotation, ..
-            } => Frame::new(center.as_dvec3(), rotation),
-            // These are placed as a whole.
-            Self::Mesh(_) | Self::Revolution(_) | Self::Terrain(_) => {
-                Frame::new(DVec3::ZERO, DVec3::ZERO)
-            }
-        }
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use super::{BoundaryShape, Particles, Shape, WallMotion, WallSlip, rotation::turn};
+use super::{Particles, WallMotion, WallSlip, rotation::turn};
 use crate::mesh::{Ground, HeightField, Mesh, MeshError, MeshSide, Place, Rolling};
 
 /// A triangle mesh as a boundary: sampled evenly at the spacing, like the other shapes inside the solid.
@@ -186,6 +186,12 @@ impl FileShape {
         Mesh::read(Path::new(&self.file), place, MeshSide::Outside, spacing)
     }
 
+    /// The vertices of the mesh in the file before it is turned \[m].
+    pub(super) fn vertices(&self) -> Result<Vec<DVec3>, MeshError> {
+        let place = Place::of_mesh(self.scale, DVec3::ZERO, self.translation);
+        crate::mesh::vertices(Path::new(&self.file), place)
+    }
+
     /// The particles in the file before they are turned.
     pub(crate) fn particles(&self) -> Result<Particles, String> {
         let mut particles = Particles::load(Path::new(&self.file))?;
@@ -196,59 +202,17 @@ impl FileShape {
     }
 }
 
-impl Shape {
-    /// The box around what its file holds, before it is turned \[m]; none for other shapes, or if the file cannot be
-    /// read: the scene's check names it.
-    pub(crate) fn extent_of_file(&self) -> Option<(DVec3, DVec3)> {
-        let around = |points: &[DVec3]| {
-            let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-            let grow = |(low, high): (DVec3, DVec3), x: &DVec3| (low.min(*x), high.max(*x));
-            (!points.is_empty()).then(|| points.iter().fold(empty, grow))
-        };
-        match self {
-            Self::Mesh(file) => {
-                let place = Place::of_mesh(file.scale, DVec3::ZERO, file.translation);
-                around(&crate::mesh::vertices(Path::new(&file.file), place).ok()?)
-            }
-            Self::Particles(file) => around(&file.particles().ok()?.positions),
-            _ => None,
-        }
-    }
-
-    /// Largest speed of the particles of its file \[m/s].
-    pub(super) fn greatest_speed(&self) -> f32 {
-        let Self::Particles(file) = self else {
-            return 0.0;
-        };
-        let particles = file.particles().ok();
-        let velocities = particles.and_then(|particles| particles.velocities);
-        let speeds = velocities.iter().flatten().map(|v| v.length());
-        speeds.fold(0.0, f64::max) as f32
-    }
-}
-
-impl BoundaryShape {
-    /// The surface of triangles that it is, for particles at a spacing \[m]; none for other shapes.
-    pub(crate) fn mesh(&self, spacing: f32) -> Option<Result<Mesh, MeshError>> {
-        match self {
-            Self::Mesh(mesh) => Some(Mesh::load(mesh, spacing)),
-            Self::Revolution(surface) => {
-                let place = Place::turned(turn(surface.rotation), surface.center);
-                Some(Mesh::of_revolution(
-                    &surface.profile,
-                    place,
-                    surface.side,
-                    spacing,
-                ))
-            }
-            Self::Terrain(terrain) => Some(terrain.mesh(spacing)),
-            _ => None,
-        }
+impl RevolutionBoundary {
+    /// Its surface for particles at a spacing \[m].
+    pub(super) fn mesh(&self, spacing: f32) -> Result<Mesh, MeshError> {
+        let place = Place::turned(turn(self.rotation), self.center);
+        Mesh::of_revolution(&self.profile, place, self.side, spacing)
     }
 }
 
 impl TerrainBoundary {
-    fn mesh(&self, spacing: f32) -> Result<Mesh, MeshError> {
+    /// Its surface for particles at a spacing \[m].
+    pub(super) fn mesh(&self, spacing: f32) -> Result<Mesh, MeshError> {
         let ground = match &self.heights {
             Heights::Image { file, black, white } => {
                 Ground::image(Path::new(file), *black, *white)?

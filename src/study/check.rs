@@ -133,25 +133,7 @@ impl Checker<'_> {
                 return self.refuse(&format!("columns.{k}.measure"), message);
             }
         }
-        for (k, variant) in study.variants.iter().enumerate() {
-            if variant.threads == Some(0) {
-                let message =
-                    "no threads; it must be at least 1, or left out for those of the study";
-                return self.refuse(&format!("variants.{k}.threads"), message);
-            }
-        }
-        for (k, case) in study.cases.iter().enumerate() {
-            let path = format!("cases.{k}.variants");
-            if case.variants.as_ref().is_some_and(Vec::is_empty) {
-                return self.refuse(
-                    &path,
-                    "no variant; name one, or leave `variants` out for all",
-                );
-            }
-            for (n, name) in case.variants.iter().flatten().enumerate() {
-                self.check_known(&format!("{path}.{n}"), "variant", name, &variants)?;
-            }
-        }
+        self.check_variants(&variants)?;
         if let Some(name) = &study.baseline {
             self.check_known("baseline", "variant", name, &variants)?;
         }

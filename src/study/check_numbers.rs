@@ -79,4 +79,29 @@ impl Checker<'_> {
         }
         Ok(())
     }
+
+    /// Checks the threads of variants, and that those which cases name exist.
+    pub(super) fn check_variants(&self, variants: &[&str]) -> Result<(), StudyError> {
+        let study = self.study;
+        for (k, variant) in study.variants.iter().enumerate() {
+            if variant.threads == Some(0) {
+                let message =
+                    "no threads; it must be at least 1, or left out for those of the study";
+                return self.refuse(&format!("variants.{k}.threads"), message);
+            }
+        }
+        for (k, case) in study.cases.iter().enumerate() {
+            let path = format!("cases.{k}.variants");
+            if case.variants.as_ref().is_some_and(Vec::is_empty) {
+                return self.refuse(
+                    &path,
+                    "no variant; name one, or leave `variants` out for all",
+                );
+            }
+            for (n, name) in case.variants.iter().flatten().enumerate() {
+                self.check_known(&format!("{path}.{n}"), "variant", name, variants)?;
+            }
+        }
+        Ok(())
+    }
 }

@@ -16,48 +16,7 @@ pub(super) fn shapes(scene: &Scene) -> Checked {
     })?;
     for (index, body) in scene.bodies.iter().enumerate() {
         let path = format!("bodies.{index}.shape");
-        match body.shape {
-            Shape::Box { min, max } => box_is_proper(&path, min, max, dimension)?,
-            Shape::Sphere { center, radius } => {
-                radius_is_proper(&path, radius)?;
-                is_flat(format!("{path}.center"), center, dimension)?;
-            }
-            Shape::Mesh(ref file) => {
-                ensure(dimension == Dimension::Three, &path, || {
-                    "a mesh needs `dimension: 3`; in 2-D a `Box` or a `Sphere` (a disc) can be used"
-                        .to_owned()
-                })?;
-                scale_is_proper(&path, file.scale)?;
-            }
-            Shape::Particles(ref file) => {
-                scale_is_proper(&path, file.scale)?;
-                let particles = file.particles();
-                let particles =
-                    particles.map_err(|message| Problem::new(format!("{path}.file"), message))?;
-                let velocities = particles.velocities.iter().flatten();
-                let flat = (particles.positions.iter())
-                    .chain(velocities)
-                    .all(|x| x.z == 0.0);
-                ensure(
-                    dimension == Dimension::Three || flat,
-                    format!("{path}.file"),
-                    || {
-                        "a 2-D scene is the plane z = 0; the particles of the file must have z = 0 and no velocity \
-                     along z"
-                        .to_owned()
-                    },
-                )?;
-            }
-            Shape::Cylinder { start, end, radius } => {
-                ensure(dimension == Dimension::Three, &path, || {
-                    "a cylinder needs `dimension: 3`; in 2-D a `Box` or a `Sphere` (a disc) can be used".to_owned()
-                })?;
-                radius_is_proper(&path, radius)?;
-                ensure(start != end, format!("{path}.end"), || {
-                    "the cylinder ends where it starts; move `end`".to_owned()
-                })?;
-            }
-        }
+        shape(&body.shape, &path, dimension)?;
         turns_in_plane(format!("bodies.{index}.rotation"), body.rotation, dimension)?;
         is_flat(format!("bodies.{index}.velocity"), body.velocity, dimension)?;
         for (row, gradient) in body.velocity_gradient.into_iter().enumerate() {
@@ -88,6 +47,53 @@ pub(super) fn shapes(scene: &Scene) -> Checked {
                 )
             },
         )?;
+    }
+    Ok(())
+}
+
+fn shape(of: &Shape, path: &str, dimension: Dimension) -> Checked {
+    match *of {
+        Shape::Box { min, max } => box_is_proper(path, min, max, dimension)?,
+        Shape::Sphere { center, radius } => {
+            radius_is_proper(path, radius)?;
+            is_flat(format!("{path}.center"), center, dimension)?;
+        }
+        Shape::Mesh(ref file) => {
+            ensure(dimension == Dimension::Three, path, || {
+                "a mesh needs `dimension: 3`; in 2-D a `Box` or a `Sphere` (a disc) can be used"
+                    .to_owned()
+            })?;
+            scale_is_proper(path, file.scale)?;
+        }
+        Shape::Particles(ref file) => {
+            scale_is_proper(path, file.scale)?;
+            let particles = file.particles();
+            let particles =
+                particles.map_err(|message| Problem::new(format!("{path}.file"), message))?;
+            let velocities = particles.velocities.iter().flatten();
+            let flat = (particles.positions.iter())
+                .chain(velocities)
+                .all(|x| x.z == 0.0);
+            ensure(
+                dimension == Dimension::Three || flat,
+                format!("{path}.file"),
+                || {
+                    "a 2-D scene is the plane z = 0; the particles of the file must have z = 0 and no velocity \
+                 along z"
+                    .to_owned()
+                },
+            )?;
+        }
+        Shape::Cylinder { start, end, radius } => {
+            ensure(dimension == Dimension::Three, path, || {
+                "a cylinder needs `dimension: 3`; in 2-D a `Box` or a `Sphere` (a disc) can be used"
+                    .to_owned()
+            })?;
+            radius_is_proper(path, radius)?;
+            ensure(start != end, format!("{path}.end"), || {
+                "the cylinder ends where it starts; move `end`".to_owned()
+            })?;
+        }
     }
     Ok(())
 }

@@ -11,26 +11,17 @@ mod packing;
 #[cfg(test)]
 mod tests;
 
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 use rayon::prelude::*;
 
 use super::BoundarySample;
 use crate::mesh::HeightField;
-use packing::Packing;
+use packing::{Packing, Point};
 
 /// Least distance of two samples \[spacings]: the mean area for each is then that of a square of the spacing.
 const DISTANCE: f64 = 1.03;
 /// Edge of a tile \[least distances].
 const TILE: f64 = 32.0;
-/// A sample on the surface, in the axes of the ground.
-#[derive(Debug, Clone, Copy)]
-struct Point {
-    /// x and z \[m].
-    at: DVec2,
-    /// \[m]
-    place: DVec3,
-}
-
 /// Appends the samples of a ground.
 pub(super) fn sample_ground(
     heights: &HeightField,
@@ -129,7 +120,7 @@ impl<'a> Tiles<'a> {
             };
             let tiles: Vec<usize> = (0..columns * rows).filter(is_of).collect();
             let of_one = |&tile: &usize| {
-                let mut packing = Packing::new(self, tile);
+                let mut packing = self.packing(tile);
                 for near in self.around(tile) {
                     let known = edges[near].iter().chain(&filled[near]);
                     known.for_each(|point| packing.know(*point));
@@ -142,6 +133,13 @@ impl<'a> Tiles<'a> {
             }
         }
         filled
+    }
+
+    /// The packing of a tile, without samples yet.
+    fn packing(&self, tile: usize) -> Packing<'a> {
+        let (i, j) = (tile % self.counts[0], tile / self.counts[0]);
+        let low = DVec2::new(i as f64, j as f64) * self.size - 0.5 * self.heights.size;
+        Packing::new(self.heights, self.distance, (low, low + self.size))
     }
 
     fn tile_of(&self, at: DVec2) -> usize {

@@ -3,11 +3,19 @@
 use glam::{DVec2, DVec3};
 use smallvec::SmallVec;
 
-use super::{Point, Tiles};
 use crate::mesh::HeightField;
 
 /// What a distance may miss \[least distances].
 const ROUNDING: f64 = 2e-3;
+
+/// A sample on the surface, in the axes of the ground.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Point {
+    /// x and z \[m].
+    pub(super) at: DVec2,
+    /// \[m]
+    pub(super) place: DVec3,
+}
 
 /// The packing of one tile, and of a margin around it that is as wide as the least distance.
 pub(super) struct Packing<'a> {
@@ -28,16 +36,18 @@ pub(super) struct Packing<'a> {
 const MARGIN: f64 = 3.0;
 
 impl<'a> Packing<'a> {
-    pub(super) fn new(tiles: &Tiles<'a>, tile: usize) -> Self {
-        let (i, j) = (tile % tiles.counts[0], tile / tiles.counts[0]);
-        let half = 0.5 * tiles.heights.size;
-        let low = DVec2::new(i as f64, j as f64) * tiles.size - half;
-        let high = low + tiles.size + tiles.distance;
-        let (low, high) = ((low - tiles.distance).max(-half), high.min(half));
-        let cells = ((high - low) / tiles.distance).floor() + 1.0 + 2.0 * MARGIN;
+    /// A packing of the rectangle from `low` to `high` \[m], at a least distance \[m].
+    pub(super) fn new(
+        heights: &'a HeightField,
+        distance: f64,
+        (low, high): (DVec2, DVec2),
+    ) -> Self {
+        let half = 0.5 * heights.size;
+        let (low, high) = ((low - distance).max(-half), (high + distance).min(half));
+        let cells = ((high - low) / distance).floor() + 1.0 + 2.0 * MARGIN;
         Self {
-            heights: tiles.heights,
-            distance: tiles.distance,
+            heights,
+            distance,
             low,
             high,
             points: Vec::new(),

@@ -1,5 +1,7 @@
 //! Tests of the samples of ground.
 
+use glam::DVec3;
+
 use super::*;
 use crate::scene::{BoundaryShape, Scene};
 

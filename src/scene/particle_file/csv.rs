@@ -4,7 +4,7 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::Particles;
+use super::particles::Particles;
 use crate::measure::{Column, Columns};
 
 pub(super) fn read(file: &Path) -> Result<Particles, String> {

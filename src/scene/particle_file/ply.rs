@@ -9,7 +9,7 @@ use ply_rs_bw::{
     ply::{Encoding, Property, PropertyAccess, PropertyAccessResult, PropertyType, ScalarType},
 };
 
-use super::{Particles, possible};
+use super::particles::{Particles, possible};
 
 const NAMES: [&str; 6] = ["x", "y", "z", "vx", "vy", "vz"];
 

@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use super::{Particles, possible};
+use super::particles::{Particles, possible};
 
 const DATA: &str = "<AppendedData encoding=\"raw\">";
 
@@ -80,8 +80,8 @@ impl Parts<'_> {
             return Err(format!("its {what} must have 3 components"));
         }
         let numbers = match attribute(tag, "format").unwrap_or("ascii") {
-            "ascii" => self.from_text(text, what)?,
-            "appended" => self.from_data(tag, 3 * count, what)?,
+            "ascii" => self.numbers_of_text(text, what)?,
+            "appended" => self.numbers_of_data(tag, 3 * count, what)?,
             other => {
                 return Err(format!(
                     "its {what} have the format `{other}`; write them `ascii`, or `appended` and raw"
@@ -99,7 +99,7 @@ impl Parts<'_> {
         Ok(vectors.map(|vector| DVec3::from_array(*vector)).collect())
     }
 
-    fn from_text(&self, text: &str, what: &str) -> Result<Vec<f64>, String> {
+    fn numbers_of_text(&self, text: &str, what: &str) -> Result<Vec<f64>, String> {
         let line = |word: &str| {
             let place = word.as_ptr() as usize - self.head.as_ptr() as usize;
             1 + self.head[..place].matches('\n').count()
@@ -111,7 +111,7 @@ impl Parts<'_> {
         text.split_whitespace().map(number).collect()
     }
 
-    fn from_data(&self, tag: &str, count: usize, what: &str) -> Result<Vec<f64>, String> {
+    fn numbers_of_data(&self, tag: &str, count: usize, what: &str) -> Result<Vec<f64>, String> {
         let offset = attribute(tag, "offset").and_then(|offset| offset.parse().ok());
         let offset: usize = offset.ok_or_else(|| format!("its {what} have no offset"))?;
         let size = match attribute(tag, "type") {
