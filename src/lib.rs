@@ -92,6 +92,7 @@
 //! | [`checkpoint`] | the state of a run in a file, from which it resumes bit for bit |
 //! | [`study`] | variants of a scene measured side by side: the paper's tables, speed over accuracy |
 //! | [`validate`] | cases with known answers, run with every pressure method |
+//! | `frontier` | speed against the error of a case (feature `cli`) |
 //!
 //! # The paper in the code
 //!
@@ -114,6 +115,8 @@ pub mod density;
 mod flow;
 #[doc(hidden)]
 pub mod force;
+#[cfg(feature = "cli")]
+pub mod frontier;
 pub mod gauge;
 #[doc(hidden)]
 pub mod index;

@@ -152,6 +152,13 @@ pub(super) struct Study {
     /// Replace an older table of the study instead of moving it aside.
     #[arg(long)]
     pub(super) force: bool,
+    /// Run only the variant with this name; may be repeated (studies of kind Stability or Frontier).
+    #[arg(long, value_name = "VARIANT")]
+    pub(super) only: Vec<String>,
+    /// Run all points again, those too that an older run in the output folder has finished (studies of kind Stability
+    /// or Frontier).
+    #[arg(long)]
+    pub(super) fresh: bool,
     #[command(flatten)]
     pub(super) reporting: Reporting,
     #[command(flatten)]

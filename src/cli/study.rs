@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use overfall::output::{OutputError, Provenance, write_atomically};
 use overfall::scene::{Scene, SceneError};
 use overfall::simd::InstructionSet;
-use overfall::study::{Event, Plan, StudyError, Table, chart, run};
+use overfall::study::{Event, Plan, StudyError, StudyKind, Table, chart, run};
 use serde::Serialize;
 
 use super::claims::{Claims, Writer};
@@ -18,7 +18,7 @@ use super::folder::{self, SUMMARY};
 use super::kinds::{Kind, with_kind};
 use super::stages::Display;
 use super::waiting::waiting;
-use super::{COMMIT, caret, console, interrupt, options};
+use super::{COMMIT, caret, console, frontier, interrupt, options, stability};
 
 /// Names in the folder, in addition to the summary's.
 const TABLE: &str = "table.csv";
@@ -27,8 +27,22 @@ const CHART: &str = "chart.svg";
 /// Time between two checks that the folder still exists.
 const LOOK_INTERVAL: Duration = Duration::from_secs(1);
 
-/// Runs a study and writes its results.
+/// Runs a study of any kind and writes its results.
 pub(super) fn study(options: &options::Study) -> Result<Exit, Failure> {
+    match StudyKind::of(&options.study) {
+        Ok(StudyKind::Stability) => stability::study(options),
+        Ok(StudyKind::Frontier) => frontier::study(options),
+        Ok(StudyKind::Table) => table(options),
+        Err(error) => Err(Failure::Refused(caret::of_study(&error))),
+    }
+}
+
+/// Runs a study of variants side by side.
+fn table(options: &options::Study) -> Result<Exit, Failure> {
+    if options.fresh || !options.only.is_empty() {
+        let message = "--only and --fresh are of studies of kind Stability or Frontier; this one measures all its variants in turns";
+        return Err(Failure::Refused(message.to_owned()));
+    }
     let started = Instant::now();
     let quiet = options.reporting.quiet;
     let overrides = (options.set.parse()).map_err(|error| Failure::Refused(error.to_string()))?;
