@@ -93,6 +93,7 @@
 //! | [`study`] | variants of a scene measured side by side: the paper's tables, speed over accuracy |
 //! | [`validate`] | cases with known answers, run with every pressure method |
 //! | `frontier` | speed against the error of a case (feature `cli`) |
+//! | [`trial`] | a few steps of a scene: what its parts cost, what it could do without |
 //!
 //! # The paper in the code
 //!
@@ -158,6 +159,7 @@ pub mod step;
 pub mod study;
 #[doc(hidden)]
 pub mod time_step;
+pub mod trial;
 pub mod validate;
 
 pub use loading::Override;

@@ -48,6 +48,7 @@ const FLOORS: &[&str] = &[
     "study",
     "validate",
     "frontier",
+    "trial",
 ];
 
 /// A path inside the crate, segment by segment.

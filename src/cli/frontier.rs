@@ -37,8 +37,17 @@ pub(super) fn study(options: &options::Study) -> Result<Exit, Failure> {
     let plan = load(options)?;
     let root = folder::root(options.out.as_deref(), &plan.study.name);
     // Read before an older run is moved aside.
-    let older = || (Runs::read(&root.join(RUNS)).unwrap_or_default(), Reference::read(&root.join(REFERENCE)).ok());
-    let (known, reference) = if options.fresh { (Runs::default(), None) } else { older() };
+    let older = || {
+        (
+            Runs::read(&root.join(RUNS)).unwrap_or_default(),
+            Reference::read(&root.join(REFERENCE)).ok(),
+        )
+    };
+    let (known, reference) = if options.fresh {
+        (Runs::default(), None)
+    } else {
+        older()
+    };
     let writer = Writer {
         kind: "study",
         name: &plan.study.name,
@@ -69,7 +78,9 @@ pub(super) fn study(options: &options::Study) -> Result<Exit, Failure> {
     let mut written = vec![sink.path.clone()];
     if matches!(plan.subject, Subject::Scene { .. }) {
         let path = claims.claim(REFERENCE).map_err(cannot_write)?;
-        let text = reference.csv().map_err(|error| cannot_write(io_error(&path, error)))?;
+        let text = reference
+            .csv()
+            .map_err(|error| cannot_write(io_error(&path, error)))?;
         write_atomically(&path, |out| out.write_all(&text)).map_err(cannot_write)?;
         written.push(path);
     }
@@ -78,7 +89,9 @@ pub(super) fn study(options: &options::Study) -> Result<Exit, Failure> {
     let is_whole = options.only.is_empty() && !interrupt::asked();
     sink.write(&runs, is_whole).map_err(cannot_write)?;
     if reused > 0 && !quiet {
-        console::note(&format!("{reused} runs are those of an older one; --fresh makes them again"));
+        console::note(&format!(
+            "{reused} runs are those of an older one; --fresh makes them again"
+        ));
     }
     match draw_frontier(&picture(&plan, &runs, source(&provenance, threads))) {
         Ok(svg) => {
@@ -97,7 +110,11 @@ pub(super) fn study(options: &options::Study) -> Result<Exit, Failure> {
     for file in written {
         text.push_str(&format!("  {}\n", file.display()));
     }
-    console::print(if options.reporting.json { &summary } else { &text })?;
+    console::print(if options.reporting.json {
+        &summary
+    } else {
+        &text
+    })?;
     Ok(if interrupt::asked() {
         Exit::Interrupted
     } else {
@@ -113,7 +130,11 @@ fn io_error(path: &Path, source: std::io::Error) -> OutputError {
 }
 
 fn version() -> String {
-    format!("{} {}", env!("CARGO_PKG_VERSION"), COMMIT.unwrap_or_default())
+    format!(
+        "{} {}",
+        env!("CARGO_PKG_VERSION"),
+        COMMIT.unwrap_or_default()
+    )
 }
 
 fn go_on() -> ControlFlow<()> {
@@ -144,13 +165,17 @@ fn fine_run(
 
 fn load(options: &options::Study) -> Result<FrontierPlan, Failure> {
     let overrides = (options.set.parse()).map_err(|error| Failure::Refused(error.to_string()))?;
-    let plan = waiting("reading the study and its scenes", options.reporting.quiet, || {
-        FrontierPlan::load(&options.study, &overrides)
-    });
+    let plan = waiting(
+        "reading the study and its scenes",
+        options.reporting.quiet,
+        || FrontierPlan::load(&options.study, &overrides),
+    );
     let mut plan = plan.map_err(|error| {
         let refusal = caret::of_study(&error);
         Failure::Refused(match error {
-            StudyError::Scene(SceneError::Syntax { .. }) => with_kind(refusal, &options.study, Kind::Study),
+            StudyError::Scene(SceneError::Syntax { .. }) => {
+                with_kind(refusal, &options.study, Kind::Study)
+            }
             _ => refusal,
         })
     })?;
@@ -169,27 +194,37 @@ fn run(
 ) -> Result<(Runs, usize), Failure> {
     let (mut wrote, mut looked, mut reused) = (Ok(()), Instant::now(), 0);
     let mut of = String::new();
-    let runs = run_frontier(sink.plan, reference, sink.known, (threads, &version()), &mut |event| {
-        match event {
-            FrontierEvent::Waiting { fraction } => display.step("measuring", &of, fraction),
-            FrontierEvent::Done {
-                lines,
-                all,
-                known,
-                fraction,
-            } => {
-                reused += usize::from(known);
-                of = lines.first().map_or_else(String::new, said);
-                display.step("measuring", &of, fraction);
-                // A program that is killed loses the runs of the last moments.
-                if looked.elapsed() >= WRITE_INTERVAL {
-                    wrote = sink.write(all, false);
-                    looked = Instant::now();
+    let runs = run_frontier(
+        sink.plan,
+        reference,
+        sink.known,
+        (threads, &version()),
+        &mut |event| {
+            match event {
+                FrontierEvent::Waiting { fraction } => display.step("measuring", &of, fraction),
+                FrontierEvent::Done {
+                    lines,
+                    all,
+                    known,
+                    fraction,
+                } => {
+                    reused += usize::from(known);
+                    of = lines.first().map_or_else(String::new, said);
+                    display.step("measuring", &of, fraction);
+                    // A program that is killed loses the runs of the last moments.
+                    if looked.elapsed() >= WRITE_INTERVAL {
+                        wrote = sink.write(all, false);
+                        looked = Instant::now();
+                    }
                 }
             }
-        }
-        if wrote.is_err() { ControlFlow::Break(()) } else { go_on() }
-    });
+            if wrote.is_err() {
+                ControlFlow::Break(())
+            } else {
+                go_on()
+            }
+        },
+    );
     display.finish();
     wrote.map_err(cannot_write)?;
     Ok((runs.map_err(Failure::Refused)?, reused))
@@ -221,7 +256,9 @@ impl Sink<'_> {
             runs.0.extend(more);
         }
         runs.sort(self.plan);
-        let text = runs.csv(&self.remarks).map_err(|error| io_error(&self.path, error))?;
+        let text = runs
+            .csv(&self.remarks)
+            .map_err(|error| io_error(&self.path, error))?;
         write_atomically(&self.path, |out| out.write_all(&text))
     }
 }
@@ -250,12 +287,19 @@ fn picture(plan: &FrontierPlan, runs: &Runs, source: String) -> FrontierPicture 
                 .into_iter()
                 .map(|point| FrontierPoint {
                     series: number(&point.variant),
-                    label: if point.settings.is_empty() { point.variant } else { point.settings },
+                    label: if point.settings.is_empty() {
+                        point.variant
+                    } else {
+                        point.settings
+                    },
                     cost: point.cost,
                     error: point.error,
                 })
                 .collect(),
-            failed: failed.iter().map(|of| (number(&of.variant), of.cost, of.class)).collect(),
+            failed: failed
+                .iter()
+                .map(|of| (number(&of.variant), of.cost, of.class))
+                .collect(),
         }
     };
     let truth = match &plan.subject {
@@ -290,7 +334,15 @@ fn summary(
         let (points, failed) = runs.points(&name);
         let front: Vec<_> = pareto_front(&points)
             .into_iter()
-            .map(|k| json!({"variant": points[k].variant, "settings": points[k].settings, "error": points[k].error, "cost": points[k].cost[0]}))
+            .map(|k| &points[k])
+            .map(|of| {
+                json!({
+                    "variant": of.variant,
+                    "settings": of.settings,
+                    "error": of.error,
+                    "cost": of.cost[0],
+                })
+            })
             .collect();
         json!({"figure": name, "points": points.len(), "failed": failed.len(), "front": front})
     };

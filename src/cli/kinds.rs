@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
+use overfall::frontier::is_frontier;
 use overfall::input::read_text;
 use overfall::scene::{Scene, SceneError};
 use overfall::step::Order;
-use overfall::frontier::is_frontier;
 use overfall::study::is_study;
 
 /// What a RON file may be.

@@ -1,14 +1,16 @@
-//! The command line: `run`, `check`, `study`, `validate`, `picture`, `fields`, `schema`, `completions`.
+//! The command line: `run`, `check`, `advise`, `study`, `validate`, `picture`, `fields`, `schema`, `completions`.
 //!
 //! Results go to standard output, progress and errors to standard error. The exit status tells success from failure
 //! ([`Exit`](exit::Exit)).
 
+mod advise;
 mod caret;
 mod check;
 mod checkpoints;
 mod claims;
 mod command;
 mod console;
+mod cost;
 mod exit;
 mod fields;
 mod folder;

@@ -40,7 +40,8 @@ pub(super) fn study(options: &options::Study) -> Result<Exit, Failure> {
 /// Runs a study of variants side by side.
 fn table(options: &options::Study) -> Result<Exit, Failure> {
     if options.fresh || !options.only.is_empty() {
-        let message = "--only and --fresh are of studies of kind Stability or Frontier; this one measures all its variants in turns";
+        let message = "--only and --fresh are of studies of kind Stability or Frontier; this one measures all its \
+                       variants in turns";
         return Err(Failure::Refused(message.to_owned()));
     }
     let started = Instant::now();

@@ -53,7 +53,9 @@ pub(super) fn measure(
             "the run has nothing to compare: one of its figures is no number".to_owned(),
         )),
         Ok(Err(unknown)) => Err(Ended::NoFigure(unknown)),
-        Err(Stopped::Asked) if late => Err(Ended::Failed(Class::OutOfTime, End::OutOfTime.reason())),
+        Err(Stopped::Asked) if late => {
+            Err(Ended::Failed(Class::OutOfTime, End::OutOfTime.reason()))
+        }
         Err(Stopped::Asked) => return None,
         Err(Stopped::Failed { error, .. }) => Err(match End::of(&error.cause) {
             End::Failed(class, _) => Ended::Failed(class, error.to_string()),
@@ -83,7 +85,9 @@ fn run(
             let (spent, curves) = curves(plan, scene, 1, tell);
             let errors = curves.map(|curves| {
                 let pairs = curves.iter().zip(&reference.curves);
-                Ok(pairs.map(|(found, known)| distance(found, known) / range(known)).collect())
+                Ok(pairs
+                    .map(|(found, known)| distance(found, known) / range(known))
+                    .collect())
             });
             (spent, errors)
         }
@@ -92,7 +96,11 @@ fn run(
 
 /// Errors of figures by name.
 fn errors_of(found: &Findings, figures: &[String]) -> Errors {
-    let known: Vec<&str> = found.figures.iter().map(|figure| figure.quantity.as_str()).collect();
+    let known: Vec<&str> = found
+        .figures
+        .iter()
+        .map(|figure| figure.quantity.as_str())
+        .collect();
     let error = |name: &String| {
         let figure = found.figures.iter().find(|figure| figure.quantity == *name);
         let figure = figure.ok_or_else(|| unknown_name("figure", name, None, &known))?;

@@ -8,8 +8,7 @@ use crate::{
     loading::{Override, place_of, read},
     scene::{Place, Scene, SceneError, unknown_name},
     study::{
-        StudyError,
-        names,
+        StudyError, names,
         stability::{Axis, Values, template},
     },
     validate::{CASES, Case},
@@ -71,7 +70,9 @@ impl Subject {
     /// The scene with overrides.
     pub fn scene(&self, changes: &[Override]) -> Result<Scene, SceneError> {
         match self {
-            Self::Case(case) => Scene::parse(case.texts.0, &self.file().display().to_string(), changes),
+            Self::Case(case) => {
+                Scene::parse(case.texts.0, &self.file().display().to_string(), changes)
+            }
             Self::Scene { file, .. } => Scene::load(file, changes),
         }
     }
@@ -106,7 +107,12 @@ impl FrontierPlan {
 
     /// Leaves only the variants with these names. Fails with the names that there are if one is unknown.
     pub fn only(&mut self, wanted: &[String]) -> Result<(), String> {
-        let known: Vec<&str> = self.study.variants.iter().map(|of| of.name.as_str()).collect();
+        let known: Vec<&str> = self
+            .study
+            .variants
+            .iter()
+            .map(|of| of.name.as_str())
+            .collect();
         if let Some(unknown) = wanted.iter().find(|name| !known.contains(&name.as_str())) {
             return Err(unknown_name("variant", unknown, None, &known));
         }
@@ -152,7 +158,8 @@ impl Checker<'_> {
         match &self.study.truth {
             Truth::Case { name, figures } => {
                 if figures.is_empty() {
-                    return self.refuse("truth.figures", "no figure to show the error of; name one");
+                    return self
+                        .refuse("truth.figures", "no figure to show the error of; name one");
                 }
                 let case = CASES.into_iter().find(|case| case.name == name);
                 case.map(Subject::Case).ok_or_else(|| StudyError::Refused {
@@ -185,14 +192,24 @@ impl Checker<'_> {
             return self.refuse(&path, message);
         }
         if !(1..=100).contains(&study.repeats) {
-            return self.refuse("repeats", format!("`repeats` is {}; it must be from 1 to 100", study.repeats));
+            return self.refuse(
+                "repeats",
+                format!("`repeats` is {}; it must be from 1 to 100", study.repeats),
+            );
         }
         if !(study.seconds > 0.0 && study.seconds.is_finite()) {
-            return self.refuse("seconds", format!("`seconds` is {}; it must be above 0", study.seconds));
+            return self.refuse(
+                "seconds",
+                format!("`seconds` is {}; it must be above 0", study.seconds),
+            );
         }
         let mut points = Vec::new();
         for (k, variant) in study.variants.iter().enumerate() {
-            let common = study.grid.iter().enumerate().map(|(n, axis)| (format!("grid.{n}"), axis));
+            let common = study
+                .grid
+                .iter()
+                .enumerate()
+                .map(|(n, axis)| (format!("grid.{n}"), axis));
             let own = variant.grid.iter().enumerate();
             let own = own.map(|(n, axis)| (format!("variants.{k}.grid.{n}"), axis));
             let axes: Vec<(String, &Axis)> = own.chain(common).collect();
@@ -209,7 +226,8 @@ impl Checker<'_> {
             };
             points.extend(product(first, &axes));
             if points.len() > MOST_POINTS {
-                let message = format!("there are more than {MOST_POINTS} points; sweep fewer values");
+                let message =
+                    format!("there are more than {MOST_POINTS} points; sweep fewer values");
                 return self.refuse("variants", message);
             }
         }
@@ -223,13 +241,21 @@ impl Checker<'_> {
             let scene = scene.or_else(|error| self.relocate(error, "truth.set"))?;
             for (k, of) in gauges.iter().enumerate() {
                 let path = format!("truth.gauges.{k}");
-                let known: Vec<&str> = scene.gauges.iter().map(|gauge| gauge.name.as_str()).collect();
+                let known: Vec<&str> = scene
+                    .gauges
+                    .iter()
+                    .map(|gauge| gauge.name.as_str())
+                    .collect();
                 let Some(gauge) = scene.gauges.iter().find(|gauge| gauge.name == of.gauge) else {
                     return self.refuse(&path, unknown_name("gauge", &of.gauge, None, &known));
                 };
                 let columns = gauge.columns();
                 let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
-                if let Some(column) = of.column.as_deref().filter(|column| !columns.contains(column)) {
+                if let Some(column) = of
+                    .column
+                    .as_deref()
+                    .filter(|column| !columns.contains(column))
+                {
                     let message = unknown_name("column", column, Some(&of.gauge), &columns);
                     return self.refuse(&path, message);
                 }
@@ -271,11 +297,20 @@ fn product(first: PlannedPoint, axes: &[(String, &Axis)]) -> Vec<PlannedPoint> {
     axes.iter().fold(vec![first], |points, (_, axis)| {
         let with = |point: &PlannedPoint, value: f64| {
             let mut point = point.clone();
-            let unit = if axis.unit.is_empty() { String::new() } else { format!(" {}", axis.unit) };
+            let unit = if axis.unit.is_empty() {
+                String::new()
+            } else {
+                format!(" {}", axis.unit)
+            };
             let comma = if point.settings.is_empty() { "" } else { ", " };
-            point.settings.push_str(&format!("{comma}{} {value}{unit}", axis.name));
+            point
+                .settings
+                .push_str(&format!("{comma}{} {value}{unit}", axis.name));
             // The check of the axis has filled in every value.
-            let filled = axis.set.iter().filter_map(|text| template::fill(text, value).ok());
+            let filled = axis
+                .set
+                .iter()
+                .filter_map(|text| template::fill(text, value).ok());
             point.set.extend(filled);
             point
         };
@@ -283,6 +318,14 @@ fn product(first: PlannedPoint, axes: &[(String, &Axis)]) -> Vec<PlannedPoint> {
             Values::Edge { .. } => Vec::new(),
             _ => axis.known_values(),
         };
-        points.iter().flat_map(|point| values.iter().map(|&value| with(point, value)).collect::<Vec<_>>()).collect()
+        points
+            .iter()
+            .flat_map(|point| {
+                values
+                    .iter()
+                    .map(|&value| with(point, value))
+                    .collect::<Vec<_>>()
+            })
+            .collect()
     })
 }

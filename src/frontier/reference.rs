@@ -35,7 +35,10 @@ impl Reference {
         for line in reader.deserialize::<Line>() {
             let line = line.map_err(io::Error::from)?;
             if line.gauge > found.curves.len() {
-                return Err(io::Error::new(io::ErrorKind::InvalidData, "a gauge is missing"));
+                return Err(io::Error::new(
+                    io::ErrorKind::InvalidData,
+                    "a gauge is missing",
+                ));
             }
             if line.gauge == found.curves.len() {
                 found.curves.push(Vec::new());
@@ -52,15 +55,22 @@ impl Reference {
         for (gauge, curve) in self.curves.iter().enumerate() {
             for &(t, value) in curve {
                 let key = self.key.clone();
-                let line = Line { gauge, t, value, key };
+                let line = Line {
+                    gauge,
+                    t,
+                    value,
+                    key,
+                };
                 writer.serialize(line).map_err(io::Error::from)?;
             }
         }
-        writer.into_inner().map_err(|error| io::Error::other(error.to_string()))
+        writer
+            .into_inner()
+            .map_err(|error| io::Error::other(error.to_string()))
     }
 
-    /// The reference of a study: that of an older run if nothing has changed, or a new one, on `threads` threads. `tell`
-    /// gets the completed fraction and may stop it. The error says why there is none.
+    /// The reference of a study: that of an older run if nothing has changed, or a new one, on `threads` threads.
+    /// `tell` gets the completed fraction and may stop it. The error says why there is none.
     pub fn of(
         plan: &FrontierPlan,
         older: Option<Self>,
@@ -72,7 +82,9 @@ impl Reference {
         };
         let scene = plan.scene(fine).map_err(|error| error.to_string())?;
         let key = key_of(&[version, &scene_text(&scene), &format!("{gauges:?}")]);
-        if let Some(older) = older.filter(|older| older.key == key && older.curves.len() == gauges.len()) {
+        if let Some(older) =
+            older.filter(|older| older.key == key && older.curves.len() == gauges.len())
+        {
             return Ok(older);
         }
         let (_, ended) = curves(plan, &scene, threads, tell);

@@ -82,7 +82,10 @@ impl Runs {
     /// Reads a CSV file that a study wrote. Lines that are no runs, such as the last one of a program that was killed,
     /// are left out.
     pub fn read(path: &Path) -> io::Result<Self> {
-        let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_path(path).map_err(io::Error::from)?;
+        let mut reader = csv::ReaderBuilder::new()
+            .comment(Some(b'#'))
+            .from_path(path)
+            .map_err(io::Error::from)?;
         Ok(Self(reader.deserialize().flatten().collect()))
     }
 
@@ -105,22 +108,40 @@ impl Runs {
     pub fn beside(&self, others: &Self) -> Vec<Run> {
         let of = |run: &Run| (run.variant.clone(), run.settings.clone(), run.repeat);
         let taken: HashSet<_> = others.0.iter().map(of).collect();
-        self.0.iter().filter(|run| !taken.contains(&of(run))).cloned().collect()
+        self.0
+            .iter()
+            .filter(|run| !taken.contains(&of(run)))
+            .cloned()
+            .collect()
     }
 
     /// The lines of one run, if they are all there: one for each figure.
-    pub(super) fn of(&self, name: (&str, &str), repeat: u32, key: &str, figures: &[String]) -> Option<Vec<Run>> {
+    pub(super) fn of(
+        &self,
+        name: (&str, &str),
+        repeat: u32,
+        key: &str,
+        figures: &[String],
+    ) -> Option<Vec<Run>> {
         let is_of = |run: &&Run| {
-            (run.variant.as_str(), run.settings.as_str()) == name && run.repeat == repeat && run.key == key
+            (run.variant.as_str(), run.settings.as_str()) == name
+                && run.repeat == repeat
+                && run.key == key
         };
         let lines: Vec<Run> = self.0.iter().filter(is_of).cloned().collect();
-        lines.iter().map(|run| &run.figure).eq(figures).then_some(lines)
+        lines
+            .iter()
+            .map(|run| &run.figure)
+            .eq(figures)
+            .then_some(lines)
     }
 
     /// Orders the lines as the study has its points.
     pub fn sort(&mut self, plan: &FrontierPlan) {
         let place = |run: &Run| {
-            let of = |point: &super::PlannedPoint| point.variant == run.variant && point.settings == run.settings;
+            let of = |point: &super::PlannedPoint| {
+                point.variant == run.variant && point.settings == run.settings
+            };
             plan.points.iter().position(of)
         };
         // A stable sort: figures of a run keep their order.
@@ -137,14 +158,18 @@ impl Runs {
             let (variant, settings) = (first.variant.clone(), first.settings.clone());
             let mut costs: Vec<f64> = runs.iter().filter_map(|run| run.cost).collect();
             costs.sort_by(f64::total_cmp);
-            let good = runs.iter().find(|run| run.error.is_some_and(f64::is_finite));
+            let good = runs
+                .iter()
+                .find(|run| run.error.is_some_and(f64::is_finite));
             match (good.and_then(|run| run.error), &costs[..]) {
-                (Some(error), [low, .., high]) | (Some(error), [low @ high]) => points.push(Point {
-                    variant,
-                    settings,
-                    error,
-                    cost: [costs[costs.len() / 2], *low, *high],
-                }),
+                (Some(error), [low, .., high]) | (Some(error), [low @ high]) => {
+                    points.push(Point {
+                        variant,
+                        settings,
+                        error,
+                        cost: [median(&costs), *low, *high],
+                    })
+                }
                 _ => failed.push(Failed {
                     variant,
                     settings,
@@ -158,11 +183,25 @@ impl Runs {
     }
 }
 
+/// Median of ascending values, of which there is one at least.
+fn median(ascending: &[f64]) -> f64 {
+    let middle = ascending.len() / 2;
+    match ascending.len() % 2 {
+        1 => ascending[middle],
+        _ => 0.5 * (ascending[middle - 1] + ascending[middle]),
+    }
+}
+
 /// Numbers of the points that no other one beats: going from the cheapest, each has a smaller error than all before.
 pub fn pareto_front(points: &[Point]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..points.len()).collect();
     let key = |k: &usize| (points[*k].cost[0], points[*k].error);
-    order.sort_by(|a, b| key(a).0.total_cmp(&key(b).0).then(key(a).1.total_cmp(&key(b).1)));
+    order.sort_by(|a, b| {
+        key(a)
+            .0
+            .total_cmp(&key(b).0)
+            .then(key(a).1.total_cmp(&key(b).1))
+    });
     let mut least = f64::INFINITY;
     order.retain(|&k| {
         let better = points[k].error < least;
@@ -187,7 +226,14 @@ mod tests {
 
     #[test]
     fn the_front_has_what_nothing_beats() {
-        let points = [(3.0, 0.1), (1.0, 0.5), (2.0, 0.5), (2.5, 0.6), (9.0, 0.09), (1.0, 0.4)];
+        let points = [
+            (3.0, 0.1),
+            (1.0, 0.5),
+            (2.0, 0.5),
+            (2.5, 0.6),
+            (9.0, 0.09),
+            (1.0, 0.4),
+        ];
         let points = points.map(|(cost, error)| point(cost, error));
         assert_eq!(pareto_front(&points), [5, 0, 4]);
         assert!(pareto_front(&[]).is_empty());
@@ -200,7 +246,11 @@ mod tests {
             repeat,
             figure: "f".into(),
             error,
-            class: if error.is_some() { Class::Stable } else { Class::Exploded },
+            class: if error.is_some() {
+                Class::Stable
+            } else {
+                Class::Exploded
+            },
             steps: 1,
             time_s: 1.0,
             wall_s: cost,
@@ -212,6 +262,11 @@ mod tests {
             command: String::new(),
             key: "k".into(),
         }
+    }
+
+    #[test]
+    fn the_median_is_in_the_middle() {
+        assert_eq!([&[1.0][..], &[1.0, 2.0], &[1.0, 2.0, 9.0]].map(median), [1.0, 1.5, 2.0]);
     }
 
     #[test]
@@ -234,6 +289,9 @@ mod tests {
         assert!(read.of(("v", "a"), 2, "k", &figures).is_some());
         assert!(read.of(("v", "a"), 4, "k", &figures).is_none());
         assert!(read.of(("v", "a"), 2, "other", &figures).is_none());
-        assert!(read.of(("v", "a"), 2, "k", &["f".to_owned(), "g".to_owned()]).is_none());
+        assert!(
+            read.of(("v", "a"), 2, "k", &["f".to_owned(), "g".to_owned()])
+                .is_none()
+        );
     }
 }

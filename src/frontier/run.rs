@@ -33,8 +33,9 @@ pub enum FrontierEvent<'a> {
     },
 }
 
-/// Runs the points of `plan` on `threads` threads, except those runs that `known` has. `version` is that of the program:
-/// a run of another one is made again. `tell` is called for every run, and ten times a second; it may stop the study.
+/// Runs the points of `plan` on `threads` threads, except those runs that `known` has. `version` is that of the
+/// program: a run of another one is made again. `tell` is called for every run, and ten times a second; it may stop the
+/// study.
 /// Returns the lines of all finished runs, in the order of the study. Fails if a figure of the study is none of the
 /// case's.
 pub fn run_frontier(
@@ -144,7 +145,10 @@ impl Worker<'_, '_> {
                 settings: point.settings.clone(),
                 repeat,
                 figure,
-                error: errors.as_ref().ok().and_then(|errors| errors.get(k).copied()),
+                error: errors
+                    .as_ref()
+                    .ok()
+                    .and_then(|errors| errors.get(k).copied()),
                 class,
                 steps: spent.steps,
                 time_s: spent.time,

@@ -1,7 +1,7 @@
 //! How far a curve is from a known one.
 
-/// Root mean square of the difference of a curve from a known one, at the times of that which the curve covers \[unit of
-/// the values]; NaN where there is nothing to compare, and for a curve that ends before 95 % of the known one.
+/// Root mean square of the difference of a curve from a known one, at the times of that which the curve covers \[unit
+/// of the values]; NaN where there is nothing to compare, and for a curve that ends before 95 % of the known one.
 pub fn distance(found: &[(f64, f64)], known: &[(f64, f64)]) -> f64 {
     let (Some(first), Some(last), Some(end)) = (found.first(), found.last(), known.last()) else {
         return f64::NAN;
@@ -9,7 +9,9 @@ pub fn distance(found: &[(f64, f64)], known: &[(f64, f64)]) -> f64 {
     if last.0 < 0.95 * end.0 {
         return f64::NAN;
     }
-    let within = known.iter().filter(|point| (first.0..=last.0).contains(&point.0));
+    let within = known
+        .iter()
+        .filter(|point| (first.0..=last.0).contains(&point.0));
     let (mut squares, mut count) = (0.0, 0.0);
     for &(time, value) in within {
         squares += (between(found, time) - value).powi(2);
@@ -44,7 +46,9 @@ mod tests {
 
     #[test]
     fn the_distance_is_that_of_the_values_at_the_known_times() {
-        let known: Vec<(f64, f64)> = (0..=10).map(|k| (f64::from(k), 5.0 + f64::from(k))).collect();
+        let known: Vec<(f64, f64)> = (0..=10)
+            .map(|k| (f64::from(k), 5.0 + f64::from(k)))
+            .collect();
         let off: Vec<(f64, f64)> = known.iter().map(|&(t, y)| (t, y + 0.5)).collect();
         assert!((distance(&off, &known) - 0.5).abs() < 1e-12);
         assert_eq!(range(&known), 10.0);

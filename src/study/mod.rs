@@ -40,6 +40,6 @@ pub use measure::{Block, Measure};
 pub use plan::{Plan, PlannedCase, PlannedVariant};
 pub use reference::Reference;
 pub use run::{Event, run};
+pub use table::{Figure, Order, Row, Table};
 #[cfg(feature = "cli")]
 pub(crate) use text::short;
-pub use table::{Figure, Order, Row, Table};

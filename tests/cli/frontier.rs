@@ -51,7 +51,10 @@ fn folder(study: &str) -> TempDir {
 }
 
 fn study(folder: &TempDir, more: &[&str]) -> (String, String) {
-    let output = overfall(folder, &[&["study", "s.ron", "--threads", "2"], more].concat());
+    let output = overfall(
+        folder,
+        &[&["study", "s.ron", "--threads", "2"], more].concat(),
+    );
     assert_exit(&output, 0);
     (stdout(&output).to_owned(), stderr(&output).to_owned())
 }
@@ -69,8 +72,14 @@ fn a_study_gives_runs_and_a_chart_and_goes_on_where_it_was() {
     assert_eq!(first.len(), 2 * 2 * 2);
     for run in &first {
         match run.variant.as_str() {
-            "DFSPH" => assert!(run.error.is_some_and(|error| error > 0.0 && error < 1.0) && run.reason.is_empty(), "{run:?}"),
-            _ => assert!(run.error.is_none() && run.reason.contains("smaller time step"), "{run:?}"),
+            "DFSPH" => assert!(
+                run.error.is_some_and(|error| error > 0.0 && error < 1.0) && run.reason.is_empty(),
+                "{run:?}"
+            ),
+            _ => assert!(
+                run.error.is_none() && run.reason.contains("smaller time step"),
+                "{run:?}"
+            ),
         }
     }
     // Repeats have the same error.
@@ -85,21 +94,43 @@ fn a_study_gives_runs_and_a_chart_and_goes_on_where_it_was() {
     let svg = fs::read_to_string(written.join("chart.svg")).expect("a chart");
     let svg = roxmltree::Document::parse(&svg).expect("well-formed XML");
     let texts = svg.descendants().filter(|node| node.has_tag_name("text"));
-    let words: String = texts.filter_map(|node| node.text()).map(|text| format!("{}\n", text.trim())).collect();
-    for part in ["Fast <and> right", "broken", "exploded", "nothing is as good", "against the known values of dam_break_koshizuka_oka",
-        "overfall 0.1.0"] {
+    let words: String = texts
+        .filter_map(|node| node.text())
+        .map(|text| format!("{}\n", text.trim()))
+        .collect();
+    for part in [
+        "Fast <and> right",
+        "broken",
+        "exploded",
+        "nothing is as good",
+        "against the known values of dam_break_koshizuka_oka",
+        "overfall 0.1.0",
+    ] {
         assert!(words.contains(part), "{part} is not in\n{words}");
     }
-    assert_eq!(read_json(&written.join("summary.json"))["figures"][0]["failed"], 2);
+    assert_eq!(
+        read_json(&written.join("summary.json"))["figures"][0]["failed"],
+        2
+    );
     // Wall times would differ if a run were made again.
     let (_, notes) = study(&folder, &["--only", "DFSPH"]);
-    assert!(notes.contains("4 runs are those of an older one"), "{notes}");
+    assert!(
+        notes.contains("4 runs are those of an older one"),
+        "{notes}"
+    );
     let kept = runs(&written);
     assert!(first.iter().all(|run| kept.contains(run)) && kept.len() == first.len());
     assert!(names(&written).contains(&"older_1".to_owned()));
-    fs::write(folder.path().join("s.ron"), STUDY.replace("[4, 6]", "[4, 5, 6]")).expect("a file");
+    fs::write(
+        folder.path().join("s.ron"),
+        STUDY.replace("[4, 6]", "[4, 5, 6]"),
+    )
+    .expect("a file");
     let (_, notes) = study(&folder, &["--force"]);
-    assert!(notes.contains("8 runs are those of an older one"), "{notes}");
+    assert!(
+        notes.contains("8 runs are those of an older one"),
+        "{notes}"
+    );
     assert_eq!(runs(&written).len(), 12);
 }
 
@@ -110,14 +141,30 @@ fn a_run_as_fine_as_the_reference_has_no_error() {
     let written = folder.path().join("out/fine");
     let found = runs(&written);
     assert_eq!(found.len(), 2);
-    assert!(found[0].error.is_some_and(|error| error > 1e-4 && error < 0.5), "{:?}", found[0]);
-    assert!(found[1].error.is_some_and(|error| error < 1e-6), "{:?}", found[1]);
+    assert!(
+        found[0]
+            .error
+            .is_some_and(|error| error > 1e-4 && error < 0.5),
+        "{:?}",
+        found[0]
+    );
+    assert!(
+        found[1].error.is_some_and(|error| error < 1e-6),
+        "{:?}",
+        found[1]
+    );
     assert!(out.contains("error of front"), "{out}");
     let before = fs::read(written.join("reference.csv")).expect("curves");
     assert!(before.len() > 100);
     let (_, notes) = study(&folder, &["--force"]);
-    assert!(notes.contains("2 runs are those of an older one"), "{notes}");
-    assert_eq!(fs::read(written.join("reference.csv")).expect("curves"), before);
+    assert!(
+        notes.contains("2 runs are those of an older one"),
+        "{notes}"
+    );
+    assert_eq!(
+        fs::read(written.join("reference.csv")).expect("curves"),
+        before
+    );
 }
 
 /// Each case: a part of the study, its replacement, the place of the error, parts of the message.
@@ -148,7 +195,10 @@ fn every_spoilt_study_is_refused_with_its_place_and_a_remedy() {
             Err(error) => error.to_string(),
         };
         let message = message.replace(&format!("{}/", folder.path().display()), "");
-        assert!(message.starts_with(&format!("{place}: ")), "{instead}: {message}");
+        assert!(
+            message.starts_with(&format!("{place}: ")),
+            "{instead}: {message}"
+        );
         for part in *messages {
             assert!(message.contains(part), "{instead}: {message}");
         }
@@ -161,7 +211,10 @@ fn a_figure_that_the_case_has_not_ends_the_study() {
     let output = overfall(&folder, &["study", "s.ron"]);
     assert_exit(&output, 2);
     let message = stderr(&output);
-    assert!(message.contains("did you mean `rms distance of the front [L]`?"), "{message}");
+    assert!(
+        message.contains("did you mean `rms distance of the front [L]`?"),
+        "{message}"
+    );
 }
 
 #[test]
@@ -179,6 +232,12 @@ fn every_shipped_frontier_is_right_in_itself() {
         found.push(plan.study.name);
     }
     found.sort();
-    let expected = ["corner_dam_break", "dam_break_2d", "drop", "hydrostatic", "taylor_green"];
+    let expected = [
+        "corner_dam_break",
+        "dam_break_2d",
+        "drop",
+        "hydrostatic",
+        "taylor_green",
+    ];
     assert_eq!(found, expected.map(|name| format!("frontier_{name}")));
 }

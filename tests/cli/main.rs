@@ -19,3 +19,4 @@ mod signals;
 mod stability;
 mod stability_errors;
 mod study;
+mod trials;

@@ -84,7 +84,8 @@ fn every_class_is_provoked() {
         "",
     );
     assert_eq!(compressed, Class::Compressed, "{of:?}");
-    let set = "\"pressure=Iisph(min_iterations: 1, max_iterations: {v}, max_density_error: 1e-7, not_converged: Accept)\"";
+    let set = "\"pressure=Iisph(min_iterations: 1, max_iterations: {v}, max_density_error: 1e-7, not_converged: \
+               Accept)\"";
     let (missed, of) = class(set, "");
     assert_eq!(missed, Class::NotConverged, "{of:?}");
     assert!(of.not_converged > 2 && of.iterations >= 1.0, "{of:?}");

@@ -36,7 +36,7 @@ fn every_spoilt_study_is_refused_with_its_place_and_a_remedy() {
         ("count: 3", "count: 1", "s.ron:11:47", &["from 2"]),
         ("{0.02*v}", "{v*0.02}", "s.ron:10:53", &["`{v*0.02}` is no value", "{0.01*v}"]),
         ("{0.02*v}", "0.1", "s.ron:10:52", &["write `{v}`"]),
-        ("max.y={", "max.w={", "s.ron:10:53", &["unknown field `w`"]),
+        ("max.y={", "max.w={", "s.ron:10:53", &["has no entry `w`"]),
         ("Fixed({v})", "Fixed(-{v})", "s.ron:11:92", &["both ends of the axes are refused"]),
         ("stiffness=100", "stifness=100", "s.ron:7:30", &["did you mean `stiffness`?"]),
         ("[1, 2]", "[1, 1]", "s.ron:12:21", &["different"]),
@@ -88,8 +88,8 @@ fn kinds_and_flags_of_the_wrong_study_are_refused() {
         "{}",
         stderr(&output)
     );
-    let table = "(name: \"t\", scene: \"tiny.ron\", variants: [(name: \"a\")], block: Steps(1), columns: [(name: \"i\", \
-                 measure: Iterations)])";
+    let table = "(name: \"t\", scene: \"tiny.ron\", variants: [(name: \"a\")], block: Steps(1), columns: [(name: \
+                 \"i\", measure: Iterations)])";
     fs::write(folder.path().join("s.ron"), table).expect("a file");
     let output = overfall(&folder, &["study", "s.ron", "--fresh"]);
     assert_exit(&output, 2);

@@ -5,6 +5,7 @@ mod common;
 
 mod algorithm_2;
 mod apply;
+mod bare;
 mod checkpoints;
 mod checkpoints_refused;
 mod determinism;

@@ -87,7 +87,8 @@ pub(super) fn ticks(logs: &Range<f64>) -> Vec<f64> {
     let all = |parts: &[f64]| -> Vec<(f64, i32)> {
         let powers = logs.start.floor() as i32..=logs.end.ceil() as i32;
         let all = powers.flat_map(|power| parts.iter().map(move |&part| (part, power)));
-        all.filter(|&of| logs.contains(&f64::log10(value(of)))).collect()
+        all.filter(|&of| logs.contains(&f64::log10(value(of))))
+            .collect()
     };
     let within = all(&[1.0, 2.0, 5.0]);
     if within.len() < FEWEST {
@@ -150,7 +151,10 @@ mod tests {
         assert_eq!(ticks(&(0.9..1.8)), [10.0, 20.0, 50.0]);
         assert_eq!(ticks(&(-5.5..0.5)), [1e-5, 1e-4, 1e-3, 0.01, 0.1, 1.0]);
         assert_eq!(ticks(&(0.327..0.928)), [3.0, 4.0, 5.0, 6.0, 7.0, 8.0]);
-        assert_eq!(ticks(&(1.71..1.77)), [52.0, 53.0, 54.0, 55.0, 56.0, 57.0, 58.0]);
+        assert_eq!(
+            ticks(&(1.71..1.77)),
+            [52.0, 53.0, 54.0, 55.0, 56.0, 57.0, 58.0]
+        );
         assert_eq!(linear_ticks(&(0.0..1.0)), [0.0, 0.2, 0.4, 0.6, 0.8, 1.0]);
         assert_eq!(linear_ticks(&(1.4..4.1)), [1.5, 2.0, 2.5, 3.0, 3.5, 4.0]);
         assert_eq!(

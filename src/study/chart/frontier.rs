@@ -3,7 +3,9 @@
 use plotters::prelude::*;
 
 use super::axes::{self, Plot, PlotAxis};
-use super::canvas::{Area, At, COLOURS, ChartError, Drawn, INK, drawing, on_canvas, text, width_of};
+use super::canvas::{
+    Area, At, COLOURS, ChartError, Drawn, INK, drawing, on_canvas, text, width_of,
+};
 use super::points::{Frame, free_place};
 use crate::study::stability::{Class, Scale};
 
@@ -87,7 +89,8 @@ fn mark(area: &Area, series: usize, (x, y): (i32, i32)) -> Drawn {
     if series < COLOURS.len() {
         area.draw(&Circle::new((x, y), 5, colour)).map_err(drawing)
     } else {
-        area.draw(&Rectangle::new([(x - 4, y - 4), (x + 5, y + 5)], colour)).map_err(drawing)
+        area.draw(&Rectangle::new([(x - 4, y - 4), (x + 5, y + 5)], colour))
+            .map_err(drawing)
     }
 }
 
@@ -100,7 +103,13 @@ fn legend(root: &Area, picture: &FrontierPicture) -> Drawn {
         x += 36 + width_of(name, 13.0);
     }
     axes::line(root, (x, Y), (x + 24, Y), FRONT)?;
-    text(root, "nothing is as good for less time", (x + 30, Y), 13.0, At::Left)
+    text(
+        root,
+        "nothing is as good for less time",
+        (x + 30, Y),
+        13.0,
+        At::Left,
+    )
 }
 
 /// The range of some values on a logarithmic axis, with room around them.
@@ -115,7 +124,11 @@ fn range(values: impl Iterator<Item = f64>) -> std::ops::Range<f64> {
 }
 
 fn draw_panel<'a>(root: &Area<'a>, area: &Area<'a>, panel: &FrontierPanel) -> Drawn {
-    let points: Vec<&FrontierPoint> = panel.points.iter().filter(|point| point.is_drawn()).collect();
+    let points: Vec<&FrontierPoint> = panel
+        .points
+        .iter()
+        .filter(|point| point.is_drawn())
+        .collect();
     let costs = points.iter().flat_map(|point| point.cost);
     let x = range(costs.chain(panel.failed.iter().filter_map(|failed| failed.1)));
     let y = range(points.iter().map(|point| point.error));
@@ -126,7 +139,10 @@ fn draw_panel<'a>(root: &Area<'a>, area: &Area<'a>, panel: &FrontierPanel) -> Dr
         range,
     };
     let across = log("wall time per simulated time [s/s]".into(), x.clone());
-    let along = log(format!("error of {}", panel.figure), y.start..(y.end + strip));
+    let along = log(
+        format!("error of {}", panel.figure),
+        y.start..(y.end + strip),
+    );
     let plot = axes::plot(root, &area.margin(30, 4, 8, 16), &across, &along)?;
     let at = |cost: f64, error: f64| plot.map_coordinate(&(cost.log10(), error.log10()));
     let corners: Vec<(i32, i32)> = (panel.front.iter())
@@ -155,12 +171,24 @@ fn draw_panel<'a>(root: &Area<'a>, area: &Area<'a>, panel: &FrontierPanel) -> Dr
 }
 
 /// Writes the settings of the points that nothing beats.
-fn labels(root: &Area, plot: &Plot, panel: &FrontierPanel, at: &dyn Fn(f64, f64) -> (i32, i32)) -> Drawn {
+fn labels(
+    root: &Area,
+    plot: &Plot,
+    panel: &FrontierPanel,
+    at: &dyn Fn(f64, f64) -> (i32, i32),
+) -> Drawn {
     let drawn = panel.points.iter().filter(|point| point.is_drawn());
-    let mut taken: Vec<Frame> = drawn.map(|point| Frame::around(at(point.cost[0], point.error))).collect();
+    let mut taken: Vec<Frame> = drawn
+        .map(|point| Frame::around(at(point.cost[0], point.error)))
+        .collect();
     let (columns, rows) = plot.get_pixel_range();
     let bounds = Frame::new((columns.start, rows.start), (columns.end, rows.end));
-    for point in panel.front.iter().filter_map(|&k| panel.points.get(k)).filter(|point| point.is_drawn()) {
+    for point in panel
+        .front
+        .iter()
+        .filter_map(|&k| panel.points.get(k))
+        .filter(|point| point.is_drawn())
+    {
         let frame = free_place(at(point.cost[0], point.error), &point.label, &taken, bounds);
         text(root, &point.label, frame.left_middle(), LABEL, At::Left)?;
         taken.push(frame);
@@ -198,7 +226,10 @@ fn failures(root: &Area, plot: &Plot, panel: &FrontierPanel, (least, height): (f
 mod tests {
     use super::*;
 
-    fn picture(points: Vec<FrontierPoint>, failed: Vec<(usize, Option<f64>, Class)>) -> FrontierPicture {
+    fn picture(
+        points: Vec<FrontierPoint>,
+        failed: Vec<(usize, Option<f64>, Class)>,
+    ) -> FrontierPicture {
         FrontierPicture {
             title: "T".into(),
             series: vec!["DFSPH".into(), "SESPH".into()],
@@ -223,9 +254,23 @@ mod tests {
 
     #[test]
     fn a_chart_has_ticks_labels_failures_and_its_source() {
-        let svg = draw(&picture(vec![point(10.0, 0.01), point(11.0, 0.009)], vec![(1, None, Class::Exploded)]));
+        let svg = draw(&picture(
+            vec![point(10.0, 0.01), point(11.0, 0.009)],
+            vec![(1, None, Class::Exploded)],
+        ));
         let svg = svg.expect("a chart");
-        for part in ["at 10", "at 11", "exploded", "error of front", "a machine", "SESPH", ">20<", ">10<", ">5<", ">0.01<"] {
+        for part in [
+            "at 10",
+            "at 11",
+            "exploded",
+            "error of front",
+            "a machine",
+            "SESPH",
+            ">20<",
+            ">10<",
+            ">5<",
+            ">0.01<",
+        ] {
             assert!(svg.contains(part), "{part} is not in {svg}");
         }
         assert!(draw(&picture(vec![point(0.0, 1.0), point(1.0, 0.0)], Vec::new())).is_err());

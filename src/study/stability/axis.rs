@@ -9,10 +9,14 @@ impl Axis {
         let wrong = |message: String| Err(("values".to_owned(), message));
         match self.values {
             Values::Edge { .. } if !may_be_edge => {
-                return wrong("an edge is searched along the `y` of a map; list the values here".to_owned());
+                return wrong(
+                    "an edge is searched along the `y` of a map; list the values here".to_owned(),
+                );
             }
             Values::Edge { halvings, .. } if !(1..=30).contains(&halvings) => {
-                return wrong(format!("`halvings` is {halvings}; it must be from 1 to 30 (6 is usual)"));
+                return wrong(format!(
+                    "`halvings` is {halvings}; it must be from 1 to 30 (6 is usual)"
+                ));
             }
             Values::Range { count, .. } if !(2..=1000).contains(&count) => {
                 return wrong(format!("`count` is {count}; it must be from 2 to 1000"));
@@ -39,7 +43,8 @@ impl Axis {
         if self.set.iter().any(|text| template::has_value(text)) {
             return Ok(());
         }
-        let message = "no override has the value in it; write `{v}` where it belongs, as in `spacing={v}`";
+        let message =
+            "no override has the value in it; write `{v}` where it belongs, as in `spacing={v}`";
         Err(("set".to_owned(), message.to_owned()))
     }
 }

@@ -80,7 +80,7 @@ impl Default for Rules {
             compression: 0.05,
             leak: 0.0,
             not_converged: 0.05,
-            seconds: 30.0,
+            seconds: 60.0,
         }
     }
 }

@@ -20,7 +20,7 @@ pub use class::{Class, End, Observed, Rules};
 pub use definition::{Axis, MapVariant, Scale, Seeds, StabilityKind, StabilityStudy, Values};
 pub use plan::{PlannedMap, PointOf, StabilityPlan};
 pub use results::{Known, Reading, csv_of};
-pub(crate) use run::{key as key_of, scene_text};
 pub use run::{StabilityEvent, run_stability, sort};
+pub(crate) use run::{key as key_of, scene_text};
 pub use text::text_of;
 pub use theory::{StepLimit, shares_of_limits, step_limits};

@@ -94,10 +94,19 @@ impl Known {
 
     /// Readings whose points are not among others: a study that is not finished keeps them.
     pub fn beside(&self, others: &[Reading]) -> Vec<Reading> {
-        let of = |reading: &Reading| (reading.variant.clone(), reading.x.to_bits(), reading.y.to_bits(), reading.seed);
+        let of = |reading: &Reading| {
+            (
+                reading.variant.clone(),
+                reading.x.to_bits(),
+                reading.y.to_bits(),
+                reading.seed,
+            )
+        };
         let taken: HashSet<_> = others.iter().map(of).collect();
         let all = self.0.values().flatten();
-        all.filter(|reading| !taken.contains(&of(reading))).cloned().collect()
+        all.filter(|reading| !taken.contains(&of(reading)))
+            .cloned()
+            .collect()
     }
 
     /// The readings of a point, if there is one for every number of steps.
