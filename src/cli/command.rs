@@ -25,7 +25,8 @@ enum Command {
     /// Check a scene and print what a run with the same options would do; writes nothing, and simulates only with
     /// --cost.
     Check(options::Check),
-    /// Find the cheapest method, tolerance and time step that hold an error, by short trials of the scene; writes nothing.
+    /// Find the cheapest method, tolerance and time step that hold an error, by short trials of the scene; writes
+    /// nothing.
     Advise(options::Advise),
     /// Measure variants of a scene side by side; write a table and a chart.
     Study(options::Study),

@@ -266,7 +266,10 @@ mod tests {
 
     #[test]
     fn the_median_is_in_the_middle() {
-        assert_eq!([&[1.0][..], &[1.0, 2.0], &[1.0, 2.0, 9.0]].map(median), [1.0, 1.5, 2.0]);
+        assert_eq!(
+            [&[1.0][..], &[1.0, 2.0], &[1.0, 2.0, 9.0]].map(median),
+            [1.0, 1.5, 2.0]
+        );
     }
 
     #[test]

@@ -38,27 +38,28 @@ impl Change {
 /// The simpler scenes that a scene has: of each thing that it asks for, the scene without, or with less of it.
 pub fn simpler(scene: &Scene) -> Vec<Change> {
     let mut changes = Vec::new();
-    match scene.fluid.viscosity {
-        Viscosity::None => {}
-        Viscosity::Laminar { numerical, .. } => {
-            changes.push(Change::new("without viscosity", &["fluid.viscosity=None"]));
-            if numerical > 0.0 {
-                let set = &["fluid.viscosity.numerical=0"];
-                changes.push(Change::new("without numerical viscosity", set));
-            }
-        }
-        Viscosity::Artificial { .. } => {
-            changes.push(Change::new("without viscosity", &["fluid.viscosity=None"]));
-        }
+    let holds: Vec<String> = (scene.boundaries.iter().enumerate())
+        .filter(|(_, wall)| wall.slip() != WallSlip::Free)
+        .map(|(k, _)| format!("boundaries.{k}.slip=Free"))
+        .collect();
+    if scene.fluid.viscosity != Viscosity::None {
+        // Walls hold what is viscous alone.
+        let none = "fluid.viscosity=None".to_owned();
+        changes.push(Change {
+            what: "without viscosity".to_owned(),
+            set: [none].into_iter().chain(holds.iter().cloned()).collect(),
+        });
+    }
+    if let Viscosity::Laminar { numerical, .. } = scene.fluid.viscosity
+        && numerical > 0.0
+    {
+        let set = &["fluid.viscosity.numerical=0"];
+        changes.push(Change::new("without numerical viscosity", set));
     }
     if scene.fluid.surface_tension != SurfaceTension::None {
         let set = &["fluid.surface_tension=None"];
         changes.push(Change::new("without surface tension", set));
     }
-    let holds: Vec<String> = (scene.boundaries.iter().enumerate())
-        .filter(|(_, wall)| wall.slip() != WallSlip::Free)
-        .map(|(k, _)| format!("boundaries.{k}.slip=Free"))
-        .collect();
     if !holds.is_empty() {
         changes.push(Change {
             what: "walls without friction".to_owned(),

@@ -113,9 +113,9 @@ mod tests {
     #[test]
     fn what_changes_nothing_is_told_from_what_does() {
         let text = "(name: \"t\", dimension: 2, spacing: 0.05, bodies: [(shape: Box(min: (0, 0, 0), max: (0.4, 0.4, \
-                    0)))], boundaries: [Tank(min: (0, 0, 0), max: (1, 1, 0))], fluid: (viscosity: \
-                    Laminar(kinematic_viscosity: 0.2)), gauges: [(name: \"e\", kind: Energy)], time_step: \
-                    Fixed(0.0005))";
+                    0)), velocity_field: TaylorGreen(speed: 1.0, wavelength: 0.4))], boundaries: [Tank(min: (0, 0, \
+                    0), max: (1, 1, 0))], fluid: (viscosity: Laminar(kinematic_viscosity: 0.2)), gauges: [(name: \
+                    \"e\", kind: Energy)], time_step: Fixed(0.0005))";
         let scene = Scene::parse(text, "t.ron", &[]).unwrap_or_else(|error| panic!("{error}"));
         let mut told = Vec::new();
         let cost = cost(&scene, 30, (1, 600.0), &mut |what, part| {

@@ -105,12 +105,12 @@ fn advice_is_lines_to_paste_and_the_next_cheaper() {
         "0.05",
         "--error",
     ];
-    let output = overfall(&folder, &[&arguments[..], &["20%"]].concat());
+    let output = overfall(&folder, &[&arguments[..], &["1000%"]].concat());
     assert_exit(&output, 0);
     let text = stdout(&output);
     for part in [
         "errors of `energy`",
-        "The cheapest that hold 20 %",
+        "The cheapest that hold 1000 %",
         "    pressure: ",
         "    time_step: Cfl(factor: 0.",
     ] {

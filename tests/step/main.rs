@@ -5,7 +5,6 @@ mod common;
 
 mod algorithm_2;
 mod apply;
-mod bare;
 mod checkpoints;
 mod checkpoints_refused;
 mod determinism;
