@@ -130,6 +130,19 @@ impl Lattice {
         (d + 2.0) / self.density * sum
     }
 
+    /// Longest stable time step with an equation of state, as the number of spacings that sound covers in it \[-]: its
+    /// waves have `ω = c |Σ_j V ∇W_ij sin(k·x_ij)|`, which semi-implicit Euler follows up to `ω dt = 2`. With many
+    /// neighbours it is 0.94 support radii in 2-D and 0.914 in 3-D for the cubic spline.
+    pub fn sound_step(&self) -> f64 {
+        let fastest = self.over_waves(|k| {
+            let sum: DVec3 = (self.pairs.iter())
+                .map(|pair| pair.slope * k.dot(pair.x).sin() * pair.x)
+                .sum();
+            sum.length() / self.density
+        });
+        2.0 / fastest
+    }
+
     /// Longest stable time step under a kinematic viscosity ν, times ν and over the square of the spacing \[-]. The
     /// operator is that of [`viscosity`](crate::force): its short waves decay faster than `ν k²` says, and the faster
     /// the narrower the kernel is within its support.

@@ -97,6 +97,8 @@
 //! | [`study`] | variants of a scene measured side by side: the paper's tables, speed over accuracy |
 //! | [`validate`] | cases with known answers, run with every pressure method |
 //! | [`guide`] | the pages that teach |
+//! | `frontier` | speed against the error of a case (feature `cli`) |
+//! | [`trial`] | a few steps of a scene: what its parts cost, what it could do without |
 //!
 //! # The paper in the code
 //!
@@ -121,6 +123,8 @@ pub mod filling;
 mod flow;
 #[doc(hidden)]
 pub mod force;
+#[cfg(feature = "cli")]
+pub mod frontier;
 pub mod gauge;
 pub mod guide;
 #[doc(hidden)]
@@ -163,6 +167,7 @@ pub mod step;
 pub mod study;
 #[doc(hidden)]
 pub mod time_step;
+pub mod trial;
 pub mod validate;
 
 pub use loading::Override;

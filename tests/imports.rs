@@ -49,6 +49,8 @@ const FLOORS: &[&str] = &[
     "study",
     "validate",
     "guide",
+    "frontier",
+    "trial",
 ];
 
 /// A path inside the crate, segment by segment.

@@ -13,10 +13,11 @@ use super::exit::{Exit, Failure};
 use super::folder::RunFolder;
 use super::report::size;
 use super::waiting::waiting;
-use super::{console, options, plan_json};
+use super::{console, cost, options, plan_json};
 
 /// Prints the plan of a scene.
-pub(super) fn check(options: &options::Run) -> Result<Exit, Failure> {
+pub(super) fn check(asked: &options::Check) -> Result<Exit, Failure> {
+    let options = &asked.run;
     let quiet = options.reporting.quiet;
     let scene = waiting("reading the scene", quiet, || options.effective_scene())?;
     if let Some(resumed) = &options.resume {
@@ -25,10 +26,16 @@ pub(super) fn check(options: &options::Run) -> Result<Exit, Failure> {
     let plan = waiting("counting", quiet, || overfall::plan(&scene));
     let plan = plan.map_err(|error| options.scene.refuse(&error))?;
     let threads = options.scene.threads();
+    let cost = match asked.cost {
+        true => Some(cost::measure(&scene, asked)?),
+        false => None,
+    };
     console::print(&if options.reporting.json {
-        plan_json::text(&scene, &plan, threads)?
+        let cost = cost.map(|cost| cost::json(&plan, &cost, asked.error));
+        plan_json::text(&scene, &plan, threads, cost)?
     } else {
-        text(&scene, &plan, threads, options)
+        let cost = cost.map(|cost| cost::text(&plan, &cost, asked.error));
+        text(&scene, &plan, threads, options) + &cost.unwrap_or_default()
     })?;
     Ok(Exit::Done)
 }

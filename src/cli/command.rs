@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use clap::{CommandFactory, Parser, Subcommand};
 
 use super::{
-    check, console,
+    advise, check, console,
     exit::{Exit, Failure},
     fields, interrupt, options, picture, run, study, validate,
 };
@@ -22,8 +22,12 @@ struct Arguments {
 enum Command {
     /// Simulate a scene; write frames, pictures, a history and a summary.
     Run(options::Run),
-    /// Check a scene and print what a run with the same options would do; simulates and writes nothing.
-    Check(options::Run),
+    /// Check a scene and print what a run with the same options would do; writes nothing, and simulates only with
+    /// --cost.
+    Check(options::Check),
+    /// Find the cheapest method, tolerance and time step that hold an error, by short trials of the scene; writes
+    /// nothing.
+    Advise(options::Advise),
     /// Measure variants of a scene side by side; write a table and a chart.
     Study(options::Study),
     /// Run cases with known answers; print the error of every method and write a page with charts.
@@ -49,6 +53,7 @@ pub(crate) fn main() -> ExitCode {
     let ended = match arguments.command {
         Command::Run(options) => run::run(&options),
         Command::Check(options) => check::check(&options),
+        Command::Advise(options) => advise::advise(&options),
         Command::Study(options) => study::study(&options),
         Command::Validate(options) => validate::validate(&options),
         Command::Picture(options) => picture::picture(&options),

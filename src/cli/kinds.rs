@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use overfall::frontier::is_frontier;
 use overfall::input::read_text;
 use overfall::scene::{Scene, SceneError};
 use overfall::step::Order;
@@ -19,7 +20,7 @@ impl Kind {
     /// What the file is, if it is any.
     fn of(path: &Path) -> Option<Self> {
         let text = read_text(path).ok()?;
-        if is_study(&text) {
+        if is_study(&text) || is_frontier(&text) {
             return Some(Self::Study);
         }
         if Order::parse(&text).is_ok() {

@@ -1,17 +1,20 @@
-//! The command line: `run`, `check`, `study`, `validate`, `picture`, `fields`, `schema`, `completions`.
+//! The command line: `run`, `check`, `advise`, `study`, `validate`, `picture`, `fields`, `schema`, `completions`.
 //!
 //! Results go to standard output, progress and errors to standard error. The exit status tells success from failure
 //! ([`Exit`](exit::Exit)).
 
+mod advise;
 mod caret;
 mod check;
 mod checkpoints;
 mod claims;
 mod command;
 mod console;
+mod cost;
 mod exit;
 mod fields;
 mod folder;
+mod frontier;
 mod gauges;
 mod interrupt;
 mod kinds;
@@ -28,6 +31,7 @@ mod run;
 mod scene_copy;
 mod schedule;
 mod spent;
+mod stability;
 mod stages;
 mod study;
 mod validate;

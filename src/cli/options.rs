@@ -109,6 +109,39 @@ pub(super) struct Run {
     pub(super) reporting: Reporting,
 }
 
+/// Options of `overfall check`.
+#[derive(Args, Debug)]
+pub(super) struct Check {
+    #[command(flatten)]
+    pub(super) run: Run,
+    /// Run a few steps (20, or --steps) and print what every part costs; run simpler scenes beside it and print what
+    /// could go.
+    #[arg(long)]
+    pub(super) cost: bool,
+    /// Change of the result that is no change, in per cent of the particles' ways.
+    #[arg(long, value_name = "PERCENT", value_parser = percent, default_value = "1%", requires = "cost")]
+    pub(super) error: f64,
+}
+
+/// Options of `overfall advise`.
+#[derive(Args, Debug)]
+pub(super) struct Advise {
+    #[command(flatten)]
+    pub(super) scene: SceneOptions,
+    /// Largest error that is allowed, in per cent of the range of the measure.
+    #[arg(long, value_name = "PERCENT", value_parser = percent, default_value = "1%")]
+    pub(super) error: f64,
+    /// What the error is of: `energy` (kinetic), `centre_x`, `centre_y`, `centre_z` (centre of mass), or a gauge of the
+    /// scene.
+    #[arg(long, value_name = "NAME", default_value = "energy")]
+    pub(super) measure: String,
+    /// Simulated time of a trial \[s]; a fall through the fluid's height by default.
+    #[arg(long, value_name = "S", value_parser = positive)]
+    pub(super) time: Option<f32>,
+    #[command(flatten)]
+    pub(super) reporting: Reporting,
+}
+
 /// Options of `overfall fields`.
 #[derive(Args, Debug)]
 pub(super) struct Fields {
@@ -161,6 +194,13 @@ pub(super) struct Study {
     /// Go on where an interrupted study stopped, in its folder; what it had finished is not repeated.
     #[arg(long, conflicts_with = "force")]
     pub(super) resume: bool,
+    /// Run only the variant with this name; may be repeated (studies of kind Stability or Frontier).
+    #[arg(long, value_name = "VARIANT")]
+    pub(super) only: Vec<String>,
+    /// Run all points again, those too that an older run in the output folder has finished (studies of kind Stability
+    /// or Frontier).
+    #[arg(long)]
+    pub(super) fresh: bool,
     #[command(flatten)]
     pub(super) reporting: Reporting,
     #[command(flatten)]
@@ -300,6 +340,15 @@ impl Run {
 
 fn refused(error: SceneError) -> Failure {
     Failure::Refused(caret::of_scene(&error))
+}
+
+/// A part: `1%`, `0.5 %`, or the same without the sign.
+fn percent(text: &str) -> Result<f64, String> {
+    let digits = text.trim().trim_end_matches('%').trim_end();
+    let value = f64::from(number(digits)?);
+    (value > 0.0)
+        .then_some(value / 100.0)
+        .ok_or_else(|| "it must be above 0, such as 1%".to_owned())
 }
 
 fn positive(text: &str) -> Result<f32, String> {

@@ -7,8 +7,13 @@ use serde_json::{Value, json};
 use super::exit::Failure;
 use super::report;
 
-/// The plan as JSON. Numbers are in SI units; what is not known is `null`.
-pub(super) fn text(scene: &Scene, plan: &Plan, threads: usize) -> Result<String, Failure> {
+/// The plan as JSON, with the `cost` of a trial if there was one. Numbers are in SI units; what is not known is `null`.
+pub(super) fn text(
+    scene: &Scene,
+    plan: &Plan,
+    threads: usize,
+    cost: Option<Value>,
+) -> Result<String, Failure> {
     let corners = |(low, high): (glam::Vec3, glam::Vec3)| json!([low.to_array(), high.to_array()]);
     let phases: Vec<Value> = (plan.phases.iter())
         .map(|(phase, stages)| json!({"phase": phase.name(), "stages": stages}))
@@ -44,5 +49,6 @@ pub(super) fn text(scene: &Scene, plan: &Plan, threads: usize) -> Result<String,
         "threads": threads,
         "warnings": plan.warnings,
         "settings": scene,
+        "cost": cost,
     }))
 }

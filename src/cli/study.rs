@@ -10,7 +10,7 @@ use overfall::input;
 use overfall::output::{OutputError, Provenance, write_atomically, write_durably};
 use overfall::scene::{Scene, SceneError};
 use overfall::simd::InstructionSet;
-use overfall::study::{Event, Pause, Plan, StudyError, Table, chart, resume};
+use overfall::study::{Event, Pause, Plan, StudyError, StudyKind, Table, chart, resume};
 use serde::Serialize;
 
 use super::claims::{Claims, Writer};
@@ -19,7 +19,7 @@ use super::folder::{self, SUMMARY};
 use super::kinds::{Kind, with_kind};
 use super::stages::Display;
 use super::waiting::waiting;
-use super::{COMMIT, caret, console, interrupt, options};
+use super::{COMMIT, caret, console, frontier, interrupt, options, stability};
 
 /// Names in the folder, in addition to the summary's.
 const TABLE: &str = "table.csv";
@@ -30,8 +30,23 @@ const PROGRESS: &str = "progress.overfall";
 /// Time between two checks that the folder still exists.
 const LOOK_INTERVAL: Duration = Duration::from_secs(1);
 
-/// Runs a study and writes its results.
+/// Runs a study of any kind and writes its results.
 pub(super) fn study(options: &options::Study) -> Result<Exit, Failure> {
+    match StudyKind::of(&options.study) {
+        Ok(StudyKind::Stability) => stability::study(options),
+        Ok(StudyKind::Frontier) => frontier::study(options),
+        Ok(StudyKind::Table) => table(options),
+        Err(error) => Err(Failure::Refused(caret::of_study(&error))),
+    }
+}
+
+/// Runs a study of variants side by side.
+fn table(options: &options::Study) -> Result<Exit, Failure> {
+    if options.fresh || !options.only.is_empty() {
+        let message = "--only and --fresh are of studies of kind Stability or Frontier; this one measures all its \
+                       variants in turns";
+        return Err(Failure::Refused(message.to_owned()));
+    }
     let started = Instant::now();
     let quiet = options.reporting.quiet;
     let plan = planned(options, quiet)?;

@@ -27,6 +27,15 @@ pub(crate) fn place_of(path: &str, text: &str, file_name: &str) -> Place {
     }
 }
 
+/// What a RON text has at `path`; `None` if it writes nothing there.
+pub(crate) fn written_at<'a>(path: &str, text: &'a str) -> Option<&'a str> {
+    let text = without_mark(text);
+    let steps: Vec<&str> = path.split('.').collect();
+    let tree = scan(text)?;
+    let (node, _, lost) = tree.follow(&steps);
+    lost.is_none().then(|| &text[node.span.clone()])
+}
+
 /// An error of ron's as one of ours, at the place the user must look at.
 pub(super) fn explain_in_file<T: DeserializeOwned>(
     error: &SpannedError,

@@ -14,5 +14,7 @@ mod slips;
 mod spans;
 
 pub(crate) use check::Size;
+#[cfg(feature = "cli")]
+pub(crate) use explain::written_at;
 pub(crate) use explain::{place_of, read};
 pub use overrides::Override;

@@ -90,7 +90,7 @@ impl PressureSolver for DeltaSph {
             tension: self.tension,
         };
         world.insert_resource(continuity);
-        world.insert_resource(Shifting::new(self.shifting));
+        world.insert_resource(Shifting::new(self.shifting, scene));
         world.init_resource::<Displacements>();
         // Of the solve for the initial pressure.
         implicit::install(world, RELAXATION, true, 0, INITIAL_STABILISATION);

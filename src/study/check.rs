@@ -1,9 +1,9 @@
 //! Checks a study file and everything it names before anything runs.
 
-use std::collections::HashSet;
 use std::path::Path;
 
 use super::memory::lacks_memory;
+use super::names;
 use super::plan::{Plan, PlannedCase, PlannedVariant};
 use super::scaling;
 use super::{Case, Chart, Measure, Reference, Start, Study, StudyError, Variant};
@@ -95,15 +95,7 @@ impl Checker<'_> {
 
     fn check_names(&self) -> Result<(), StudyError> {
         let study = self.study;
-        let is_a_folder = !study.name.trim().is_empty()
-            && !study.name.contains(['/', '\\'])
-            && study.name != "."
-            && study.name != "..";
-        if !is_a_folder {
-            let message = format!(
-                "the name {:?} cannot name the output folder; write a word without slashes",
-                study.name
-            );
+        if let Err(message) = names::folder_name(&study.name) {
             return self.refuse("name", message);
         }
         let variants: Vec<&str> = study.variants.iter().map(|v| v.name.as_str()).collect();
@@ -114,18 +106,12 @@ impl Checker<'_> {
             ("columns", &columns, false),
             ("cases", &cases, true),
         ] {
-            if names.is_empty() && !may_be_empty {
-                return self.refuse(
-                    list,
-                    format!("`{list}` is empty; there must be one at least"),
-                );
-            }
-            let mut seen = HashSet::new();
-            for (k, name) in names.iter().enumerate() {
-                if !seen.insert(name) {
-                    let message = format!("the name {name:?} is given twice; rows go by it");
+            match names::distinct(names.iter().copied(), list) {
+                Err((Some(k), message)) => {
                     return self.refuse(&format!("{list}.{k}.name"), message);
                 }
+                Err((None, message)) if !may_be_empty => return self.refuse(list, message),
+                Err((None, _)) | Ok(()) => {}
             }
         }
         for (k, column) in study.columns.iter().enumerate() {

@@ -204,5 +204,9 @@ impl Study {
 /// Whether a text is that of a study, right or wrong.
 #[doc(hidden)]
 pub fn is_study(text: &str) -> bool {
+    #[cfg(feature = "cli")]
+    if crate::loading::read::<super::stability::StabilityStudy>(text, "").is_ok() {
+        return true;
+    }
     crate::loading::read::<Study>(text, "").is_ok()
 }

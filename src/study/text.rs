@@ -177,7 +177,7 @@ impl super::Row {
 }
 
 /// A figure with three or four digits.
-pub(super) fn short(value: f64) -> String {
+pub(crate) fn short(value: f64) -> String {
     match value.abs() {
         0.0 => "0".into(),
         size if size >= 1e6 => format!("{:.2} M", value / 1e6),

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use super::{Findings, Method, Runner, Stopped};
+use super::{Findings, Method, Runner, Spent, Stopped};
 use crate::{
     Simulation,
     loading::Override,
@@ -54,12 +54,26 @@ impl Case {
         threads: usize,
         tell: &mut dyn FnMut(f64) -> ControlFlow<()>,
     ) -> Result<Findings, Stopped> {
-        let refused = |error: &dyn std::fmt::Display| Stopped::Refused(error.to_string());
-        let scene = self
-            .scene(method, resolution)
-            .map_err(|error| refused(&error))?;
-        let simulation =
-            Simulation::with_threads(&scene, threads).map_err(|error| refused(&error))?;
-        (self.measure)(&scene, &mut Runner::new(simulation, tell))
+        let scene = self.scene(method, resolution);
+        let scene = scene.map_err(|error| Stopped::Refused(error.to_string()))?;
+        self.run_scene(&scene, threads, tell).1
+    }
+
+    /// Runs a scene that differs from the case's in its settings alone, and says what its steps took, whether it was
+    /// measured or not.
+    pub fn run_scene(
+        &self,
+        scene: &Scene,
+        threads: usize,
+        tell: &mut dyn FnMut(f64) -> ControlFlow<()>,
+    ) -> (Spent, Result<Findings, Stopped>) {
+        match Simulation::with_threads(scene, threads) {
+            Ok(simulation) => {
+                let mut runner = Runner::new(simulation, tell);
+                let found = (self.measure)(scene, &mut runner);
+                (runner.spent(), found)
+            }
+            Err(error) => (Spent::default(), Err(Stopped::Refused(error.to_string()))),
+        }
     }
 }

@@ -24,4 +24,4 @@ pub use method::{METHODS, Method};
 pub use particles::{Particle, RigidMotion, particles_of, rigid_motion};
 pub use queue::{Event, Job, Outcome, run_all};
 pub use report::{csv, page, table};
-pub use run::{Runner, Stopped};
+pub use run::{Runner, Spent, Stopped};

