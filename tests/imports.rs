@@ -47,6 +47,7 @@ const FLOORS: &[&str] = &[
     "checkpoint",
     "study",
     "validate",
+    "guide",
 ];
 
 /// A path inside the crate, segment by segment.

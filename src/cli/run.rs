@@ -87,12 +87,12 @@ pub(super) fn run(options: &options::Run) -> Result<Exit, Failure> {
     let mut run = Run::start(
         (simulation, goal, progress),
         (&folder, &claims, &scene),
-        (threads, options.checkpoint),
+        options.checkpoint,
         state,
     )?;
     run.spent.set_up = started.elapsed();
     let ended = run.step_to_the_end();
-    let mut summary = run.finish(ended, &scene, &folder, &claims, threads);
+    let mut summary = run.finish(ended, &scene, &folder, &claims);
     summary.provenance = Provenance::of_this_process(COMMIT);
     summary.provenance.date = begun;
     summary.scene.clone_from(&scene.name);
@@ -127,6 +127,11 @@ fn set_up(
     waiting("setting the scene up", options.reporting.quiet, || {
         let mut simulation = Simulation::with_threads(scene, threads)
             .map_err(|error| options.scene.refuse(&error))?;
+        let wait = steps_until_possible(simulation.world_mut());
+        if options.checkpoint.is_some() && wait == u64::MAX {
+            let error = CheckpointError::NeverPossible;
+            return Err(Failure::Refused(format!("--checkpoint: {error}")));
+        }
         if let Some(resumed) = resumed {
             (resumed.checkpoint.restore(simulation.world_mut())).map_err(|error| {
                 Failure::Refused(format!("{}: {error}", resumed.file.display()))
@@ -176,7 +181,7 @@ impl Run {
     fn start(
         (simulation, goal, mut progress): (Simulation, Goal, Progress),
         (folder, claims, scene): (&RunFolder, &Arc<Claims>, &Scene),
-        (threads, every): (usize, Option<Every>),
+        every: Option<Every>,
         resumed: Option<RunState>,
     ) -> Result<Self, Failure> {
         let time = simulation.time();
@@ -189,13 +194,9 @@ impl Run {
         let history = (claims.claim(HISTORY))
             .and_then(|path| History::resume_after_rows(&path, state.history_rows))
             .map_err(cannot_write)?;
-        if history.rows() < state.history_rows {
-            console::note(&format!(
-                "warning: {HISTORY} has {} of the {} rows before the checkpoint; the others are lost",
-                history.rows(),
-                state.history_rows
-            ));
-        }
+        state.tell_of_lost_rows(history.rows());
+        // The painter draws with the threads of the steps: there are no others.
+        let execution = simulation.world().resource::<Execution>().clone();
         let times: Vec<f64> = state.frames.iter().map(|frame| frame.0).collect();
         Ok(Self {
             simulation,
@@ -203,7 +204,7 @@ impl Run {
             clock,
             history,
             gauges: GaugeFiles::start(folder, claims, scene, &state.gauge_rows)?,
-            recorder: Recorder::start(folder, claims, scene, threads, &times)?,
+            recorder: Recorder::start(folder, claims, scene, &execution, &times)?,
             progress,
             checkpoints: CheckpointClock::new(every, state.totals.steps(), time),
             totals: state.totals,
@@ -319,9 +320,9 @@ impl Run {
         scene: &Scene,
         folder: &RunFolder,
         claims: &Claims,
-        threads: usize,
     ) -> Summary {
         self.progress.finishing();
+        let execution = self.simulation.world().resource::<Execution>().clone();
         let (mut status, mut failures) = match ended {
             Ok(status) => (status, Vec::new()),
             Err(Stop::GaveUp) => (Status::Failed, Vec::new()),
@@ -343,7 +344,7 @@ impl Run {
         debug_assert!(last_frame.is_ok() || recorded.failure.is_some());
         failures.extend(recorded.failure);
         if scene.output.pictures
-            && let Err(failure) = picture::write_contact_sheet(scene, folder, claims, threads)
+            && let Err(failure) = picture::write_contact_sheet(scene, folder, claims, &execution)
         {
             failures.push(failure.into_text());
         }

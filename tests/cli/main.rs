@@ -16,3 +16,4 @@ mod run;
 #[cfg(unix)]
 mod signals;
 mod study;
+mod study_resume;
