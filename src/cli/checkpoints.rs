@@ -9,8 +9,9 @@ use overfall::input;
 use overfall::output::RunTotals;
 use serde::{Deserialize, Serialize};
 
+use super::console;
 use super::exit::Failure;
-use super::folder::CHECKPOINT;
+use super::folder::{CHECKPOINT, HISTORY};
 use super::manifest::MANIFEST;
 use super::schedule::{ClockState, Goal};
 
@@ -109,6 +110,16 @@ pub(super) struct RunState {
 }
 
 impl RunState {
+    /// Tells of rows that the history had at the checkpoint, and has no longer.
+    pub(super) fn tell_of_lost_rows(&self, rows: u64) {
+        if rows < self.history_rows {
+            console::note(&format!(
+                "warning: {HISTORY} has {rows} of the {} rows before the checkpoint; the others are lost",
+                self.history_rows
+            ));
+        }
+    }
+
     /// Adds this state to a checkpoint.
     pub(super) fn attach(&self, checkpoint: &mut Checkpoint) -> Result<(), Failure> {
         let bytes = postcard::to_stdvec(self)

@@ -194,13 +194,7 @@ impl Run {
         let history = (claims.claim(HISTORY))
             .and_then(|path| History::resume_after_rows(&path, state.history_rows))
             .map_err(cannot_write)?;
-        if history.rows() < state.history_rows {
-            console::note(&format!(
-                "warning: {HISTORY} has {} of the {} rows before the checkpoint; the others are lost",
-                history.rows(),
-                state.history_rows
-            ));
-        }
+        state.tell_of_lost_rows(history.rows());
         // The painter draws with the threads of the steps: there are no others.
         let execution = simulation.world().resource::<Execution>().clone();
         let times: Vec<f64> = state.frames.iter().map(|frame| frame.0).collect();

@@ -30,6 +30,9 @@ const FLAT: &str = r#"(
     duration: 1,
 )"#;
 
+/// A scene, a part of it, its replacement, the place of the error, parts of the message.
+type Case<'a> = (&'a str, &'a str, String, &'a str, &'a [&'a str]);
+
 #[test]
 fn flow_that_cannot_be_is_refused() {
     for text in [SCENE, FLAT] {
@@ -38,9 +41,8 @@ fn flow_that_cannot_be_is_refused() {
     let disc = "normal: (0, -1, 0), radius: 0.2), speed: 1";
     let disc_with = |more: &str| format!("{disc}, {more}");
     let width = "width: 0.4, height: 0.4";
-    let round = "periodic: (x: (1, 3))";
     #[rustfmt::skip]
-    let cases: &[(&str, &str, String, &str, &[&str])] = &[
+    let cases: &[Case] = &[
         (SCENE, disc, disc.replace("speed: 1", "speed: 0"), "6:88", &["the speed is 0 m/s", "above 0"]),
         (SCENE, disc, disc.replace("speed: 1", "speed: -2"), "6:88", &["the speed is -2 m/s"]),
         (SCENE, disc, disc.replace("speed: 1", "speed: NaN"), "6:88", &["NaN", "finite"]),
@@ -72,6 +74,26 @@ fn flow_that_cannot_be_is_refused() {
             &["overlaps the solid sphere `boundaries.1`", "make room behind it"]),
         (SCENE, "max: (2, 2, 1))", "max: (2, 2, 1)), Plane(center: (0.5, 1.6, 0.5), normal: (0, -1, 0), half_size: 1)"
             .to_owned(), "6:17", &["overlaps the plane"]),
+        // Outflow.
+        (SCENE, "duration: 1", "outflow: [(min: (0, 1.4, 0), max: (1, 2, 1))]".to_owned(), "6:17",
+            &["in the box `outflow.0`"]),
+        (SCENE, "duration: 1", "outflow: [(min: (0, 0, 0), max: (1, 0, 1))]".to_owned(), "12:37",
+            &["`max` must be above"]),
+        (SCENE, "duration: 1", "outflow: [Box(min: (0, 0, 0), max: (1, 1, 1))]".to_owned(), "12:",
+            &["fields min, max"]),
+        (FLAT, "duration: 1", "outside: Remove".to_owned(), "8:14", &["without a `domain`"]),
+        (SCENE, "duration: 1", "outside: Delete".to_owned(), "12:14", &["Stop, Remove"]),
+        (FLAT, "duration: 1", "duration: 1e9".to_owned(), "4:15", &["million particles", "`limit`"]),
+        (FLAT, "emitters", "emiters".to_owned(), "4:5", &["did you mean `emitters`?"]),
+    ];
+    all_are_refused(cases);
+}
+
+#[test]
+fn flow_that_meets_a_wall_or_an_image_is_refused() {
+    let round = "periodic: (x: (1, 3))";
+    #[rustfmt::skip]
+    let cases: &[Case] = &[
         // Before the face.
         (SCENE, "max: (2, 2, 1))", "max: (2, 2, 1)), Box(min: (0.2, 1, 0), max: (0.8, 1.45, 1))".to_owned(), "6:17",
             &["meets the solid box `boundaries.1` right before the face"]),
@@ -93,18 +115,11 @@ fn flow_that_cannot_be_is_refused() {
             &["overlaps its own image"]),
         (FLAT, "bodies: []", "periodic: (x: (0, 1e5)), bodies: []".to_owned(), "7:",
             &["it reaches x = 1.0", "1/100 of the spacing"]),
-        // Outflow.
-        (SCENE, "duration: 1", "outflow: [(min: (0, 1.4, 0), max: (1, 2, 1))]".to_owned(), "6:17",
-            &["in the box `outflow.0`"]),
-        (SCENE, "duration: 1", "outflow: [(min: (0, 0, 0), max: (1, 0, 1))]".to_owned(), "12:37",
-            &["`max` must be above"]),
-        (SCENE, "duration: 1", "outflow: [Box(min: (0, 0, 0), max: (1, 1, 1))]".to_owned(), "12:",
-            &["fields min, max"]),
-        (FLAT, "duration: 1", "outside: Remove".to_owned(), "8:14", &["without a `domain`"]),
-        (SCENE, "duration: 1", "outside: Delete".to_owned(), "12:14", &["Stop, Remove"]),
-        (FLAT, "duration: 1", "duration: 1e9".to_owned(), "4:15", &["million particles", "`limit`"]),
-        (FLAT, "emitters", "emiters".to_owned(), "4:5", &["did you mean `emitters`?"]),
     ];
+    all_are_refused(cases);
+}
+
+fn all_are_refused(cases: &[Case]) {
     let mut wrong = Vec::new();
     for (text, part, instead, place, message) in cases {
         assert!(text.contains(part), "{part}");

@@ -78,77 +78,37 @@ fn slips_of_other_languages_are_answered_in_the_files_words() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
+/// A field, a value that is none of it, a part of the answer.
+#[rustfmt::skip]
+const WITHIN: [(&str, &str, &str); 21] = [
+    ("time_step", "Cfl(0.4)", "did you mean `factor: 0.4`?"),
+    ("time_step", "Cfl(factor: 0,4)", "did you mean `0.4`?"),
+    ("time_step", "1ms", "Fixed(0.001)`?"),
+    ("time_step", "\"0.001\"", "Fixed(0.001)`?"),
+    ("time_step", "Cfl(dt: 1)", "unknown field `dt` in `Cfl`"),
+    ("pressure", "Dfsph(max_density_error: 1%)", "did you mean `0.01`?"),
+    ("pressure", "WCSPH", "did you mean `Sesph`?"),
+    ("fluid", "(viscosity: Laminar(0.01))", "did you mean `kinematic_viscosity: 0.01`?"),
+    ("fluid", "(viscosity: Artificial(0.1))", "the name of a field (alpha, sound_speed) before `0.1`"),
+    ("fluid", "(density: 900)", "did you mean `rest_density`?"),
+    ("dimension", "3.0", "did you mean"),
+    ("kernel", "WendlandC2()", "no bracket belongs here; did you mean"),
+    ("gravity", "none", "expected a vector of three numbers, `(x, y, z)`, found `none`"),
+    ("gravity", "{x: 0, y: -1}", "expected a vector of three numbers"),
+    ("domain", "((0, 0, 0), (1, 1, 1))", "did you mean `min: (0, 0, 0)`?"),
+    ("domain", "Box(min: (-9, -9, -9), max: (9, 9, 9))", "min, max, without the name `Box`; did you mean"),
+    ("output", "(fps: 25)", "did you mean `frames_per_second`?"),
+    ("neighbours", "Lists", "did you mean `Stored`?"),
+    ("outflow", "[Box(min: (0, 0, 0), max: (1, 1, 1))]", "min, max, without the name `Box`; did you mean"),
+    ("gauges", "[(name: \"a\", kind: Energy, every: 0.1s)]", "did you mean `Seconds(0.1)`?"),
+    ("body_forces", "[Table(\"a.csv\")]", "did you mean `file: \"a.csv\"`?"),
+];
+
 /// What is wrong within a value is said of an override as of a file.
 #[test]
 fn overrides_are_answered_as_files_are() {
     let mut wrong = Vec::new();
-    for (field, value, part) in [
-        ("time_step", "Cfl(0.4)", "did you mean `factor: 0.4`?"),
-        ("time_step", "Cfl(factor: 0,4)", "did you mean `0.4`?"),
-        ("time_step", "1ms", "Fixed(0.001)`?"),
-        ("time_step", "\"0.001\"", "Fixed(0.001)`?"),
-        ("time_step", "Cfl(dt: 1)", "unknown field `dt` in `Cfl`"),
-        (
-            "pressure",
-            "Dfsph(max_density_error: 1%)",
-            "did you mean `0.01`?",
-        ),
-        ("pressure", "WCSPH", "did you mean `Sesph`?"),
-        (
-            "fluid",
-            "(viscosity: Laminar(0.01))",
-            "did you mean `kinematic_viscosity: 0.01`?",
-        ),
-        (
-            "fluid",
-            "(viscosity: Artificial(0.1))",
-            "the name of a field (alpha, sound_speed) before `0.1`",
-        ),
-        ("fluid", "(density: 900)", "did you mean `rest_density`?"),
-        ("dimension", "3.0", "did you mean"),
-        (
-            "kernel",
-            "WendlandC2()",
-            "no bracket belongs here; did you mean",
-        ),
-        (
-            "gravity",
-            "none",
-            "expected a vector of three numbers, `(x, y, z)`, found `none`",
-        ),
-        (
-            "gravity",
-            "{x: 0, y: -1}",
-            "expected a vector of three numbers",
-        ),
-        (
-            "domain",
-            "((0, 0, 0), (1, 1, 1))",
-            "did you mean `min: (0, 0, 0)`?",
-        ),
-        (
-            "domain",
-            "Box(min: (-9, -9, -9), max: (9, 9, 9))",
-            "min, max, without the name `Box`; did you mean",
-        ),
-        ("output", "(fps: 25)", "did you mean `frames_per_second`?"),
-        ("neighbours", "Lists", "did you mean `Stored`?"),
-        (
-            "outflow",
-            "[Box(min: (0, 0, 0), max: (1, 1, 1))]",
-            "min, max, without the name `Box`; did you mean",
-        ),
-        (
-            "gauges",
-            "[(name: \"a\", kind: Energy, every: 0.1s)]",
-            "did you mean `Seconds(0.1)`?",
-        ),
-        (
-            "body_forces",
-            "[Table(\"a.csv\")]",
-            "did you mean `file: \"a.csv\"`?",
-        ),
-    ] {
+    for (field, value, part) in WITHIN {
         let lines: Vec<&str> = SCENE
             .lines()
             .filter(|line| !line.trim_start().starts_with(&format!("{field}:")))
