@@ -84,7 +84,7 @@ fn parts(scene: &Scene, threads: usize, steps: usize) {
         .get_resource::<ReorderState>()
         .map(|state| state.interval);
     let (mut gather, mut scatter) = (schedule(gathering(scene)), schedule(scattering(scene)));
-    let mut idle = idle_schedule(count.unwrap_or_default());
+    let mut idle = idle_schedule(count);
     let world = simulation.world_mut();
     // Inside the pool, as in a step; what is scattered was gathered before.
     let (in_schedule, in_gather, in_scatter) = execution.install(|| {
