@@ -54,9 +54,9 @@ pub fn steps_until_possible(world: &mut World) -> u64 {
     let step = clock.step;
     // Stages under a condition make nothing that lasts.
     let due = installed.due.iter().filter(|due| !due.sometimes);
-    let due = due.map(|due| (due.every, due.offset));
+    let mut due = due.map(|due| (due.every, due.offset));
     let wait = due
-        .fold(Some((1, 0)), |all, next| common_steps(all?, next))
+        .try_fold((1, 0), common_steps)
         .map_or(u64::MAX, |(every, offset)| {
             (offset + every - step % every) % every
         });
