@@ -19,6 +19,9 @@
 //! assert!(report.time > 0.0 && report.max_density_error < 0.01);
 //! ```
 //!
+//! To learn it, page by page: [the step](guide::step), [the data](guide::data), [embedding](guide::embedding),
+//! [orders](guide::orders), [accuracy](guide::accuracy), [limits](guide::limits).
+//!
 //! # In a host
 //!
 //! [`Simulation`] has a world of its own. A host with a [`World`](bevy_ecs::world::World) calls [`install`], then
@@ -94,6 +97,7 @@
 //! | [`validate`] | cases with known answers, run with every pressure method |
 //! | `frontier` | speed against the error of a case (feature `cli`) |
 //! | [`trial`] | a few steps of a scene: what its parts cost, what it could do without |
+//! | [`guide`] | the pages that teach |
 //!
 //! # The paper in the code
 //!
@@ -105,6 +109,7 @@
 //! | eqs. 4, 5 | `pressure/sesph.rs` | | 4.5.1 | `index/compact_hashing/moves.rs` |
 //! | Algorithm 1 | `pressure/sesph.rs` | | 4.5.2, 5.3.1 | `neighbours/mod.rs` |
 //! | Algorithm 2 | `pressure/pcisph.rs` | | 4.5.4 | `reorder.rs` |
+//! | 2 | `neighbours/verlet.rs` | | | |
 //! | 4.1 | `index/uniform_grid.rs` | | 5.1, 5.2 | `pressure/sesph.rs`, `pressure/pcisph.rs` |
 //! | 4.2, 4.2.1 | `index/index_sort.rs`, `index/table.rs` | | Tables 1 to 4 | `study/mod.rs`, `assets/studies` |
 
@@ -119,6 +124,7 @@ pub mod force;
 #[cfg(feature = "cli")]
 pub mod frontier;
 pub mod gauge;
+pub mod guide;
 #[doc(hidden)]
 pub mod index;
 #[doc(hidden)]

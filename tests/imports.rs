@@ -49,6 +49,7 @@ const FLOORS: &[&str] = &[
     "validate",
     "frontier",
     "trial",
+    "guide",
 ];
 
 /// A path inside the crate, segment by segment.

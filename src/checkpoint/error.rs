@@ -63,6 +63,12 @@ pub enum CheckpointError {
         /// Steps until all of them are due.
         steps: u64,
     },
+    /// In no step are all stages due whose products others read in later steps.
+    #[error(
+        "with this order no checkpoint is possible: stages read what earlier steps left, and in no step are all of \
+         them due that make it; give their groups offsets that meet"
+    )]
+    NeverPossible,
     /// The scene in the checkpoint is invalid.
     #[error("the checkpoint's scene: {0}")]
     Scene(#[from] SceneError),

@@ -9,7 +9,9 @@ use serde::de::DeserializeOwned;
 use super::{
     error::CheckpointError,
     file::{Checkpoint, SCENE},
-    save::{COLUMN, FILES, KEPT, NUMBERS, STAGES, TABLES, WALLS, lasting, tables, walls},
+    save::{
+        COLUMN, FILES, KEPT, NUMBERS, SAME_ROWS, STAGES, TABLES, WALLS, lasting, tables, walls,
+    },
 };
 use crate::{
     boundary::moving,
@@ -74,8 +76,10 @@ impl Checkpoint {
         }
         moving::place_walls(world);
         reorder::arrange(world, &particles);
-        // What stages left behind by row is of no use.
-        world.resource_mut::<Rows>().entities.clear();
+        // What stages left behind by row is of no use. Where none reads it, stages that run every n-th step are due as
+        // in the run that went on.
+        let same_rows = self.find(SAME_ROWS).is_some() && self.part::<bool>(SAME_ROWS)?;
+        world.resource_mut::<Rows>().entities = if same_rows { particles } else { Vec::new() };
         Ok(())
     }
 
@@ -96,9 +100,7 @@ impl Checkpoint {
             }
         }
         let stages: Vec<(String, u64)> = self.part(STAGES)?;
-        let same = |(a, b): (&(String, u64), &(&str, u64))| a.0 == b.0 && a.1 == b.1;
-        if stages.len() != installed.stages.len() || !stages.iter().zip(&installed.stages).all(same)
-        {
+        if stages != installed.stages {
             return other("its steps have another order of stages".to_owned());
         }
         let (count, sum): (u64, u32) = self.part(WALLS)?;
@@ -115,7 +117,7 @@ impl Checkpoint {
                 "its walls move, or its forces act, by other figures: a file of a `Table` has changed".to_owned(),
             );
         }
-        let mut known: BTreeSet<String> = [SCENE, FILES, STAGES, WALLS, TABLES, NUMBERS]
+        let mut known: BTreeSet<String> = [SCENE, FILES, STAGES, SAME_ROWS, WALLS, TABLES, NUMBERS]
             .map(str::to_owned)
             .into();
         known.extend(REMEMBERED.iter().map(|row| row.name.to_owned()));

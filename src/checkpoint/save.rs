@@ -25,6 +25,7 @@ pub(super) const WALLS: &str = "walls";
 pub(super) const TABLES: &str = "tables";
 pub(super) const FILES: &str = "files";
 pub(super) const STAGES: &str = "order of the stages";
+pub(super) const SAME_ROWS: &str = "rows as in the last step";
 pub(super) const COLUMN: &str = "column ";
 pub(super) const KEPT: &str = "kept column ";
 
@@ -38,8 +39,8 @@ pub fn write(world: &mut World, writer: &mut impl Write) -> Result<(), Checkpoin
     Checkpoint::of(world)?.write(writer)
 }
 
-/// Steps until a checkpoint is possible: 0 unless stages of the scene's order do not run in every step. Their products
-/// are not saved, so all of them must run in the step after a checkpoint.
+/// Steps until a checkpoint is possible: 0 unless stages of the scene's order read what an earlier step left. Such
+/// products are not saved, so all stages must run in the step after a checkpoint. `u64::MAX` if there is no such step.
 pub fn steps_until_possible(world: &mut World) -> u64 {
     let (Some(installed), Some(clock)) = (
         world.get_resource::<Installed>(),
@@ -47,23 +48,48 @@ pub fn steps_until_possible(world: &mut World) -> u64 {
     ) else {
         return 0;
     };
+    if !installed.reads_stale {
+        return 0;
+    }
     let step = clock.step;
-    let intervals = installed.stages.iter().map(|stage| stage.1);
-    let common = intervals.fold(1, least_common_multiple);
-    let wait = (common - step % common) % common;
+    // Stages under a condition make nothing that lasts.
+    let due = installed.due.iter().filter(|due| !due.sometimes);
+    let due = due.map(|due| (due.every, due.offset));
+    let wait = due
+        .fold(Some((1, 0)), |all, next| common_steps(all?, next))
+        .map_or(u64::MAX, |(every, offset)| {
+            (offset + every - step % every) % every
+        });
     // All of them also run if the rows hold other particles than before.
-    if wait > 0 && rows(world) != world.resource::<Rows>().entities {
+    if wait > 0 && wait < u64::MAX && rows_will_change(world) {
         return 0;
     }
     wait
 }
 
-fn least_common_multiple(a: u64, b: u64) -> u64 {
-    let (mut x, mut y) = (a.max(1), b.max(1));
-    while y > 0 {
-        (x, y) = (y, x % y);
+/// Whether the rows of the next step hold other particles than those of the last.
+fn rows_will_change(world: &mut World) -> bool {
+    rows(world) != world.resource::<Rows>().entities
+}
+
+/// The steps in which both of two stages are due, each given by the number of steps between two runs and the first of
+/// them; none if there is no such step, or the interval is more than a step number can hold.
+fn common_steps((n, a): (u64, u64), (m, b): (u64, u64)) -> Option<(u64, u64)> {
+    let [n, a, m, b] = [n, a, m, b].map(i128::from);
+    // Extended Euclid: n s = g modulo m.
+    let (mut g, mut rest, mut s, mut next) = (n, m, 1, 0);
+    while rest != 0 {
+        let quotient = g / rest;
+        (g, rest) = (rest, g - quotient * rest);
+        (s, next) = (next, s - quotient * next);
     }
-    (a.max(1) / x).saturating_mul(b.max(1))
+    if (b - a) % g != 0 {
+        return None;
+    }
+    let k = ((b - a) / g * s).rem_euclid(m / g);
+    let every = n / g * m;
+    let offset = (a + n * k) % every;
+    Some((every.try_into().ok()?, offset.try_into().ok()?))
 }
 
 /// The fluid particles in the order of the rows.
@@ -129,9 +155,13 @@ impl Checkpoint {
         let installed = world.get_resource::<Installed>();
         let installed = installed.ok_or(CheckpointError::NotInstalled)?.clone();
         let steps = steps_until_possible(world);
+        if steps == u64::MAX {
+            return Err(CheckpointError::NeverPossible);
+        }
         if steps > 0 {
             return Err(CheckpointError::BetweenRuns { steps });
         }
+        let same_rows = !installed.reads_stale && !rows_will_change(world);
         let rows = rows(world);
         let walls = walls(world);
         let tables = tables(world);
@@ -151,6 +181,7 @@ impl Checkpoint {
         put(SCENE.to_owned(), Ok(installed.scene.to_ron()?.into_bytes()))?;
         put(FILES.to_owned(), to_bytes(&installed.files))?;
         put(STAGES.to_owned(), to_bytes(&installed.stages))?;
+        put(SAME_ROWS.to_owned(), to_bytes(&same_rows))?;
         put(WALLS.to_owned(), to_bytes(&walls))?;
         put(TABLES.to_owned(), to_bytes(&tables))?;
         put(NUMBERS.to_owned(), to_bytes(&numbers))?;
@@ -166,5 +197,29 @@ impl Checkpoint {
             }
         }
         Ok(checkpoint)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::common_steps;
+
+    #[test]
+    fn steps_in_which_all_are_due_are_found_or_there_are_none() {
+        for n in 1..9 {
+            for m in 1..9 {
+                for (a, b) in (0..n).flat_map(|a| (0..m).map(move |b| (a, b))) {
+                    let both = |step: &u64| step % n == a && step % m == b;
+                    let first = (0..n * m).find(both);
+                    let found = common_steps((n, a), (m, b));
+                    assert_eq!(found.map(|found| found.1), first, "{n} {a} {m} {b}");
+                    let next = first.and_then(|first| (first + 1..3 * n * m).find(both));
+                    let period = next.zip(first).map(|(next, first)| next - first);
+                    assert_eq!(found.map(|found| found.0), period, "{n} {a} {m} {b}");
+                }
+            }
+        }
+        let most = u64::from(u32::MAX);
+        assert!(common_steps((most, 5), (most - 1, 7)).is_some());
     }
 }

@@ -53,7 +53,7 @@ pub(super) struct Reporting {
 /// Number of threads.
 #[derive(Args, Debug)]
 pub(super) struct Threads {
-    /// Number of threads for computing, and again for drawing; all cores by default.
+    /// Number of threads that compute and draw; all cores by default.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_THREADS))]
     threads: Option<u64>,
 }
@@ -192,6 +192,9 @@ pub(super) struct Study {
     /// or Frontier).
     #[arg(long)]
     pub(super) fresh: bool,
+    /// Go on where an interrupted study stopped, in its folder; what it had finished is not repeated.
+    #[arg(long, conflicts_with = "force")]
+    pub(super) resume: bool,
     #[command(flatten)]
     pub(super) reporting: Reporting,
     #[command(flatten)]

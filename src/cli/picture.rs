@@ -22,18 +22,15 @@ const SHEET_PICTURE: (u32, u32) = (480, 270);
 /// Draws the frames of a scene, all from the same viewpoint and with the same colours.
 pub(super) struct Painter {
     view: View,
-    /// A thread pool of its own: drawing uses only these threads and does not delay steps that run at the same time.
+    /// The threads that draw.
     execution: Execution,
 }
 
 impl Painter {
-    /// A painter for a scene, with this number of threads.
-    pub(super) fn new(scene: &Scene, threads: usize) -> Result<Self, Failure> {
-        let execution = Execution::new(threads).map_err(|error| {
-            Failure::Failed(format!("cannot start threads to draw with: {error}"))
-        })?;
+    /// A painter for a scene, with these threads.
+    pub(super) fn new(scene: &Scene, execution: Execution) -> Self {
         let view = View::from_scene(scene);
-        Ok(Self { view, execution })
+        Self { view, execution }
     }
 
     /// Draws a frame into a PNG file.
@@ -66,15 +63,16 @@ pub(super) fn picture(options: &options::Picture) -> Result<Exit, Failure> {
         )));
     }
     folder.create_pictures()?;
-    let threads = options.threads.count();
-    let painter = Painter::new(&scene, threads)?;
+    let execution = Execution::new(options.threads.count())
+        .map_err(|error| Failure::Failed(format!("cannot start threads to draw with: {error}")))?;
+    let painter = Painter::new(&scene, execution.clone());
     for (number, path) in &frames {
         let frame = Frame::read(path).map_err(cannot_read)?;
         (claims.claim(&folder::picture(*number)))
             .and_then(|path| painter.paint(&frame, &path))
             .map_err(cannot_write)?;
     }
-    write_contact_sheet(&scene, &folder, &claims, threads)?;
+    write_contact_sheet(&scene, &folder, &claims, &execution)?;
     console::print(&format!(
         "{} pictures in {}, all in one: {}\n",
         frames.len(),
@@ -92,13 +90,13 @@ pub(super) fn write_contact_sheet(
     scene: &Scene,
     folder: &RunFolder,
     claims: &Claims,
-    threads: usize,
+    execution: &Execution,
 ) -> Result<(), Failure> {
     let frames = written_frames(folder)?;
     if frames.is_empty() {
         return Ok(());
     }
-    let painter = Painter::new(scene, threads)?.with_size(SHEET_PICTURE);
+    let painter = Painter::new(scene, execution.clone()).with_size(SHEET_PICTURE);
     let images = evenly_spaced(frames.len(), SHEET_PICTURES)
         .into_iter()
         .map(|index| Frame::read(&frames[index].1).map(|frame| painter.draw(&frame)))

@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 
 use overfall::output::{Frame, OutputError, Series, write_durably};
 use overfall::scene::{FrameFormat, Scene};
+use overfall::state::Execution;
 
 use super::claims::Claims;
 use super::exit::{Failure, cannot_write};
@@ -56,11 +57,12 @@ impl Recorder {
         folder: &RunFolder,
         claims: &Arc<Claims>,
         scene: &Scene,
-        threads: usize,
+        execution: &Execution,
         written: &[f64],
     ) -> Result<Self, Failure> {
         let (sender, receiver) = sync_channel(WAITING);
-        let painter = scene.output.pictures.then(|| Painter::new(scene, threads));
+        let pictures = scene.output.pictures;
+        let painter = pictures.then(|| Painter::new(scene, execution.clone()));
         let formats = scene.output.formats.clone();
         let series = if formats.contains(&FrameFormat::Vtu) {
             claims.claim(&folder.series()).map_err(cannot_write)?
@@ -71,7 +73,7 @@ impl Recorder {
             claims: claims.clone(),
             series: go_on(series, &formats, written)?,
             formats,
-            painter: painter.transpose()?,
+            painter,
             times: written.to_vec(),
             spent: [Duration::ZERO; 3],
         };

@@ -84,12 +84,12 @@ pub(super) fn run(options: &options::Run) -> Result<Exit, Failure> {
     let mut run = Run::start(
         (simulation, goal, progress),
         (&folder, &claims, &scene),
-        (threads, options.checkpoint),
+        options.checkpoint,
         state,
     )?;
     run.spent.set_up = started.elapsed();
     let ended = run.step_to_the_end();
-    let mut summary = run.finish(ended, &scene, &folder, &claims, threads);
+    let mut summary = run.finish(ended, &scene, &folder, &claims);
     summary.provenance = Provenance::of_this_process(COMMIT);
     summary.provenance.date = begun;
     summary.scene.clone_from(&scene.name);
@@ -124,6 +124,11 @@ fn set_up(
     waiting("setting the scene up", options.reporting.quiet, || {
         let mut simulation = Simulation::with_threads(scene, threads)
             .map_err(|error| options.scene.refuse(&error))?;
+        let wait = steps_until_possible(simulation.world_mut());
+        if options.checkpoint.is_some() && wait == u64::MAX {
+            let error = CheckpointError::NeverPossible;
+            return Err(Failure::Refused(format!("--checkpoint: {error}")));
+        }
         if let Some(resumed) = resumed {
             (resumed.checkpoint.restore(simulation.world_mut())).map_err(|error| {
                 Failure::Refused(format!("{}: {error}", resumed.file.display()))
@@ -173,7 +178,7 @@ impl Run {
     fn start(
         (simulation, goal, mut progress): (Simulation, Goal, Progress),
         (folder, claims, scene): (&RunFolder, &Arc<Claims>, &Scene),
-        (threads, every): (usize, Option<Every>),
+        every: Option<Every>,
         resumed: Option<RunState>,
     ) -> Result<Self, Failure> {
         let time = simulation.time();
@@ -185,6 +190,8 @@ impl Run {
         progress.go_on(state.totals.steps(), time);
         let history = (claims.claim(HISTORY))
             .and_then(|path| History::resume_after_rows(&path, state.history_rows));
+        // The painter draws with the threads of the steps: there are no others.
+        let execution = simulation.world().resource::<Execution>().clone();
         let times: Vec<f64> = state.frames.iter().map(|frame| frame.0).collect();
         Ok(Self {
             simulation,
@@ -192,7 +199,7 @@ impl Run {
             clock,
             history: history.map_err(cannot_write)?,
             gauges: GaugeFiles::start(folder, claims, scene, &state.gauge_rows)?,
-            recorder: Recorder::start(folder, claims, scene, threads, &times)?,
+            recorder: Recorder::start(folder, claims, scene, &execution, &times)?,
             progress,
             checkpoints: CheckpointClock::new(every, state.totals.steps(), time),
             totals: state.totals,
@@ -308,9 +315,9 @@ impl Run {
         scene: &Scene,
         folder: &RunFolder,
         claims: &Claims,
-        threads: usize,
     ) -> Summary {
         self.progress.finishing();
+        let execution = self.simulation.world().resource::<Execution>().clone();
         let (mut status, mut failures) = match ended {
             Ok(status) => (status, Vec::new()),
             Err(Stop::GaveUp) => (Status::Failed, Vec::new()),
@@ -332,7 +339,7 @@ impl Run {
         debug_assert!(last_frame.is_ok() || recorded.failure.is_some());
         failures.extend(recorded.failure);
         if scene.output.pictures
-            && let Err(failure) = picture::write_contact_sheet(scene, folder, claims, threads)
+            && let Err(failure) = picture::write_contact_sheet(scene, folder, claims, &execution)
         {
             failures.push(failure.into_text());
         }

@@ -1,15 +1,16 @@
 //! `overfall study`: variants of a scene side by side, as a table, CSV and a chart.
 
 use std::collections::BTreeMap;
-use std::io::Write as _;
+use std::io::{BufReader, Write as _};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use overfall::output::{OutputError, Provenance, write_atomically};
+use overfall::input;
+use overfall::output::{OutputError, Provenance, write_atomically, write_durably};
 use overfall::scene::{Scene, SceneError};
 use overfall::simd::InstructionSet;
-use overfall::study::{Event, Plan, StudyError, StudyKind, Table, chart, run};
+use overfall::study::{Event, Pause, Plan, StudyError, StudyKind, Table, chart, resume};
 use serde::Serialize;
 
 use super::claims::{Claims, Writer};
@@ -23,6 +24,8 @@ use super::{COMMIT, caret, console, frontier, interrupt, options, stability};
 /// Names in the folder, in addition to the summary's.
 const TABLE: &str = "table.csv";
 const CHART: &str = "chart.svg";
+/// What is finished, and the state to go on from.
+const PROGRESS: &str = "progress.overfall";
 
 /// Time between two checks that the folder still exists.
 const LOOK_INTERVAL: Duration = Duration::from_secs(1);
@@ -66,8 +69,13 @@ fn table(options: &options::Study) -> Result<Exit, Failure> {
         force: options.force,
         inputs: inputs(&options.study, &plan),
     };
-    let planned = [TABLE, CHART, SUMMARY].map(str::to_owned);
-    let (claims, aside) = Claims::start(&root, &writer, &planned)?;
+    let planned = [TABLE, CHART, SUMMARY, PROGRESS].map(str::to_owned);
+    let (claims, aside) = if options.resume {
+        (Claims::go_on(&root, &writer)?, None)
+    } else {
+        Claims::start(&root, &writer, &planned)?
+    };
+    let from = options.resume.then(|| progress(&root)).transpose()?;
     if let Some(aside) = aside.filter(|_| !quiet) {
         console::note(&format!("the older table is in {} now", aside.display()));
     }
@@ -78,7 +86,7 @@ fn table(options: &options::Study) -> Result<Exit, Failure> {
     let threads = options.threads.count();
     let mut wrote = Ok(());
     let mut looked = Instant::now();
-    let ended = run(&plan, threads, &mut |event| {
+    let ended = resume(&plan, threads, from.as_ref(), &mut |event| {
         match event {
             Event::Step {
                 stage,
@@ -92,7 +100,12 @@ fn table(options: &options::Study) -> Result<Exit, Failure> {
                 }
             }
             // Written after every turn, so that finished blocks are kept however the program ends.
-            Event::Turn(table) => wrote = table.write_csv(&files.table),
+            Event::Turn(table, pause) => {
+                wrote = table.write_csv(&files.table).and_then(|()| match pause {
+                    Some(pause) => write_durably(&files.progress, &pause.to_bytes()),
+                    None => Ok(()),
+                });
+            }
         }
         if interrupt::asked() || wrote.is_err() {
             ControlFlow::Break(())
@@ -103,7 +116,7 @@ fn table(options: &options::Study) -> Result<Exit, Failure> {
     display.finish();
     wrote.map_err(cannot_write)?;
     let table = ended.map_err(|error| match error {
-        StudyError::Install { .. } => Failure::Refused(error.to_string()),
+        StudyError::Install { .. } | StudyError::Resume(_) => Failure::Refused(error.to_string()),
         other => Failure::Failed(other.to_string()),
     })?;
 
@@ -122,6 +135,14 @@ fn table(options: &options::Study) -> Result<Exit, Failure> {
     } else {
         Exit::Done
     })
+}
+
+/// The progress of the study in a folder.
+fn progress(root: &Path) -> Result<Pause, Failure> {
+    let file = root.join(PROGRESS);
+    let refused = |reason: String| Failure::Refused(format!("{}: {reason}", file.display()));
+    let opened = input::open(&file).map_err(|error| refused(error.to_string()))?;
+    Pause::read(&mut BufReader::new(opened)).map_err(|error| refused(error.to_string()))
 }
 
 /// Writes the table, the chart and the summary, and prints the table.
@@ -169,6 +190,7 @@ struct Files {
     table: PathBuf,
     chart: PathBuf,
     summary: PathBuf,
+    progress: PathBuf,
 }
 
 impl Files {
@@ -177,6 +199,7 @@ impl Files {
             table: claims.claim(TABLE)?,
             chart: claims.claim(CHART)?,
             summary: claims.claim(SUMMARY)?,
+            progress: claims.claim(PROGRESS)?,
         })
     }
 }

@@ -5,6 +5,7 @@
 mod body;
 mod clear;
 mod gravity;
+pub(crate) mod inner;
 mod surface_tension;
 mod viscosity;
 

@@ -125,6 +125,7 @@ impl Force {
         let walls = Near {
             index: &*samples.index,
             points: samples.points(),
+            slack: 0.0,
         };
         let reach = moment.reach(state.material.kernel.support_radius);
         let per_second = f64::from(state.material.particle_mass) / f64::from(state.clock.dt);

@@ -39,6 +39,7 @@ impl<'a, 'w> Moment<'a, 'w> {
         Near {
             index: &*self.state.index.structure,
             points: self.state.pairs.positions().points(),
+            slack: self.state.index.slack,
         }
     }
 

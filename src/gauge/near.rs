@@ -12,8 +12,10 @@ use crate::{
 #[derive(Clone, Copy)]
 pub(super) struct Near<'a> {
     pub(super) index: &'a dyn SpatialIndex,
-    /// Points by row, as they were indexed.
+    /// Points by row.
     pub(super) points: &'a [Vec4],
+    /// How far a point may be from where it was indexed \[m].
+    pub(super) slack: f32,
 }
 
 /// Particles with their current positions and those of their index.
@@ -65,7 +67,7 @@ impl Near<'_> {
             let point = self.points.get(row as usize).map(|point| point.truncate());
             point.is_some_and(|x| x.cmpge(low).all() && x.cmple(high).all())
         };
-        let Some(blocks) = self.blocks(low, high) else {
+        let Some(blocks) = self.blocks(low - self.slack, high + self.slack) else {
             rows.extend((0..self.points.len() as u32).filter(|&row| is_inside(row)));
             return;
         };
@@ -179,6 +181,7 @@ mod tests {
                 let near = Near {
                     index: &*index,
                     points: &points,
+                    slack: 0.0,
                 };
                 // From less than a cell to more than the whole domain.
                 for reach in [0.01, 0.1, 0.2, 0.3, 0.7, 1.5, 9.0, 1e12] {

@@ -203,6 +203,7 @@ impl Snapshot {
             near: Near {
                 index: &*self.index,
                 points: &self.places,
+                slack: 0.0,
             },
             places: &self.places,
             dimension: self.material.dimension,

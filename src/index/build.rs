@@ -30,14 +30,14 @@ fn row(structure: IndexStructure) -> &'static Structure {
 fn grid(scene: &Scene) -> Grid {
     Grid::new(
         scene.dimension,
-        scene.support_radius(),
+        scene.search_radius(),
         scene.index.cell_size,
     )
 }
 
 /// The structure of a scene.
 pub fn build(scene: &Scene) -> Box<dyn SpatialIndex> {
-    let cell = scene.index.cell_size * scene.support();
+    let cell = scene.index.cell_size * scene.search_radius() / scene.spacing;
     let per_cell = cell.powi(u8::from(scene.dimension).into());
     let structure = (row(scene.index.structure).build)(grid(scene), per_cell);
     let period = scene.period();
@@ -71,7 +71,7 @@ pub(crate) fn table_bytes(scene: &Scene, low: DVec3, high: DVec3) -> Result<u64,
 /// Memory of the structure besides these tables \[bytes per particle].
 pub(crate) fn bytes_per_particle(scene: &Scene) -> f64 {
     let bytes = row(scene.index.structure).bytes_per_particle;
-    let reach = 2.0 * f64::from(scene.support_radius());
+    let reach = 2.0 * f64::from(scene.search_radius());
     let period = scene.period();
     if !period.is_any() {
         return bytes;

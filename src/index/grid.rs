@@ -7,7 +7,7 @@ use crate::{scene::Dimension, simd::Cube};
 /// Cells of edge d ≤ h, counted from the origin; coordinates may be negative.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grid {
-    /// Support radius h \[m].
+    /// Support radius h \[m], or the search radius of lists that are kept.
     pub support_radius: f32,
     /// Cell edge d \[m].
     pub cell_size: f64,

@@ -16,6 +16,7 @@ pub(crate) const STAGE: Stage = Stage {
         world.insert_resource(FluidIndex {
             structure: build(scene),
             reordered: true,
+            slack: 0.5 * (scene.search_radius() - scene.support_radius()),
         });
     },
     bytes: |scene, _| vec![("spatial index", bytes_per_particle(scene))],
@@ -31,6 +32,8 @@ pub struct FluidIndex {
     pub structure: Box<dyn SpatialIndex>,
     /// Whether the rows were reordered since the last update.
     pub reordered: bool,
+    /// How far a particle may be from where it was indexed \[m]: 0 unless the scene keeps its lists.
+    pub slack: f32,
 }
 
 /// Updates the index for the present rows (phase `RebuildIndex`).

@@ -108,6 +108,46 @@ impl NeighbourLists {
             + self.regions.capacity() * size_of::<Region>()
     }
 
+    /// Lengths and entries of the lists of all rows, one after the other.
+    pub(super) fn to_parts(&self, rows: usize) -> (Vec<u16>, Vec<u32>) {
+        let lengths = (0..rows).map(|row| self.of(row).len() as u16).collect();
+        let entries = (0..rows).flat_map(|row| self.of(row)).copied().collect();
+        (lengths, entries)
+    }
+
+    /// Lists of so many rows from [`to_parts`](Self::to_parts); none if they do not fit, or name one that is not
+    /// `among` those that exist.
+    pub(super) fn from_parts(
+        (lengths, entries): (Vec<u16>, Vec<u32>),
+        rows: usize,
+        among: usize,
+    ) -> Option<Self> {
+        let total: usize = lengths.iter().map(|&len| usize::from(len)).sum();
+        let fits = lengths.len() == rows
+            && total == entries.len()
+            && u32::try_from(total).is_ok()
+            && entries.iter().all(|&entry| (entry as usize) < among);
+        let mut end = 0;
+        let start = |len: &u16| {
+            let start = end;
+            end += u32::from(*len);
+            AtomicU32::new(start)
+        };
+        fits.then(|| Self {
+            spans: Spans {
+                starts: lengths.iter().map(start).collect(),
+                lengths: lengths.iter().map(|&len| AtomicU16::new(len)).collect(),
+            },
+            rows: entries,
+            regions: vec![Region {
+                start: 0,
+                len: total,
+                found: total,
+            }],
+            ..Self::default()
+        })
+    }
+
     /// Removes all lists.
     pub(super) fn clear(&mut self) {
         self.spans = Spans::default();

@@ -12,11 +12,14 @@ mod find;
 mod lists;
 mod search;
 mod tested;
+mod verlet;
 
-pub(crate) use find::STAGE;
 pub use find::{
     BoundaryNeighbours, FluidNeighbours, find_boundary_neighbours, find_fluid_neighbours,
 };
+pub(crate) use find::{INDEX, STAGE};
 pub use lists::NeighbourLists;
 pub use search::{Recomputed, Search, search};
 pub use tested::tested_pairs;
+pub use verlet::KeptLists;
+pub(crate) use verlet::REMEMBERED;

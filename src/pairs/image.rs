@@ -20,6 +20,27 @@ pub fn reaches_across(period: &Period, support_radius: f32, own: Vec4) -> bool {
     period.is_any() && period.is_near_face(own.truncate(), REACH * support_radius)
 }
 
+/// The space around a row.
+pub(super) trait Space<S: Simd> {
+    /// Whether a neighbour may be nearer as an image.
+    const REPEATS: bool;
+
+    /// The shortest of the differences between a point and the images of another.
+    fn nearest(&self, simd: S, difference: [S::F; 3]) -> [S::F; 3];
+}
+
+/// Space in which no neighbour is an image.
+pub(super) struct Open;
+
+impl<S: Simd> Space<S> for Open {
+    const REPEATS: bool = false;
+
+    #[inline(always)]
+    fn nearest(&self, _: S, difference: [S::F; 3]) -> [S::F; 3] {
+        difference
+    }
+}
+
 /// Periods in lanes.
 #[derive(Clone, Copy)]
 pub(super) struct Image<S: Simd> {
@@ -48,11 +69,15 @@ impl<S: Simd> Image<S> {
             minus_one: simd.splat(-1.0),
         })
     }
+}
 
-    /// The shortest of the differences between a point and the images of another. Both are in the box that repeats, or
-    /// less than half a period beyond it; to the sentinel it is as far as before.
+impl<S: Simd> Space<S> for Image<S> {
+    const REPEATS: bool = true;
+
+    /// Both points are in the box that repeats, or less than half a period beyond it; to the sentinel it is as far as
+    /// before.
     #[inline(always)]
-    pub(super) fn nearest(&self, simd: S, mut difference: [S::F; 3]) -> [S::F; 3] {
+    fn nearest(&self, simd: S, mut difference: [S::F; 3]) -> [S::F; 3] {
         for (axis, x) in difference.iter_mut().enumerate() {
             let periods = simd.mul(*x, self.inverse[axis]);
             let periods = simd.sub(simd.add(periods, self.rounding), self.rounding);

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::{
     KernelGradients, Pair, PairSum, broadcast, difference, dot,
     gradients::{Computed, Generations, GradFactors, Kept, Known, make_room},
-    image::Image,
+    image::{Image, Open, Space},
     store,
 };
 use crate::{
@@ -155,13 +155,11 @@ fn pair<S: Simd>(
     own: [S::F; 3],
     points: &[Vec4],
     rows: S::Rows,
-    image: Option<Image<S>>,
+    space: &impl Space<S>,
     (kernel, grad_factors): (&Kernel, &mut impl GradFactors),
 ) -> Pair<S> {
-    let (mut x_ij, packed_j) = difference(simd, own, points, rows);
-    if let Some(image) = image {
-        x_ij = image.nearest(simd, x_ij);
-    }
+    let (x_ij, packed_j) = difference(simd, own, points, rows);
+    let x_ij = space.nearest(simd, x_ij);
     let r2 = dot(simd, x_ij, x_ij);
     Pair {
         x_ij,
@@ -171,24 +169,39 @@ fn pair<S: Simd>(
     }
 }
 
-/// One row of a pass: a loop over whole vectors, the last one padded with absent rows.
+/// One row of a pass. Rows without images have a loop of their own: a choice within costs a density pass a tenth.
 #[inline(always)]
 fn row<P: PairSum, S: Simd, L: GradFactors>(
     pass: &P,
     simd: S,
     points: Points,
     i: usize,
-    (mut fluid, mut boundary): (&[u32], &[u32]),
+    lists: (&[u32], &[u32]),
     grad_factors: &mut L,
+) -> P::Output {
+    let support_radius = points.kernel.support_radius;
+    match Image::of(simd, &points.period, support_radius, points.fluid[i]) {
+        None => row_in(pass, simd, points, i, lists, (&Open, grad_factors)),
+        Some(image) => row_in(pass, simd, points, i, lists, (&image, grad_factors)),
+    }
+}
+
+/// A loop over whole vectors, the last one padded with absent rows.
+#[inline(always)]
+fn row_in<P: PairSum, S: Simd, L: GradFactors, N: Space<S>>(
+    pass: &P,
+    simd: S,
+    points: Points,
+    i: usize,
+    (mut fluid, mut boundary): (&[u32], &[u32]),
+    (space, grad_factors): (&N, &mut L),
 ) -> P::Output {
     let neighbours = fluid.len() + boundary.len();
     let mut sums = pass.start(simd, i, points.fluid[i]);
     let own = broadcast(simd, points.fluid[i]);
-    let support_radius = points.kernel.support_radius;
-    let image = Image::of(simd, &points.period, support_radius, points.fluid[i]);
     while P::FLUID && !fluid.is_empty() {
         let rows = simd.rows(fluid);
-        let pair = if P::GRADIENTS_ONLY && L::KNOWN && image.is_none() {
+        let pair = if P::GRADIENTS_ONLY && L::KNOWN && !N::REPEATS {
             let zero = simd.splat(0.0);
             Pair {
                 x_ij: [zero; 3],
@@ -198,7 +211,7 @@ fn row<P: PairSum, S: Simd, L: GradFactors>(
             }
         } else {
             let grad_factors = (points.kernel, &mut *grad_factors);
-            pair(simd, own, points.fluid, rows, image, grad_factors)
+            pair(simd, own, points.fluid, rows, space, grad_factors)
         };
         pass.fluid(simd, &pair, rows, &mut sums);
         fluid = fluid.get(LANES..).unwrap_or_default();
@@ -206,7 +219,7 @@ fn row<P: PairSum, S: Simd, L: GradFactors>(
     while P::BOUNDARY && !boundary.is_empty() {
         let rows = simd.rows(boundary);
         let grad_factors = (points.kernel, &mut Computed);
-        let pair = pair(simd, own, points.boundary, rows, image, grad_factors);
+        let pair = pair(simd, own, points.boundary, rows, space, grad_factors);
         pass.boundary(simd, &pair, rows, &mut sums);
         boundary = boundary.get(LANES..).unwrap_or_default();
     }

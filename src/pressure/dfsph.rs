@@ -16,7 +16,6 @@ use bevy_ecs::{
     prelude::*,
     schedule::{InternedScheduleLabel, ScheduleLabel},
 };
-use glam::Vec4;
 
 use super::{
     convergence::Convergence,
@@ -25,14 +24,15 @@ use super::{
     force::pressure_force,
     implicit::{self, Iterate, Jacobi, store_pressures},
     iterate::{PressureIteration, iterate, solve_pressure},
+    neighbour_count::{NeighbourCount, NeighbourCounts, NeighboursWithin},
     solver::{Iterations, PressureSolver, Requirement, iterations, take_tolerances},
     stabilisation::Stabilisation,
 };
 use crate::{
     boundary::sums::{BoundarySums, Walls},
-    pairs::{KernelGradients, PairSum, Pairs, PairsWithGradients, store, zip},
+    neighbours::KeptLists,
+    pairs::{KernelGradients, Pairs, PairsWithGradients, store, zip},
     scene::{Dfsph, Dimension, PressureMethod, Scene},
-    simd::Simd,
     state::{
         Clock, Column, Corrected, Densities, Execution, Material, Positions, PressureAccelerations,
         Pressures, SolverState, Systems, Velocities, wants_force,
@@ -162,10 +162,6 @@ pub struct DivergenceConvergence(Convergence);
 #[derive(Resource, Debug, Default)]
 pub struct DivergenceTerms(Vec<Iterate>);
 
-/// Number of neighbours, fluid and boundary.
-#[derive(Resource, Debug, Default)]
-pub struct NeighbourCounts(Vec<u32>);
-
 /// Particles with fewer neighbours keep their divergence: at a surface or in spray, Dρ/Dt describes how particles meet
 /// and not their compression (2015, section 3.4).
 fn least_neighbours(dimension: Dimension) -> u32 {
@@ -200,22 +196,24 @@ pub fn compute_density(
     walls: Option<Res<BoundarySums>>,
     pairs: Pairs,
     material: Res<Material>,
-    stabilisation: Res<Stabilisation>,
+    (stabilisation, kept): (Res<Stabilisation>, Option<Res<KeptLists>>),
 ) {
+    let has_skin = kept.is_some();
     let rows = pairs.positions().rows();
     rates.0.resize(rows, 0.0);
     counts.0.resize(rows, 0);
     let walls = Walls::of(walls.as_deref());
-    let sums = (
-        DensitiesAndDiagonals::sums(&material, walls, *stabilisation),
-        (
-            DensityRate::<true>::new(&material, &pairs.positions().0, &velocities.0, walls),
-            NeighbourCount,
-        ),
-    );
+    let densities = DensitiesAndDiagonals::sums(&material, walls, *stabilisation);
+    let rate = DensityRate::<true>::new(&material, &pairs.positions().0, &velocities.0, walls);
     let motion = zip(store(&mut rates.0), store(&mut counts.0));
     let sinks = zip(columns.sinks(rows), motion);
-    pairs.sum_and_keep(&sums, grad_factors.as_deref_mut(), sinks);
+    let grad_factors = grad_factors.as_deref_mut();
+    if has_skin {
+        let within = NeighboursWithin::new(&material);
+        pairs.sum_and_keep(&(densities, (rate, within)), grad_factors, sinks);
+    } else {
+        pairs.sum_and_keep(&(densities, (rate, NeighbourCount)), grad_factors, sinks);
+    }
 }
 
 /// Makes the velocities free of compression (phase `Forces`, before the forces).
@@ -339,23 +337,4 @@ pub fn add_divergence_pressure(
         }
     });
     terms.0.clear();
-}
-
-/// Counts neighbours, fluid and boundary.
-#[derive(Clone, Copy)]
-struct NeighbourCount;
-
-impl PairSum for NeighbourCount {
-    type Sums<S: Simd> = ();
-    type Output = u32;
-    const FLUID: bool = false;
-    const COUNTS: bool = true;
-
-    #[inline(always)]
-    fn start<S: Simd>(&self, _: S, _: usize, _: Vec4) {}
-
-    #[inline(always)]
-    fn finish<S: Simd>(&self, _: S, neighbours: usize, (): ()) -> u32 {
-        neighbours as u32
-    }
 }

@@ -21,6 +21,7 @@ pub mod iisph;
 pub mod implicit;
 pub mod initial;
 pub mod iterate;
+pub mod neighbour_count;
 pub mod pcisph;
 pub mod sesph;
 pub mod solver;

@@ -6,7 +6,7 @@ use super::columns::lasting;
 use crate::{
     flow,
     pairs::KernelGradients,
-    scene::{Neighbours, Scene},
+    scene::Scene,
     state::{
         Accelerations, Densities, Phase, Positions, PredictedPositions, PressureAccelerations,
         Pressures, Product, Rows, Stage, Systems, Velocities, chain, transfer, wrap,
@@ -20,9 +20,10 @@ pub(super) const STAGE: Stage = Stage {
     bytes: |scene, neighbours| {
         // Entities by row and rows by entity, and the permanent numbers.
         let mut bytes = vec![("entities and numbers", 8.0 + 24.0 + 12.0)];
-        if scene.neighbours == Neighbours::Stored {
+        if scene.stores_neighbours() {
             // Lists are padded to whole vectors, by half a vector on average.
-            let gradients = (f64::from(neighbours) + 4.0) * 4.0 * 9.0 / 8.0;
+            let entries = f64::from(neighbours) * scene.listed_per_neighbour();
+            let gradients = (entries + 4.0) * 4.0 * 9.0 / 8.0;
             bytes.push(("gradients of the kernel", gradients));
         }
         bytes
@@ -40,7 +41,7 @@ fn install(world: &mut World, scene: &Scene) {
     world.init_resource::<Pressures>();
     world.init_resource::<Accelerations>();
     world.init_resource::<PressureAccelerations>();
-    if scene.neighbours == Neighbours::Stored {
+    if scene.stores_neighbours() {
         world.init_resource::<KernelGradients>();
     }
 }

@@ -7,7 +7,9 @@ mod columns;
 mod gather;
 mod remembered;
 mod stages;
+mod transport;
 
 pub use columns::columns;
 pub(crate) use remembered::REMEMBERED;
 pub use stages::{StageError, Stages};
+pub use transport::{gathering, scattering};

@@ -4,6 +4,7 @@ use crate::{
     flow::{Changes, Emitters, Turnover},
     gauge::{EnergyAccount, Gauges},
     integrate::Motion,
+    neighbours,
     reorder::ReorderState,
     state::{Clock, Remembered, SolverState, particle::NextParticleId},
     time_step::{AdaptiveTimeStep, RecoveryTime, roll_back::KeptState},
@@ -24,4 +25,5 @@ pub(crate) const REMEMBERED: &[Remembered] = &[
     Remembered::new::<Changes>("changes since the state to go back to"),
     Remembered::new::<Gauges>("gauges"),
     Remembered::new::<EnergyAccount>("energy account"),
+    neighbours::REMEMBERED,
 ];

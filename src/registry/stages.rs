@@ -5,7 +5,7 @@ use bevy_ecs::prelude::*;
 use super::{advance, columns::columns, gather};
 use crate::{
     boundary::moving,
-    flow, force, index,
+    flow, force,
     lattice::Lattice,
     neighbours,
     pressure::stages as pressure,
@@ -19,7 +19,7 @@ use crate::{
 const STAGES: &[Stage] = &[
     gather::STAGE,
     moving::STAGE,
-    index::STAGE,
+    neighbours::INDEX,
     neighbours::STAGE,
     pressure::DENSITY,
     pressure::DIVERGENCE,

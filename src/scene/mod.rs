@@ -219,6 +219,30 @@ impl Scene {
         self.support() * self.spacing
     }
 
+    /// Radius within which neighbours are listed \[m]: h, or more where lists are kept.
+    pub fn search_radius(&self) -> f32 {
+        self.support_radius() * (1.0 + self.skin().unwrap_or(0.0))
+    }
+
+    /// Skin of lists that are kept, in support radii \[-]; none where they are found in every step.
+    pub fn skin(&self) -> Option<f32> {
+        match self.neighbours {
+            Neighbours::Verlet { skin } => Some(skin),
+            Neighbours::Stored | Neighbours::Recomputed => None,
+        }
+    }
+
+    /// Whether neighbour lists are stored.
+    pub fn stores_neighbours(&self) -> bool {
+        self.neighbours != Neighbours::Recomputed
+    }
+
+    /// Entries of lists per neighbour within the support radius \[-].
+    pub(crate) fn listed_per_neighbour(&self) -> f64 {
+        let ratio = f64::from(1.0 + self.skin().unwrap_or(0.0));
+        ratio.powi(u8::from(self.dimension).into())
+    }
+
     /// Whether there are boundaries, and direct forcing keeps the fluid off them.
     pub fn forces_directly(&self) -> bool {
         matches!(self.boundary_handling, BoundaryHandling::DirectForcing(_))

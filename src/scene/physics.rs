@@ -215,14 +215,26 @@ impl IndexStructure {
 }
 
 /// Neighbour lists, or none (paper 5.3.1).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
 pub enum Neighbours {
     /// Found once a step and stored.
     #[default]
     Stored,
     /// Found again by every loop: slower, but without the memory of the lists.
     Recomputed,
+    /// Stored, and kept over several steps (Verlet 1967; paper section 2): lists are of all pairs within (1 + skin) h,
+    /// and are found again when something has moved skin h/2.
+    Verlet {
+        /// Distance beyond the support radius within which pairs are listed, in support radii \[-].
+        #[serde(default = "skin")]
+        skin: f32,
+    },
+}
+
+fn skin() -> f32 {
+    0.1
 }
 
 /// Limits of the failure guard.

@@ -3,13 +3,9 @@
 //! Systems of bevy's executor run on bevy's task threads, which rayon's `install` around the step would not reach:
 //! so the pool is a resource, and every loop enters it.
 
-use std::io::{self, ErrorKind};
-use std::panic::catch_unwind;
-use std::sync::{Arc, Mutex, mpsc};
-use std::thread::Builder;
+use std::sync::Arc;
 
 use bevy_ecs::prelude::*;
-use bevy_tasks::{ComputeTaskPool, TaskPoolBuilder};
 use rayon::prelude::*;
 
 use crate::simd::InstructionSet;
@@ -99,44 +95,6 @@ impl Execution {
                 .for_each(|(chunk, ((result, a), b))| *result = work(chunk * CHUNK, a, b));
         });
     }
-}
-
-/// Memory that threads find when they start \[bytes].
-const ROOM: usize = 8 << 20;
-
-/// Starts the threads that bevy runs systems on, unless the process has them.
-///
-/// Bevy panics where the system refuses a thread, so as many are tried first.
-pub(crate) fn start_task_threads(threads: usize) -> io::Result<()> {
-    if ComputeTaskPool::try_get().is_some() {
-        return Ok(());
-    }
-    // A thread that starts without memory left ends the process, and nobody is told.
-    let mut room: Vec<u8> = Vec::new();
-    room.try_reserve_exact(ROOM).map_err(|_| {
-        let reason = "there is no memory left for what they do";
-        io::Error::new(ErrorKind::OutOfMemory, reason)
-    })?;
-    let (release, wait) = mpsc::channel::<()>();
-    let wait = Arc::new(Mutex::new(wait));
-    let tried: io::Result<Vec<_>> = (0..threads)
-        .map(|_| {
-            let wait = wait.clone();
-            // All of them live until the last was started.
-            Builder::new().spawn(move || drop(wait.lock().map(|wait| wait.recv())))
-        })
-        .collect();
-    drop(release);
-    for thread in tried? {
-        let _ = thread.join();
-    }
-    drop(room);
-    // Another program may have taken the threads since.
-    catch_unwind(|| {
-        let start = || TaskPoolBuilder::new().num_threads(threads).build();
-        ComputeTaskPool::get_or_init(start);
-    })
-    .map_err(|_| io::Error::new(ErrorKind::WouldBlock, "a thread was refused"))
 }
 
 /// One result a chunk, kept from step to step and folded in the order of the rows: the same for any number of threads.

@@ -16,6 +16,7 @@ mod remembered;
 mod residual;
 mod rows;
 mod stage;
+mod task_threads;
 pub mod transfer;
 pub mod wrap;
 
@@ -29,7 +30,6 @@ pub use columns::{
     Accelerations, COLUMNS, Densities, MeanPressures, Positions, PredictedPositions,
     PressureAccelerations, Pressures, SENTINEL, Velocities,
 };
-pub(crate) use execution::start_task_threads;
 pub use execution::{CHUNK, ChunkResults, Execution};
 pub use failure::{
     DomainTooLarge, Failure, FailureCause, ListsTooLong, MAX_CELLS, Shock, StepError, TakenBack,
@@ -42,3 +42,4 @@ pub use residual::{DensityError, SolverState};
 pub use rows::Rows;
 pub use stage::{Limit, Product, Stage, Systems};
 pub(crate) use stage::{PART_OF_PERIOD, chain};
+pub(crate) use task_threads::start_task_threads;

@@ -6,9 +6,10 @@ use bevy_ecs::prelude::*;
 
 use super::{
     advance::Owed,
+    compose,
     error::InstallError,
     memory,
-    order::order_of,
+    order::{Due, order_of},
     report::StepOutcome,
     schedule::build_schedules,
     start::{FluidStart, Walls},
@@ -77,14 +78,14 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
     for stage in order.installed() {
         (stage.install)(world, scene);
     }
+    compose::install(world, &order);
     gauge::install(world, scene);
     world.insert_resource(Installed {
         scene: scene.clone(),
         files,
-        stages: order
-            .stages()
-            .map(|planned| (planned.stage.name, planned.every))
-            .collect(),
+        stages: order.names(),
+        due: order.stages().map(|planned| planned.due).collect(),
+        reads_stale: order.reads_stale(),
     });
     schedules.add(world);
     note_installed(world, &before);
@@ -111,8 +112,12 @@ pub(crate) struct Installed {
     pub(crate) scene: Scene,
     /// The files that the scene names, as they were read.
     pub(crate) files: Vec<NamedFile>,
-    /// The stages of a step in their order, each with the number of steps between two of its runs.
-    pub(crate) stages: Vec<(&'static str, u64)>,
+    /// The stages of a step in their order, with their conditions, and the number of steps between two runs of each.
+    pub(crate) stages: Vec<(String, u64)>,
+    /// When each is due.
+    pub(crate) due: Vec<Due>,
+    /// Whether a stage reads what an earlier step left.
+    pub(crate) reads_stale: bool,
 }
 
 /// Inserts the resources of every step, whatever its stages are.

@@ -92,6 +92,9 @@ pub(super) fn bytes_per_boundary_particle(scene: &Scene) -> Vec<(&'static str, f
         ("packed positions and normals", 16.0 + 12.0),
         ("spatial index", index::bytes_per_particle(scene)),
     ];
+    if scene.skin().is_some() {
+        bytes.push(("places of the last search", 16.0));
+    }
     if moving::is_wanted(scene) {
         // Places at the end of the step, velocities, and poses in columns and in rows.
         bytes.push(("walls in motion", 32.0 + 28.0 + 8.0 + 32.0));

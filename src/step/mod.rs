@@ -2,6 +2,7 @@
 
 mod advance;
 mod apply;
+mod compose;
 mod error;
 mod executor;
 mod install;
@@ -27,7 +28,7 @@ pub use error::{InstallError, StartDensity};
 pub use install::install;
 pub(crate) use install::{Installed, NamedFile};
 pub(crate) use order::check_order;
-pub use order::{Flow, Order, OrderError, OrderItem};
+pub use order::{Condition, Flow, Order, OrderError, OrderItem, Range};
 pub use plan::{Plan, PlannedEmitter, plan};
 pub use report::{StepOutcome, StepReport};
 pub use schedule::Step;

@@ -9,19 +9,20 @@ use bevy_ecs::{
 };
 
 use super::{
+    compose::compose,
     error::InstallError,
     executor::StepExecutor,
-    order::{PlannedOrder, is_due},
+    order::PlannedOrder,
     report::finish,
     timer::{lap, start_timer},
 };
 use crate::{
     boundary::{moving, room},
     gauge,
-    pressure::first_force,
+    pressure::{first_force, iterate::PressureIteration},
     scene::{Executor, Scene, TimeStep},
     state::{
-        Clock, Phase, Rows, Systems, chain, clock,
+        Phase, Systems, chain, clock,
         failure::{self, healthy},
         start_task_threads,
     },
@@ -80,7 +81,8 @@ pub(super) fn build_schedules(
     if gauge::measures_energy(scene) {
         configs.push(gauge::note_start.run_if(healthy));
     }
-    add_stages(order, scene, &mut configs);
+    let mut composed = compose(order, scene);
+    configs.extend(composed.step);
     let has_gauges = !scene.gauges.is_empty();
     if gauge::measures_energy(scene) {
         configs.push(gauge::book.in_set(Phase::Observe).run_if(healthy));
@@ -112,6 +114,11 @@ pub(super) fn build_schedules(
     let mut schedules = vec![step];
     for stage in order.installed() {
         for (label, systems) in (stage.schedules)(scene) {
+            let systems = if label == PressureIteration.intern() && !composed.iteration.is_empty() {
+                (chain(std::mem::take(&mut composed.iteration)), systems).chain()
+            } else {
+                systems
+            };
             schedules.push(iteration(world, label, systems)?);
         }
     }
@@ -144,20 +151,5 @@ fn strict() -> ScheduleBuildSettings {
     ScheduleBuildSettings {
         ambiguity_detection: LogLevel::Error,
         ..Default::default()
-    }
-}
-
-/// Appends the stages, each followed by the system that records its time.
-fn add_stages(order: &PlannedOrder, scene: &Scene, configs: &mut Vec<Systems>) {
-    for planned in order.stages() {
-        let (stage, every) = (planned.stage, planned.every);
-        let mut systems = (stage.systems)(scene).in_set(stage.phase).run_if(healthy);
-        if every > 1 {
-            systems = systems.run_if(move |clock: Res<Clock>, rows: Res<Rows>| {
-                is_due(every, &clock, rows.changed)
-            });
-        }
-        configs.push(systems);
-        configs.push(lap(stage.phase).in_set(stage.phase));
     }
 }

@@ -50,7 +50,13 @@ impl FluidStart {
             .rebuild(&points, execution)
             .map_err(InstallError::Fluid)?;
         if scene.reorder_interval > 0 {
-            z_curve::sort_handles(&points, index::build(scene).grid(), execution, &mut order);
+            // Numbers of particles do not depend on how long lists are kept.
+            let every_step = Scene {
+                neighbours: Neighbours::Stored,
+                ..scene.clone()
+            };
+            let index = index::build(&every_step);
+            z_curve::sort_handles(&points, index.grid(), execution, &mut order);
         }
         Ok(Self { seeds, order })
     }
@@ -163,7 +169,7 @@ impl Walls {
             let direct = DirectForcing::new(parameters, world.resource::<Material>());
             world.insert_resource(direct);
         }
-        if scene.neighbours == Neighbours::Stored {
+        if scene.stores_neighbours() {
             world.init_resource::<BoundaryNeighbours>();
         }
     }

@@ -149,10 +149,7 @@ impl Checker<'_> {
             }
         }
         for (k, column) in study.columns.iter().enumerate() {
-            if let Measure::Milliseconds(phases) | Measure::Share(phases) = &column.measure
-                && phases.is_empty()
-            {
-                let message = "no phase; name one, such as `find_neighbours`";
+            if let Some(message) = study.refusal_of(&column.measure) {
                 return self.refuse(&format!("columns.{k}.measure"), message);
             }
         }

@@ -163,6 +163,20 @@ fn default_blocks() -> u32 {
 }
 
 impl Study {
+    /// What is wrong with a measure in this study.
+    pub(super) fn refusal_of(&self, measure: &Measure) -> Option<&'static str> {
+        let starts = self.start.is_some() || self.cases.iter().any(|case| case.start.is_some());
+        match measure {
+            Measure::Milliseconds(phases) | Measure::Share(phases) if phases.is_empty() => {
+                Some("no phase; name one, such as `find_neighbours`")
+            }
+            Measure::Distance if !starts => Some(
+                "variants number their particles alike only from a common `start`; give the study one",
+            ),
+            _ => None,
+        }
+    }
+
     /// Heading of the table and the chart.
     pub fn title(&self) -> &str {
         self.title.as_deref().unwrap_or(&self.name)

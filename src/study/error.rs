@@ -46,6 +46,9 @@ pub enum StudyError {
         /// Reason.
         error: Box<StepError>,
     },
+    /// The progress of an earlier study does not fit.
+    #[error("the study cannot resume: {0}")]
+    Resume(String),
     /// The operating system refused to start threads.
     #[error("could not start threads: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),

@@ -98,7 +98,7 @@ impl GaugeMeasure {
 }
 
 /// Sums over readings.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Tally {
     count: f64,
     sum: f64,

@@ -34,6 +34,10 @@ pub enum Measure {
     TestedPairs,
     /// Distances computed per entry \[-].
     TestedRatio,
+    /// Distance of the particles from where the baseline variant has them at the end of a turn, root mean square over
+    /// the particles \[spacings]. The figure of a row is that of its last turn. Variants need a common start and
+    /// steps of one length.
+    Distance,
     /// The column of a gauge of the scene.
     Gauge(GaugeMeasure),
 }
@@ -46,6 +50,7 @@ impl Measure {
             Self::UpdatesPerSecond => "1/s",
             Self::Share(_) | Self::MeanDensityError | Self::LargestDensityError => "%",
             Self::WallTime => "s/s",
+            Self::Distance => "spacings",
             Self::Gauge(measure) => measure.unit(),
             Self::Iterations | Self::Pairs | Self::TestedPairs | Self::TestedRatio => "",
         }
@@ -54,6 +59,11 @@ impl Measure {
     /// Whether the pairs must be counted.
     pub(super) fn counts_pairs(&self) -> bool {
         matches!(self, Self::Pairs | Self::TestedPairs | Self::TestedRatio)
+    }
+
+    /// Whether variants must be compared with each other.
+    pub(super) fn compares_variants(&self) -> bool {
+        matches!(self, Self::Distance)
     }
 
     /// Whether the median over the blocks represents a row. It does for times per step, which other programs on the
@@ -86,6 +96,7 @@ impl Measure {
             Self::Pairs => block.pairs? / block.counts,
             Self::TestedPairs => block.tested_pairs / block.counts,
             Self::TestedRatio => block.tested_pairs / block.pairs?,
+            Self::Distance => block.distance?,
             Self::Gauge(measure) => block
                 .gauges
                 .get(&measure.key())?
@@ -96,7 +107,7 @@ impl Measure {
 }
 
 /// Sums over consecutive steps.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Block {
     /// Steps taken.
     pub steps: u64,
@@ -116,6 +127,8 @@ pub struct Block {
     pub pairs: Option<f64>,
     /// Distances computed, summed over all counts.
     pub tested_pairs: f64,
+    /// Distance from the baseline at the end \[spacings], if it is measured.
+    pub distance: Option<f64>,
     /// Statistics of the gauges that are measured.
     pub(super) gauges: BTreeMap<Key, Tally>,
     /// Steps of the previous block that were rolled back in this one and are not repeated yet.
@@ -123,7 +136,7 @@ pub struct Block {
 }
 
 /// The last good step: it may still be rolled back.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub(super) struct LastStep {
     dt: f32,
     mean_density_error: f32,
@@ -143,6 +156,7 @@ impl Default for Block {
             counts: 0.0,
             pairs: Some(0.0),
             tested_pairs: 0.0,
+            distance: None,
             gauges: BTreeMap::new(),
             owed: 0,
         }
@@ -200,6 +214,7 @@ impl Block {
             sum.counts += block.counts;
             sum.pairs = sum.pairs.zip(block.pairs).map(|(sum, pairs)| sum + pairs);
             sum.tested_pairs += block.tested_pairs;
+            sum.distance = block.distance.or(sum.distance);
             for (key, tally) in &block.gauges {
                 sum.gauges.entry(key.clone()).or_default().join(tally);
             }

@@ -18,6 +18,7 @@ mod kind;
 mod measure;
 mod memory;
 pub(crate) mod names;
+mod pause;
 mod plan;
 #[cfg(feature = "cli")]
 pub(crate) mod pool;
@@ -37,9 +38,10 @@ pub use gauge::{GaugeMeasure, Statistic};
 #[cfg(feature = "cli")]
 pub use kind::StudyKind;
 pub use measure::{Block, Measure};
+pub use pause::Pause;
 pub use plan::{Plan, PlannedCase, PlannedVariant};
 pub use reference::Reference;
-pub use run::{Event, run};
+pub use run::{Event, resume, run};
 pub use table::{Figure, Order, Row, Table};
 #[cfg(feature = "cli")]
 pub(crate) use text::short;

@@ -9,8 +9,8 @@ use std::ops::ControlFlow;
 use bevy_ecs::prelude::*;
 
 use super::{
-    Block, Plan, PlannedCase, PlannedVariant, Span, StudyError, Table, measure::LastStep, readings,
-    start::State,
+    Block, Measure, Pause, Plan, PlannedCase, PlannedVariant, Span, StudyError, Table,
+    measure::LastStep, pause::Progress, readings, start::State,
 };
 use crate::{
     Step, StepOutcome,
@@ -33,8 +33,9 @@ pub enum Event<'a> {
         /// Completed fraction of the stage, 0 to 1.
         fraction: f64,
     },
-    /// Every variant of a case has finished a block; the table holds the results so far.
-    Turn(&'a Table),
+    /// Every variant of a case has finished a block. The table holds the results so far, and the study can go on from
+    /// here, unless a variant cannot be saved at this step.
+    Turn(&'a Table, Option<Pause>),
 }
 
 /// Runs a study with `threads` threads; 0 uses all cores. `tell` is called after every step and may stop the study.
@@ -46,15 +47,34 @@ pub fn run(
     threads: usize,
     tell: &mut dyn FnMut(Event) -> ControlFlow<()>,
 ) -> Result<Table, StudyError> {
+    resume(plan, threads, None, tell)
+}
+
+/// As [`run()`], from where an earlier study stopped. What it had finished is not repeated.
+pub fn resume(
+    plan: &Plan,
+    threads: usize,
+    from: Option<&Pause>,
+    tell: &mut dyn FnMut(Event) -> ControlFlow<()>,
+) -> Result<Table, StudyError> {
     let execution = Execution::new(threads)?;
     let mut table = Table::new(plan);
-    let wants_pairs = (plan.study.columns.iter()).any(|column| column.measure.counts_pairs());
-    for (number, case) in plan.cases.iter().enumerate() {
+    let done = from.map(|from| from.resume(plan, &mut table)).transpose()?;
+    let first = done.as_ref().map_or(0, |done| done.case);
+    let wants = |what: fn(&Measure) -> bool| {
+        let mut columns = plan.study.columns.iter();
+        columns.any(|column| what(&column.measure))
+    };
+    for (number, case) in plan.cases.iter().enumerate().skip(first) {
+        let done = done.as_ref();
+        let from = from.zip(done.filter(|done| done.case == number && done.turns > 0));
         let mut turns = Turns {
             plan,
             case,
             execution: &execution,
-            wants_pairs,
+            wants_pairs: wants(Measure::counts_pairs),
+            wants_distance: wants(Measure::compares_variants),
+            from,
             tell,
         };
         if turns.run(number, &mut table)?.is_break() {
@@ -78,6 +98,9 @@ struct Turns<'a, 'b> {
     case: &'a PlannedCase,
     execution: &'a Execution,
     wants_pairs: bool,
+    wants_distance: bool,
+    /// Where an earlier study stopped in this case.
+    from: Option<(&'a Pause, &'a Progress)>,
     tell: &'a mut (dyn FnMut(Event) -> ControlFlow<()> + 'b),
 }
 
@@ -91,20 +114,24 @@ enum Broken {
 
 impl Turns<'_, '_> {
     fn run(&mut self, number: usize, table: &mut Table) -> Result<ControlFlow<()>, StudyError> {
-        let state = match self.start()? {
-            ControlFlow::Continue(state) => state,
-            ControlFlow::Break(()) => return Ok(ControlFlow::Break(())),
+        let state = match self.from {
+            Some(_) => None,
+            None => match self.start()? {
+                ControlFlow::Continue(state) => state,
+                ControlFlow::Break(()) => return Ok(ControlFlow::Break(())),
+            },
         };
         let stage = self.label("measuring");
         let mut runners = Vec::new();
         if self.begin(&stage).is_break() {
             return Ok(ControlFlow::Break(()));
         }
-        for variant in &self.case.variants {
-            runners.push(self.runner(variant, state.as_ref())?);
+        for (k, variant) in self.case.variants.iter().enumerate() {
+            runners.push(self.runner((k, variant), state.as_ref())?);
         }
         let turns = self.plan.study.blocks + 1;
-        for turn in 0..turns {
+        let first = self.from.map_or(0, |(_, done)| done.turns);
+        for turn in first..turns {
             for (k, runner) in runners.iter_mut().enumerate() {
                 if runner.failed {
                     continue;
@@ -146,11 +173,47 @@ impl Turns<'_, '_> {
                     }
                 }
             }
-            if (self.tell)(Event::Turn(table)).is_break() {
+            if self.wants_distance && turn > 0 {
+                self.compare(&mut runners, number, table);
+            }
+            let is_last = turn + 1 == turns;
+            let done = if is_last {
+                (number + 1, 0)
+            } else {
+                (number, turn + 1)
+            };
+            let variants = runners.iter_mut().filter(|_| !is_last);
+            let variants = variants.map(|runner| {
+                let last = (!runner.failed).then_some(runner.last);
+                (&mut runner.world, last)
+            });
+            let pause = Pause::of(self.plan, table, done, variants);
+            if (self.tell)(Event::Turn(table, pause)).is_break() {
                 return Ok(ControlFlow::Break(()));
             }
         }
         Ok(ControlFlow::Continue(()))
+    }
+
+    /// Notes how far the particles of every variant are from those of the baseline.
+    fn compare(&self, runners: &mut [Runner], number: usize, table: &mut Table) {
+        let variants = &self.case.variants;
+        let baseline = |variant: &PlannedVariant| variant.name == table.baseline();
+        let Some(baseline) = variants.iter().position(baseline) else {
+            return;
+        };
+        if runners[baseline].failed {
+            return;
+        }
+        let known = State::of(&mut runners[baseline].world);
+        for (k, runner) in runners.iter_mut().enumerate() {
+            let row = &mut table.rows[number * variants.len() + k];
+            let scene = &variants[k].scene;
+            if let (false, Some(block)) = (runner.failed, row.blocks.last_mut()) {
+                let distance = State::of(&mut runner.world).distance(&known, &scene.period());
+                block.distance = distance.map(|distance| distance / f64::from(scene.spacing));
+            }
+        }
     }
 
     /// Reports the beginning of a stage, before its worlds are created.
@@ -213,19 +276,26 @@ impl Turns<'_, '_> {
 
     fn runner(
         &self,
-        variant: &PlannedVariant,
+        (number, variant): (usize, &PlannedVariant),
         state: Option<&State>,
     ) -> Result<Runner, StudyError> {
         let mut world = self.world(&variant.scene, &self.label(&variant.name))?;
-        match state {
-            Some(state) => state.hand_over(&mut world, variant.rows),
-            None => State::of(&mut world).hand_over(&mut world, variant.rows),
+        let mut last = Some(LastStep::default());
+        match (self.from, state) {
+            (Some((from, done)), _) => {
+                last = done.last.get(number).copied().flatten();
+                if last.is_some() {
+                    from.restore(number, &mut world)?;
+                }
+            }
+            (None, Some(state)) => state.hand_over(&mut world, variant.rows),
+            (None, None) => State::of(&mut world).hand_over(&mut world, variant.rows),
         }
         Ok(Runner {
             world,
             references: readings::references(&variant.scene),
-            failed: false,
-            last: LastStep::default(),
+            failed: last.is_none(),
+            last: last.unwrap_or_default(),
         })
     }
 }

@@ -12,7 +12,7 @@ use glam::Vec3;
 use super::Rows;
 use crate::{
     reorder::{ReorderState, reorder},
-    scene::shapes::split_mix,
+    scene::{Period, shapes::split_mix},
     state::particle::{Fluid, ParticleId, Position, Velocity},
 };
 
@@ -30,6 +30,15 @@ impl State {
             .collect();
         particles.sort_unstable_by_key(|particle| particle.0);
         Self(particles.into_iter().map(|particle| particle.1).collect())
+    }
+
+    /// Root mean square distance of the particles from those of another state \[m]; none if there are others, or none.
+    pub(super) fn distance(&self, other: &Self, period: &Period) -> Option<f64> {
+        let pairs = self.0.iter().zip(&other.0);
+        let squares = pairs.map(|(a, b)| f64::from(period.nearest(a.0 - b.0).length_squared()));
+        let sum: f64 = squares.sum();
+        let count = self.0.len();
+        (count > 0 && count == other.0.len()).then(|| (sum / count as f64).sqrt())
     }
 
     /// Copies the state into a new world with as many particles, row by row.

@@ -107,6 +107,75 @@ fn a_full_disk_leaves_whole_rows_and_a_summary() {
     assert!(history.lines().all(|row| row.split(',').count() == columns));
 }
 
+/// A checkpoint that does not fit any more leaves the one before it.
+#[test]
+fn a_disk_that_fills_up_keeps_the_last_checkpoint() {
+    let folder = folder();
+    // A jet adds twenty particles per step, so that checkpoints grow and rows hardly do.
+    let jet = r#"(
+        name: "long",
+        dimension: 2,
+        spacing: 0.01,
+        bodies: [],
+        emitters: [(shape: Disc(center: (0, 0, 0), normal: (1, 0, 0), radius: 0.1), speed: 10)],
+        time_step: Fixed(0.0005),
+        pressure: Sesph(equation: Gas(stiffness: 10)),
+        duration: 1000,
+        output: (pictures: false),
+    )"#;
+    fs::write(folder.path().join("long.ron"), jet).expect("a scene file");
+    let arguments = [
+        "run",
+        "long.ron",
+        "--quiet",
+        "--frames-per-second=0",
+        "--checkpoint=1",
+    ];
+    let output = command_after(&folder, "trap '' XFSZ; ulimit -f 128")
+        .args(arguments)
+        .output()
+        .expect("sh starts");
+    assert_exit(&output, 1);
+    let errors = stderr(&output);
+    assert!(errors.contains("File too large"), "{errors}");
+    let out = folder.path().join("out/long");
+    let summary = Summary::read(&out.join("summary.json")).expect("a summary");
+    assert_eq!(summary.status, Status::Failed);
+    let rest = [
+        "--resume",
+        "out/long",
+        "--steps",
+        &(summary.steps + 3).to_string(),
+    ]
+    .map(str::to_owned);
+    let output = command(&folder)
+        .args(arguments)
+        .args(rest)
+        .output()
+        .expect("overfall starts");
+    assert_exit(&output, 0);
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_folder_that_nobody_may_write_is_named() {
+    let folder = folder();
+    for out in ["/proc/overfall", "/proc/self/fd/overfall", "/sys/overfall"] {
+        for command in [
+            &["run", "long.ron", "--steps=1"][..],
+            &["validate", "free_flight"],
+        ] {
+            let output = overfall(&folder, &[command, &["--quiet", "--out", out]].concat());
+            let errors = stderr(&output);
+            assert_exit(&output, 1);
+            assert!(
+                errors.contains(out) && !errors.contains("panicked"),
+                "{errors}"
+            );
+        }
+    }
+}
+
 #[test]
 fn what_is_no_file_is_refused_at_once() {
     let folder = folder();
@@ -193,6 +262,6 @@ fn pictures_keep_to_the_number_of_threads() {
         .collect();
     signal(&run, "INT");
     assert_eq!(wait(run).0, Some(130));
-    // Threads: the main one, one for steps, one for drawing, the frame writer's and the signals'.
-    assert_eq!(names.len(), 5, "{names:?}");
+    // Threads: the main one, one for steps and drawing, the frame writer's and the signals'.
+    assert_eq!(names.len(), 4, "{names:?}");
 }

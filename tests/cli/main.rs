@@ -19,4 +19,5 @@ mod signals;
 mod stability;
 mod stability_errors;
 mod study;
+mod study_resume;
 mod trials;

@@ -51,7 +51,7 @@ const STUDY: &str = r#"(
 const KNOWN: &str = "# units: none\nrow,tested\nh,10\n0.5 h,20\n";
 
 /// A folder with the study `s.ron` and the files that it names.
-fn folder(study: &str) -> TempDir {
+pub(super) fn folder(study: &str) -> TempDir {
     folder_with(&[("tiny.ron", SCENE), ("known.csv", KNOWN), ("s.ron", study)])
 }
 
@@ -73,12 +73,21 @@ fn every_shipped_study_is_right_in_itself() {
     names.sort();
     assert_eq!(
         names,
-        ["frontier", "table_1", "table_2", "table_3", "table_4"]
+        [
+            "frontier",
+            "orders_lists",
+            "orders_reorder",
+            "orders_stages",
+            "table_1",
+            "table_2",
+            "table_3",
+            "table_4"
+        ]
     );
 }
 
 /// Fields of a table's lines by variant and column.
-fn figures(csv: &str) -> BTreeMap<(String, String), BTreeMap<String, String>> {
+pub(super) fn figures(csv: &str) -> BTreeMap<(String, String), BTreeMap<String, String>> {
     let mut lines = csv.lines();
     let names: Vec<&str> = lines.next().expect("a header").split(',').collect();
     lines

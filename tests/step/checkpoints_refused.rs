@@ -5,7 +5,7 @@ use std::fs;
 use overfall::{
     Simulation,
     checkpoint::{self, Checkpoint, CheckpointError, FORMAT_VERSION},
-    scene::{IndexStructure, Scene},
+    scene::{IndexStructure, Neighbours, Scene},
 };
 
 use super::checkpoints::{STEP_CONTROLS, reports, scene};
@@ -74,11 +74,27 @@ fn what_is_no_whole_checkpoint_is_refused_with_the_reason() {
 #[test]
 fn whatever_is_in_a_checkpoint_is_used_or_refused() {
     let scenes = [
-        (pcisph(), IndexStructure::CompactHashing, STEP_CONTROLS[1]),
-        (pcisph(), IndexStructure::UniformGrid, STEP_CONTROLS[2]),
+        (
+            IndexStructure::CompactHashing,
+            STEP_CONTROLS[1],
+            Neighbours::Stored,
+        ),
+        (
+            IndexStructure::UniformGrid,
+            STEP_CONTROLS[2],
+            Neighbours::Stored,
+        ),
+        (
+            IndexStructure::SpatialHashing,
+            STEP_CONTROLS[0],
+            Neighbours::Verlet { skin: 0.1 },
+        ),
     ];
-    for (method, structure, control) in scenes {
-        let scene = scene(method, structure, control);
+    for (structure, control, neighbours) in scenes {
+        let scene = Scene {
+            neighbours,
+            ..scene(pcisph(), structure, control)
+        };
         let mut simulation = Simulation::with_threads(&scene, 1).expect("a scene that runs");
         run(&mut simulation, 3);
         let bytes = Checkpoint::of(simulation.world_mut())

@@ -1,8 +1,9 @@
 //! The determinism contract: the same scene gives the same bits, whatever the threads, the executor and, among machines
 //! with fused multiply-add, the machine.
 
+use bevy_ecs::schedule::{LogLevel, ScheduleBuildSettings};
 use overfall::{
-    Simulation,
+    Simulation, Step, StepReport,
     scene::{Executor, IndexStructure, Neighbours, Scene, TimeStep},
     simd::InstructionSet,
     state::Execution,
@@ -22,7 +23,7 @@ fn the_number_of_threads_changes_no_bit() {
     for scene in scenes() {
         assert!(matches!(scene.time_step, TimeStep::Cfl(_)));
         let expected = bits_after(&scene, 1, STEPS);
-        for threads in [2, 3] {
+        for threads in 2..=8 {
             assert!(
                 bits_after(&scene, threads, STEPS) == expected,
                 "{threads} threads, {:?}",
@@ -70,6 +71,88 @@ fn the_executor_changes_no_bit() {
             bits_after(&scene, 2, 30)
         });
         assert!(single == parallel, "{:?}", scene.pressure);
+    }
+}
+
+/// Two systems without an order between them, and nothing else to order them by.
+fn idle() {}
+
+/// What may run in any order does: none of it decides a bit.
+#[test]
+fn the_order_of_what_is_free_changes_no_bit() {
+    for pressure in methods() {
+        let scene = Scene { pressure, ..dam() };
+        let expected = bits_after(&scene, 1, 25);
+        for seed in 0..4 {
+            let mut simulation = Simulation::with_threads(&scene, 2).expect("a scene that runs");
+            simulation.world_mut().schedule_scope(Step, |_, step| {
+                step.set_build_settings(ScheduleBuildSettings {
+                    ambiguity_detection: LogLevel::Error,
+                    shuffle_seed: Some(seed),
+                    ..Default::default()
+                });
+                // A new system, so that the schedule is built again.
+                step.add_systems((idle, idle));
+            });
+            run(&mut simulation, 25);
+            assert!(
+                bits(simulation.world_mut()) == expected,
+                "seed {seed}, {pressure:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_scene_that_was_stored_and_reloaded_gives_the_same_bits() {
+    for scene in scenes() {
+        let text = scene.to_ron().expect("a text");
+        let again = Scene::parse(&text, "again.ron", &[]).expect("the same scene");
+        assert!(bits_after(&again, 2, 20) == bits_after(&scene, 1, 20));
+    }
+}
+
+/// Reports and the failure of a run that fails, without wall times.
+fn told(scene: &Scene, threads: usize) -> (Vec<StepReport>, String) {
+    let mut simulation = Simulation::with_threads(scene, threads).expect("a scene that runs");
+    let mut reports = Vec::new();
+    loop {
+        match simulation.step() {
+            Ok(mut report) => {
+                report.phase_seconds = Default::default();
+                reports.push(report);
+            }
+            Err(error) => return (reports, error.to_string()),
+        }
+        assert!(reports.len() < 500, "it never fails");
+    }
+}
+
+#[test]
+fn reports_and_failures_are_the_same_on_any_number_of_threads_and_again() {
+    let domain = overfall::scene::Bounds {
+        min: glam::Vec3::splat(-0.1),
+        max: glam::Vec3::new(0.27, 0.5, 0.5),
+    };
+    for scene in scenes() {
+        let scene = Scene {
+            domain: Some(domain),
+            ..scene
+        };
+        let expected = told(&scene, 1);
+        assert!(
+            expected.1.contains("domain") && expected.0.len() > 5,
+            "{}",
+            expected.1
+        );
+        for threads in [1, 2, 5, 8] {
+            assert!(told(&scene, threads) == expected, "{threads} threads");
+        }
+        let parallel = Scene {
+            executor: Executor::Parallel,
+            ..scene
+        };
+        assert!(told(&parallel, 2) == expected, "parallel systems");
     }
 }
 

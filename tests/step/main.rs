@@ -16,7 +16,9 @@ mod host_stages;
 mod host_systems;
 mod lists;
 mod orders;
+mod orders_groups;
 mod orders_refused;
+mod orders_resume;
 mod orders_stale;
 #[cfg(feature = "bevy_app")]
 mod plugin;
@@ -25,5 +27,6 @@ mod recompute;
 mod roll_back;
 mod tables;
 mod variants;
+mod verlet;
 mod warm_start;
 mod world;

@@ -17,6 +17,9 @@ use crate::scene::{
 /// Least cell edge in support radii: 41 cells across the support.
 const SMALLEST_CELL: f32 = 0.05;
 
+/// Largest skin of lists that are kept, in support radii.
+const MOST_SKIN: f32 = 0.5;
+
 /// Every number of the scene is finite: asked of the written scene, so a field added later is asked, too.
 pub(super) fn finite(scene: &Scene) -> Checked {
     let text = options()
@@ -101,6 +104,14 @@ pub(super) fn numbers(scene: &Scene) -> Checked {
             )
         },
     )?;
+    if let Some(skin) = scene.skin() {
+        ensure(skin > 0.0 && skin <= MOST_SKIN, "neighbours.skin", || {
+            format!(
+                "the skin is {skin} support radii; it must be above 0 (lists that are found in every step are \
+                 `Stored`) and at most {MOST_SKIN} (above, lists are more than three times as long); 0.1 is usual"
+            )
+        })?;
+    }
     positive("limits.compression", scene.limits.compression, "")?;
     positive("limits.energy", scene.limits.energy, "")?;
     positive("duration", scene.duration, "s")?;

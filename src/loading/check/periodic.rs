@@ -7,8 +7,8 @@ use super::proper::{AXIS_NAMES, axes};
 use crate::scene::shapes::wall_axes;
 use crate::scene::{BodyForce, BoundaryShape, Dimension, GaugeKind, Scene, WallMotion};
 
-/// Least length of a period \[support radii]. A pair within one may be two apart at predicted positions; another image
-/// of the neighbour must still be further than one away.
+/// Least length of a period \[support radii; search radii where lists are kept]. A pair within one may be two apart at
+/// predicted positions; another image of the neighbour must still be further than one away.
 const LEAST: f32 = 3.0;
 
 /// What rows of a lattice may miss at a seam \[spacings].
@@ -27,10 +27,14 @@ pub(super) fn axes_and_walls(scene: &Scene) -> Checked {
                 "the period starts at {low} m and ends at {high} m; the second must be above the first"
             )
         })?;
-        let (length, support) = (high - low, scene.support_radius());
+        let (length, support) = (high - low, scene.search_radius());
+        let radii = match scene.skin() {
+            Some(_) => "search radii",
+            None => "support radii",
+        };
         ensure(length >= LEAST * support, &path, || {
             format!(
-                "the period is {length:.4} m long, {:.2} support radii of {support:.4} m; it must be at least \
+                "the period is {length:.4} m long, {:.2} {radii} of {support:.4} m; it must be at least \
                  {LEAST:.0}, {:.4} m, so that no particle meets two images of another",
                 length / support,
                 LEAST * support

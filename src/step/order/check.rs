@@ -4,8 +4,9 @@
 //! only those run that are due in every such step.
 
 use super::{
+    condition::Due,
     error::OrderError,
-    events::{Event, Misplaced},
+    events::{Event, Kind, Misplaced},
     item::Order,
 };
 use crate::{
@@ -36,6 +37,7 @@ pub(crate) fn check(
         allow_stale: order.allow_stale,
         current: Vec::new(),
         made: Vec::new(),
+        made_sometimes: Vec::new(),
         moved: Vec::new(),
         reorders: false,
         is_later: false,
@@ -86,6 +88,8 @@ struct Checker<'a> {
     current: Vec<Product>,
     /// Each with the number of steps between two runs of the stage that made it.
     made: Vec<(Product, u64)>,
+    /// Products that are made under a condition.
+    made_sometimes: Vec<Product>,
     /// Products made before rows were reordered.
     moved: Vec<Product>,
     reorders: bool,
@@ -102,17 +106,34 @@ impl Checker<'_> {
         let mut outer = vec![1];
         for event in events {
             match event {
-                Event::Begin { every, .. } => {
-                    let count = every.unwrap_or(1);
+                Event::Begin(kind) => {
+                    let (count, offset) = match kind {
+                        Kind::Every(count, offset) => (*count, *offset),
+                        _ => (1, 0),
+                    };
                     let total = outer.last().map_or(1, |outer| outer * count);
                     outer.push(total);
                     let interval = u64::from(self.scene.reorder_interval.max(1));
-                    if skipped > 0 || self.is_later && !interval.is_multiple_of(total) {
+                    if let Kind::SubSteps(..) | Kind::InPressure = kind
+                        && skipped == 0
+                        && !self.current.contains(&Product::Forces)
+                    {
+                        let lacks = OrderError::Lacks {
+                            stage: kind.name(),
+                            product: Product::Forces,
+                            maker: "clear_forces",
+                            stale: false,
+                        };
+                        return Err((lacks, "stages".to_owned()));
+                    }
+                    let is_conditional = matches!(kind, Kind::When(..));
+                    let may_skip = is_conditional || offset > 0 || !interval.is_multiple_of(total);
+                    if skipped > 0 || self.is_later && may_skip {
                         skipped += 1;
                     }
-                    groups.push((self.current.clone(), count > 1));
+                    groups.push((self.current.clone(), count > 1 || is_conditional));
                 }
-                Event::End => {
+                Event::End(_) => {
                     outer.pop();
                     skipped = skipped.max(1) - 1;
                     if let Some((before, true)) = groups.pop() {
@@ -121,8 +142,10 @@ impl Checker<'_> {
                     }
                 }
                 Event::Run { .. } if skipped > 0 => {}
-                Event::Run { stage, every, path } => {
-                    self.stage(stage, *every)
+                Event::Run {
+                    stage, due, path, ..
+                } => {
+                    self.stage(stage, *due)
                         .map_err(|error| (error, path.clone()))?;
                 }
             }
@@ -130,7 +153,13 @@ impl Checker<'_> {
         Ok(())
     }
 
-    fn stage(&mut self, stage: &Stage, every: u64) -> Result<(), OrderError> {
+    fn stage(&mut self, stage: &Stage, due: Due) -> Result<(), OrderError> {
+        let Due {
+            every, sometimes, ..
+        } = due;
+        if sometimes && (stage.invalidates || stage.name == "gather") {
+            return Err(OrderError::UnderCondition { stage: stage.name });
+        }
         if every > 1 && stage.name == "integrate" {
             return Err(OrderError::WaitsForItself { count: every });
         }
@@ -155,9 +184,14 @@ impl Checker<'_> {
             self.reorders = true;
             self.moved = self.made.iter().map(|made| made.0).collect();
         }
+        self.current.extend(stage.makes);
+        if sometimes {
+            // What is made in every n-th step, too, is at most that old.
+            self.made_sometimes.extend(stage.makes);
+            return Ok(());
+        }
         self.moved.retain(|product| !stage.makes.contains(product));
         self.made.retain(|made| !stage.makes.contains(&made.0));
-        self.current.extend(stage.makes);
         self.made
             .extend(stage.makes.iter().map(|product| (*product, every)));
         Ok(())
@@ -175,6 +209,13 @@ impl Checker<'_> {
         }
         let (stage, maker) = (stage.name, maker.name);
         let made = self.made.iter().find(|made| made.0 == product);
+        if made.is_none() && self.made_sometimes.contains(&product) {
+            return Err(OrderError::MadeSometimes {
+                stage,
+                product,
+                maker,
+            });
+        }
         let Some(&(_, every)) = made.filter(|_| self.allow_stale && product != Product::Columns)
         else {
             return Err(OrderError::Lacks {

@@ -30,7 +30,7 @@ pub enum OrderError {
     /// A count of zero.
     #[error("`{item}` with a count of 0 never runs; the least is 1")]
     ZeroCount {
-        /// `Every` or `Repeat`.
+        /// `Every`, `Repeat`, `Group` or `SubSteps`.
         item: &'static str,
     },
     /// A stage lacks a product that another stage makes.
@@ -129,6 +129,55 @@ pub enum OrderError {
         /// Number of steps between two runs.
         count: u64,
     },
+    /// An offset that is no step of the group.
+    #[error("the offset is {offset} and the group runs every {every} steps; an offset is from 0 to {}", every - 1)]
+    Offset {
+        /// The offset.
+        offset: u32,
+        /// Number of steps between two runs.
+        every: u32,
+    },
+    /// A condition without bounds, or with bounds that no value fits.
+    #[error(
+        "`{condition}` has no range; write `above`, `below` or both, with finite numbers and `above` less than `below`"
+    )]
+    Condition {
+        /// The condition.
+        condition: String,
+    },
+    /// A stage that moves particles or rows depends on a condition.
+    #[error("`{stage}` is in a group with a condition; move it out: it has to run in every step")]
+    UnderCondition {
+        /// The stage.
+        stage: &'static str,
+    },
+    /// A product that a stage needs is made under a condition.
+    #[error(
+        "stage `{stage}` needs {product}, which stage `{maker}` makes only under a condition; run `{maker}` also in \
+         every step or, with `allow_stale: true`, in every n-th"
+    )]
+    MadeSometimes {
+        /// The stage.
+        stage: &'static str,
+        /// The product.
+        product: Product,
+        /// The stage that makes it.
+        maker: &'static str,
+    },
+    /// A stage in a group for forces that is no force.
+    #[error(
+        "stage `{stage}` adds no force; `{group}` is for stages that do (gravity, body_forces, viscosity, \
+         surface_tension, a host's), and for nothing within another such group"
+    )]
+    NoForce {
+        /// The stage, or the group.
+        stage: &'static str,
+        /// `SubSteps` or `InPressure`.
+        group: &'static str,
+    },
+    /// Forces in the iterations of a method without any.
+    #[error("`InPressure` needs a pressure method that iterates; `Sesph` does not")]
+    NoIterations,
     /// The order lacks a stage that the scene asks for.
     #[error(
         "the order never runs `{stage}`, which the scene asks for; add `Run(\"{stage}\")`, or say `leave_out: \

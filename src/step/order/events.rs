@@ -1,13 +1,14 @@
 //! An order as the list of events in a step: the only code that walks through its items.
 
 use super::{
+    condition::{Condition, Due},
     error::{MOST_STAGES, OrderError},
     item::{Order, OrderItem},
 };
 use crate::{
     registry::Stages,
     scene::Scene,
-    state::{Clock, Stage},
+    state::{Phase, Product, Stage},
 };
 
 /// An event in a step.
@@ -17,20 +18,45 @@ pub(crate) enum Event {
     Run {
         /// The stage.
         stage: Stage,
-        /// Number of steps between two runs.
-        every: u64,
+        /// When it is due.
+        due: Due,
+        /// Numbers of the groups with conditions around it.
+        groups: Vec<usize>,
         /// Path of its item in the file.
         path: String,
     },
     /// A group begins.
-    Begin {
-        /// Number of steps between two runs of the group if it is an `Every`; `None` for a `Repeat`.
-        every: Option<u64>,
-        /// How many times it runs in a step, and the index of this repetition.
-        times: (u32, u32),
-    },
+    Begin(Kind),
     /// The group ends.
-    End,
+    End(Kind),
+}
+
+/// A group of stages.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Kind {
+    /// Every n-th step, from one of them on.
+    Every(u64, u64),
+    /// Under a condition: the number of the group, and the condition.
+    When(usize, Condition),
+    /// How many times it runs in a step, and the index of this repetition.
+    Repeat(u32, u32),
+    /// Likewise, each for a part of the step.
+    SubSteps(u32, u32),
+    /// Stages within the iterations of `pressure`, which is the last of them.
+    InPressure,
+}
+
+impl Kind {
+    /// Its name in an order.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Every(..) => "Every",
+            Self::When(..) => "Group",
+            Self::Repeat(..) => "Repeat",
+            Self::SubSteps(..) => "SubSteps",
+            Self::InPressure => "InPressure",
+        }
+    }
 }
 
 /// An error, with the path of the item that caused it.
@@ -47,8 +73,14 @@ impl Order {
             scene,
             stages,
             events: Vec::new(),
+            conditions: 0,
         };
-        walk.items(&self.stages, 1, "stages")?;
+        let around = Around {
+            due: Due::ALWAYS,
+            groups: Vec::new(),
+            forces: None,
+        };
+        walk.items(&self.stages, &around, "stages")?;
         Ok(walk.events)
     }
 }
@@ -57,79 +89,203 @@ impl Order {
 fn count(items: &[OrderItem]) -> u64 {
     let of_item = |item: &OrderItem| match item {
         OrderItem::Run(_) => 1,
-        OrderItem::Every(_, items) => count(items),
-        OrderItem::Repeat(times, items) => u64::from(*times).saturating_mul(count(items)),
+        OrderItem::Every(_, items) | OrderItem::Group { stages: items, .. } => count(items),
+        OrderItem::Repeat(times, items) | OrderItem::SubSteps(times, items) => {
+            u64::from(*times).saturating_mul(count(items))
+        }
+        OrderItem::InPressure(items) => count(items).saturating_add(1),
     };
     items.iter().map(of_item).fold(0, u64::saturating_add)
+}
+
+/// The groups around an item.
+#[derive(Clone)]
+struct Around {
+    due: Due,
+    groups: Vec<usize>,
+    /// Name of the group that only forces may be in.
+    forces: Option<&'static str>,
 }
 
 struct Walk<'a> {
     scene: &'a Scene,
     stages: &'a Stages,
     events: Vec<Event>,
+    /// Number of groups with conditions so far.
+    conditions: usize,
 }
 
 impl Walk<'_> {
-    fn items(&mut self, items: &[OrderItem], every: u64, path: &str) -> Result<(), Misplaced> {
+    fn items(&mut self, items: &[OrderItem], around: &Around, path: &str) -> Result<(), Misplaced> {
         for (index, item) in items.iter().enumerate() {
-            self.item(item, every, format!("{path}.{index}"))?;
+            self.item(item, around, format!("{path}.{index}"))?;
         }
         Ok(())
     }
 
-    fn item(&mut self, item: &OrderItem, every: u64, path: String) -> Result<(), Misplaced> {
+    fn item(&mut self, item: &OrderItem, around: &Around, path: String) -> Result<(), Misplaced> {
+        let zero = |item| Err((OrderError::ZeroCount { item }, path.clone()));
+        let times_of = |times: u32, items: &[OrderItem]| {
+            // A group without stages is walked through once, to check its names.
+            if count(items) == 0 { 1 } else { times }
+        };
         match item {
-            OrderItem::Run(name) => self.run(name, every, path),
-            OrderItem::Every(0, _) => Err((OrderError::ZeroCount { item: "Every" }, path)),
-            OrderItem::Repeat(0, _) => Err((OrderError::ZeroCount { item: "Repeat" }, path)),
+            OrderItem::Run(name) => self.run(name, around, path),
+            OrderItem::Every(0, _) => zero("Every"),
+            OrderItem::Repeat(0, _) => zero("Repeat"),
+            OrderItem::Group { every: 0, .. } => zero("Group"),
+            OrderItem::SubSteps(0, _) => zero("SubSteps"),
             OrderItem::Every(count, items) => {
-                // Both factors are at most u32::MAX.
-                let every = every * u64::from(*count);
-                if every > u64::from(u32::MAX) {
-                    return Err((OrderError::TooRare { count: every }, path));
-                }
-                self.group(items, every, (Some(u64::from(*count)), (1, 0)), &path)
+                self.every((*count, 0), items, around, (&path, &format!("{path}.1")))
             }
             OrderItem::Repeat(times, items) => {
-                // A group without stages is walked through once, to check its names.
-                let runs = if count(items) == 0 { 1 } else { *times };
-                let mut runs = 0..runs;
-                runs.try_for_each(|k| self.group(items, every, (None, (*times, k)), &path))
+                for k in 0..times_of(*times, items) {
+                    let kind = Kind::Repeat(*times, k);
+                    self.group(kind, items, around, &format!("{path}.1"))?;
+                }
+                Ok(())
+            }
+            OrderItem::Group {
+                every,
+                offset,
+                when,
+                stages,
+            } => {
+                if offset >= every {
+                    let (offset, every) = (*offset, *every);
+                    return Err((OrderError::Offset { offset, every }, path));
+                }
+                let mut inner = around.clone();
+                let open = when.map(|when| self.condition(when, &mut inner, &path));
+                let open = open.transpose()?;
+                let places = (&*path, &*format!("{path}.stages"));
+                if *every > 1 {
+                    self.every((*every, *offset), stages, &inner, places)?;
+                } else {
+                    self.items(stages, &inner, places.1)?;
+                }
+                self.events.extend(open.map(Event::End));
+                Ok(())
+            }
+            OrderItem::SubSteps(times, items) => {
+                let inner = self.forces_only("SubSteps", around, &path)?;
+                let times = times_of(*times, items);
+                for k in 0..times {
+                    let kind = Kind::SubSteps(times, k);
+                    self.group(kind, items, &inner, &format!("{path}.1"))?;
+                }
+                Ok(())
+            }
+            OrderItem::InPressure(items) => {
+                let inner = self.forces_only("InPressure", around, &path)?;
+                if self.scene.pressure.iterations().is_none() {
+                    return Err((OrderError::NoIterations, path));
+                }
+                self.events.push(Event::Begin(Kind::InPressure));
+                self.items(items, &inner, &format!("{path}.0"))?;
+                self.run("pressure", around, path)?;
+                self.events.push(Event::End(Kind::InPressure));
+                Ok(())
             }
         }
+    }
+
+    /// Opens a group with a condition.
+    fn condition(
+        &mut self,
+        when: Condition,
+        inner: &mut Around,
+        path: &str,
+    ) -> Result<Kind, Misplaced> {
+        if !when.is_sensible() {
+            let condition = when.to_string();
+            return Err((OrderError::Condition { condition }, format!("{path}.when")));
+        }
+        let kind = Kind::When(self.conditions, when);
+        self.conditions += 1;
+        inner.groups.extend([self.conditions - 1]);
+        inner.due.sometimes = true;
+        self.events.push(Event::Begin(kind));
+        Ok(kind)
+    }
+
+    /// A group for forces.
+    fn forces_only(
+        &self,
+        group: &'static str,
+        around: &Around,
+        path: &str,
+    ) -> Result<Around, Misplaced> {
+        if let Some(outer) = around.forces {
+            let (stage, group) = (group, outer);
+            return Err((OrderError::NoForce { stage, group }, path.to_owned()));
+        }
+        Ok(Around {
+            forces: Some(group),
+            ..around.clone()
+        })
+    }
+
+    fn every(
+        &mut self,
+        (count, offset): (u32, u32),
+        items: &[OrderItem],
+        around: &Around,
+        (path, inner_path): (&str, &str),
+    ) -> Result<(), Misplaced> {
+        let outer = around.due;
+        // Both factors are at most u32::MAX.
+        let every = outer.every * u64::from(count);
+        if every > u64::from(u32::MAX) {
+            return Err((OrderError::TooRare { count: every }, path.to_owned()));
+        }
+        let mut inner = around.clone();
+        inner.due = Due {
+            every,
+            offset: outer.offset + outer.every * u64::from(offset),
+            ..outer
+        };
+        let kind = Kind::Every(count.into(), offset.into());
+        self.group(kind, items, &inner, inner_path)
     }
 
     fn group(
         &mut self,
+        kind: Kind,
         items: &[OrderItem],
-        every: u64,
-        (count, times): (Option<u64>, (u32, u32)),
+        around: &Around,
         path: &str,
     ) -> Result<(), Misplaced> {
-        self.events.push(Event::Begin {
-            every: count,
-            times,
-        });
-        self.items(items, every, &format!("{path}.1"))?;
-        self.events.push(Event::End);
+        self.events.push(Event::Begin(kind));
+        self.items(items, around, path)?;
+        self.events.push(Event::End(kind));
         Ok(())
     }
 
-    fn run(&mut self, name: &str, every: u64, path: String) -> Result<(), Misplaced> {
+    fn run(&mut self, name: &str, around: &Around, path: String) -> Result<(), Misplaced> {
         let Some(stage) = self.stages.find(name) else {
             let known = self.stages.iter().map(|stage| stage.name).collect();
             let name = name.to_owned();
             return Err((OrderError::UnknownStage { name, known }, path));
         };
+        let adds_force = stage.phase == Phase::Forces
+            && !stage.invalidates
+            && stage.makes.iter().all(|made| *made == Product::Forces)
+            && stage.name != "clear_forces";
+        if let Some(group) = around.forces.filter(|_| !adds_force) {
+            let stage = stage.name;
+            return Err((OrderError::NoForce { stage, group }, path));
+        }
         if (stage.wanted)(self.scene) {
             let stage = *stage;
-            self.events.push(Event::Run { stage, every, path });
+            let Around { due, groups, .. } = around.clone();
+            self.events.push(Event::Run {
+                stage,
+                due,
+                groups,
+                path,
+            });
         }
         Ok(())
     }
-}
-
-/// Whether a stage that runs every `every` steps is due.
-pub(crate) fn is_due(every: u64, clock: &Clock, rows_changed: bool) -> bool {
-    clock.step.is_multiple_of(every) || rows_changed
 }

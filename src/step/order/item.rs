@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::error::OrderError;
+use super::{condition::Condition, error::OrderError};
 use crate::{
     loading::read,
     scene::{Place, SceneError},
@@ -33,6 +33,30 @@ pub enum OrderItem {
     Every(u32, Vec<OrderItem>),
     /// Stages that run this many times in a row.
     Repeat(u32, Vec<OrderItem>),
+    /// Stages that run in some steps only.
+    Group {
+        /// Number of steps between two runs, as in `Every`.
+        #[serde(default = "one")]
+        every: u32,
+        /// The first step in which they are due; in the first step of a run they run in any case.
+        #[serde(default)]
+        offset: u32,
+        /// A condition that must hold, too.
+        #[serde(default)]
+        when: Option<Condition>,
+        /// The stages.
+        stages: Vec<OrderItem>,
+    },
+    /// Forces that are summed this many times in a step, each time for a part of it: they see velocities that the parts
+    /// before have changed. Their mean acts in the step, beside the forces before.
+    SubSteps(u32, Vec<OrderItem>),
+    /// The stage `pressure`, with forces that are summed anew in each of its iterations. From the second on they see
+    /// the velocities that the last iteration predicts. They act beside the forces before.
+    InPressure(Vec<OrderItem>),
+}
+
+fn one() -> u32 {
+    1
 }
 
 impl Order {

@@ -1,14 +1,18 @@
 //! The order of the stages as data: a RON file, checked before anything runs.
 
 mod check;
+mod condition;
 mod error;
 mod events;
 mod file;
 mod item;
 mod plan;
 
+pub(crate) use condition::Due;
+pub(super) use condition::{Compared, Decisions};
+pub use condition::{Condition, Range};
 pub use error::OrderError;
-pub(super) use events::is_due;
+pub(super) use events::{Event, Kind};
 pub(crate) use file::check_order;
 pub(super) use file::order_of;
 pub use item::{Order, OrderItem};

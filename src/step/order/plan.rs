@@ -2,8 +2,9 @@
 
 use super::{
     check::{Read, check},
+    condition::Due,
     error::OrderError,
-    events::{Event, Misplaced},
+    events::{Event, Kind, Misplaced},
     item::Order,
 };
 use crate::{
@@ -25,8 +26,8 @@ pub(crate) struct PlannedOrder {
 pub(crate) struct PlannedStage {
     /// The stage.
     pub(crate) stage: Stage,
-    /// Number of steps between two runs.
-    pub(crate) every: u64,
+    /// When it is due.
+    pub(crate) due: Due,
 }
 
 impl Order {
@@ -48,12 +49,52 @@ impl PlannedOrder {
     /// The stages, one after the other.
     pub(crate) fn stages(&self) -> impl Iterator<Item = PlannedStage> {
         self.events.iter().filter_map(|event| match event {
-            Event::Run { stage, every, .. } => Some(PlannedStage {
+            Event::Run { stage, due, .. } => Some(PlannedStage {
                 stage: *stage,
-                every: *every,
+                due: *due,
             }),
-            Event::Begin { .. } | Event::End => None,
+            Event::Begin(_) | Event::End(_) => None,
         })
+    }
+
+    /// The events in a step.
+    pub(in crate::step) fn events(&self) -> &[Event] {
+        &self.events
+    }
+
+    /// Whether a stage reads what an earlier step left.
+    pub(crate) fn reads_stale(&self) -> bool {
+        self.reads.iter().flatten().any(|read| read.age > 0)
+    }
+
+    /// Names of the stages with what decides when they run, for comparison with another order.
+    pub(crate) fn names(&self) -> Vec<(String, u64)> {
+        let mut open: Vec<Kind> = Vec::new();
+        let mut names = Vec::new();
+        for event in &self.events {
+            match event {
+                Event::Begin(kind) => open.push(*kind),
+                Event::End(_) => drop(open.pop()),
+                Event::Run { stage, due, .. } => {
+                    let mut name = stage.name.to_owned();
+                    if due.offset > 0 {
+                        name.push_str(&format!(" from {}", due.offset));
+                    }
+                    for kind in &open {
+                        match kind {
+                            Kind::When(_, when) => name.push_str(&format!(" when {when}")),
+                            Kind::SubSteps(times, _) => {
+                                name.push_str(&format!(" in {times} sub-steps"));
+                            }
+                            Kind::InPressure => name.push_str(" in pressure"),
+                            Kind::Every(..) | Kind::Repeat(..) => {}
+                        }
+                    }
+                    names.push((name, due.every));
+                }
+            }
+        }
+        names
     }
 
     /// The stages in the order of their first run, without duplicates.
@@ -81,11 +122,11 @@ impl PlannedOrder {
         let mut between = true;
         for event in &self.events {
             match event {
-                Event::Begin { .. } => {
+                Event::Begin(_) => {
                     depth += 1;
                     between &= !open;
                 }
-                Event::End => depth -= 1,
+                Event::End(_) => depth -= 1,
                 Event::Run { stage, .. } if stage.name == first => {
                     found[0] += 1;
                     open = true;
@@ -126,15 +167,19 @@ impl PlannedOrder {
         while let Some(event) = self.events.get(*at) {
             *at += 1;
             match event {
-                Event::End => break,
+                Event::End(_) => break,
                 Event::Run { stage, .. } => lines.push((stage.phase, stage.name.to_owned())),
-                Event::Begin { every, times, .. } => {
+                Event::Begin(kind) => {
                     let mut inner = self.group(at);
-                    let label = match (every, times) {
-                        (Some(every), _) => format!("every {every} steps"),
-                        (None, (times, 0)) => format!("{times} times"),
+                    let label = match kind {
+                        Kind::Every(every, 0) => format!("every {every} steps"),
+                        Kind::Every(every, offset) => format!("every {every} steps from {offset}"),
+                        Kind::When(_, when) => format!("when {when}"),
+                        Kind::Repeat(times, 0) => format!("{times} times"),
+                        Kind::SubSteps(times, 0) => format!("in {times} sub-steps"),
+                        Kind::InPressure => "in every iteration".to_owned(),
                         // Described at its first repetition.
-                        (None, _) => continue,
+                        Kind::Repeat(..) | Kind::SubSteps(..) => continue,
                     };
                     match inner.as_mut_slice() {
                         [] => {}
@@ -155,7 +200,7 @@ impl PlannedOrder {
     pub(crate) fn flow(&self) -> Vec<Flow> {
         let of = |(planned, reads): (PlannedStage, &Vec<Read>)| Flow {
             stage: planned.stage.name,
-            every: planned.every,
+            every: planned.due.every,
             reads: reads.iter().map(|read| (read.product, read.age)).collect(),
             writes: planned.stage.makes.to_vec(),
         };

@@ -1,0 +1,115 @@
+//! The systems of a step, from the events of an order.
+
+use bevy_ecs::prelude::*;
+
+use super::{
+    order::{Compared, Condition, Decisions, Due, Event, Kind, PlannedOrder},
+    timer::lap,
+};
+use crate::{
+    force::inner::{self, InnerForces},
+    scene::Scene,
+    state::{Clock, Rows, Stage, Systems, failure::healthy},
+};
+
+/// Systems of the stages, one after the other.
+pub(super) struct Composed {
+    /// Of the step.
+    pub(super) step: Vec<Systems>,
+    /// Of the beginning of every iteration of the pressure solve.
+    pub(super) iteration: Vec<Systems>,
+}
+
+/// The stages of an order, each followed by the system that records its time.
+pub(super) fn compose(order: &PlannedOrder, scene: &Scene) -> Composed {
+    let mut composed = Composed {
+        step: Vec::new(),
+        iteration: Vec::new(),
+    };
+    for event in order.events() {
+        if let Event::Begin(Kind::When(group, when)) = event {
+            composed.step.push(decide(*group, *when).run_if(healthy));
+        }
+    }
+    let mut is_inside = false;
+    for event in order.events() {
+        let systems = match event {
+            Event::Begin(Kind::InPressure) => {
+                is_inside = true;
+                composed.step.push(inner::before_pressure().run_if(healthy));
+                inner::begin_iteration()
+            }
+            Event::End(Kind::InPressure) => continue,
+            Event::Run { stage, .. } if is_inside && stage.name == "pressure" => {
+                composed.iteration.push(inner::end_iteration());
+                is_inside = false;
+                run(event, scene)
+            }
+            Event::Run { .. } => run(event, scene),
+            Event::Begin(Kind::SubSteps(_, 0)) => (inner::begin(), inner::start()).chain(),
+            Event::Begin(Kind::SubSteps(..)) => inner::start(),
+            Event::End(Kind::SubSteps(times, k)) if k + 1 == *times => {
+                (inner::advance(*times), inner::end()).chain()
+            }
+            Event::End(Kind::SubSteps(times, _)) => inner::advance(*times),
+            Event::Begin(_) | Event::End(_) => continue,
+        };
+        let list = if is_inside {
+            &mut composed.iteration
+        } else {
+            &mut composed.step
+        };
+        list.push(systems.run_if(healthy));
+        if let (Event::Run { stage, .. }, false) = (event, is_inside) {
+            list.push(lap(stage.phase).in_set(stage.phase));
+        }
+    }
+    composed
+}
+
+/// The systems of a stage, when it is due.
+fn run(event: &Event, scene: &Scene) -> Systems {
+    let Event::Run {
+        stage, due, groups, ..
+    } = event
+    else {
+        return (|| {}).into_configs();
+    };
+    let (stage, due, groups): (&Stage, Due, Vec<usize>) = (stage, *due, groups.clone());
+    let mut systems = (stage.systems)(scene).in_set(stage.phase);
+    if due.every > 1 {
+        systems = systems
+            .run_if(move |clock: Res<Clock>, rows: Res<Rows>| due.is_now(&clock, rows.changed));
+    }
+    if !groups.is_empty() {
+        systems = systems.run_if(move |decisions: Res<Decisions>| {
+            let holds = |group: &usize| decisions.0.get(*group).copied().unwrap_or_default();
+            groups.iter().all(holds)
+        });
+    }
+    systems
+}
+
+/// Decides whether a group runs in this step.
+fn decide(group: usize, when: Condition) -> Systems {
+    let decide = move |mut decisions: ResMut<Decisions>, compared: Compared| {
+        if decisions.0.len() <= group {
+            decisions.0.resize(group + 1, false);
+        }
+        decisions.0[group] = when.holds(&compared);
+    };
+    decide.into_configs()
+}
+
+/// Inserts what the groups of an order use.
+pub(super) fn install(world: &mut World, order: &PlannedOrder) {
+    for event in order.events() {
+        match event {
+            Event::Begin(Kind::When(..)) => world.init_resource::<Decisions>(),
+            Event::Begin(Kind::SubSteps(..) | Kind::InPressure) => {
+                world.init_resource::<InnerForces>()
+            }
+            _ => continue,
+        };
+    }
+}
