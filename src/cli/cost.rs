@@ -95,6 +95,13 @@ pub(super) fn text(plan: &Plan, cost: &Cost, error: f64) -> String {
             Err(error) => writeln!(text, "  {what:<38} {error}"),
         };
     }
+    text.push_str(&what_could_go(cost, error));
+    text
+}
+
+/// The changes that save something within an error, as options to paste.
+fn what_could_go(cost: &Cost, error: f64) -> String {
+    let mut text = String::new();
     let could_go: Vec<&Saving> = cost
         .savings
         .iter()

@@ -36,18 +36,7 @@ pub(super) fn study(options: &options::Study) -> Result<Exit, Failure> {
     let quiet = options.reporting.quiet;
     let plan = load(options)?;
     let root = folder::root(options.out.as_deref(), &plan.study.name);
-    // Read before an older run is moved aside.
-    let older = || {
-        (
-            Runs::read(&root.join(RUNS)).unwrap_or_default(),
-            Reference::read(&root.join(REFERENCE)).ok(),
-        )
-    };
-    let (known, reference) = if options.fresh {
-        (Runs::default(), None)
-    } else {
-        older()
-    };
+    let (known, reference) = older(&root, options.fresh);
     let writer = Writer {
         kind: "study",
         name: &plan.study.name,
@@ -120,6 +109,17 @@ pub(super) fn study(options: &options::Study) -> Result<Exit, Failure> {
     } else {
         Exit::Done
     })
+}
+
+/// What an older run in the folder found, read before that is moved aside.
+fn older(root: &Path, fresh: bool) -> (Runs, Option<Reference>) {
+    if fresh {
+        return (Runs::default(), None);
+    }
+    (
+        Runs::read(&root.join(RUNS)).unwrap_or_default(),
+        Reference::read(&root.join(REFERENCE)).ok(),
+    )
 }
 
 fn io_error(path: &Path, source: std::io::Error) -> OutputError {

@@ -109,13 +109,16 @@ fn errors_of(found: &Findings, figures: &[String]) -> Errors {
     figures.iter().map(error).collect()
 }
 
+/// Times \[s] and figures of a gauge.
+pub(super) type Readings = Vec<(f64, f64)>;
+
 /// The curves of the study's gauges in a run of a scene on `threads` threads.
 pub(super) fn curves(
     plan: &FrontierPlan,
     scene: &Scene,
     threads: usize,
     tell: &mut dyn FnMut(f64) -> ControlFlow<()>,
-) -> (Spent, Result<Vec<Vec<(f64, f64)>>, Stopped>) {
+) -> (Spent, Result<Vec<Readings>, Stopped>) {
     let Subject::Scene { gauges, .. } = &plan.subject else {
         return (Spent::default(), Ok(Vec::new()));
     };

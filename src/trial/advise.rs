@@ -153,6 +153,17 @@ fn fall(scene: &Scene, plan: &Plan) -> (f64, f64) {
     (height, (2.0 * g * height + start * start).sqrt())
 }
 
+/// Time of a fall from a height \[s], or a tenth of the scene's; not more than the scene's.
+fn time_of_fall(scene: &Scene, height: f64) -> f64 {
+    let g = f64::from(scene.gravity.length());
+    let natural = if g > 0.0 {
+        (2.0 * height / g).sqrt()
+    } else {
+        0.1 * f64::from(scene.duration)
+    };
+    natural.min(scene.duration.into())
+}
+
 /// Finds the cheapest settings that hold an error. `tell` gets what is run and the completed fraction of all trials,
 /// and may stop it. A trial that has cost more than the cheapest that holds is given up.
 pub fn advise(
@@ -162,15 +173,7 @@ pub fn advise(
 ) -> Result<Advice, AdviceError> {
     let planned = plan(scene).map_err(TrialError::Refused)?;
     let (height, speed) = fall(scene, &planned);
-    let g = f64::from(scene.gravity.length());
-    let natural = if g > 0.0 {
-        (2.0 * height / g).sqrt()
-    } else {
-        0.1 * f64::from(scene.duration)
-    };
-    let time = asked
-        .time
-        .unwrap_or_else(|| natural.min(scene.duration.into()));
+    let time = asked.time.unwrap_or_else(|| time_of_fall(scene, height));
     let mut limits = Limits {
         end: End::Time(time),
         threads: asked.threads,
@@ -202,7 +205,7 @@ pub fn advise(
         _ => 0.0,
     };
     let scale = range(known).max(floor);
-    if !(scale > 0.0) {
+    if scale <= 0.0 || scale.is_nan() {
         return Err(AdviceError::Measure(format!(
             "`{}` is the same all the time in {time:.4} s; give a longer --time, or another --measure",
             asked.measure

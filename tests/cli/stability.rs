@@ -175,6 +175,7 @@ fn words(path: &Path) -> String {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "a list of cases")]
 fn a_study_gives_points_and_maps_and_goes_on_where_it_was() {
     let folder = folder(STUDY);
     let run = |more: &[&str]| {

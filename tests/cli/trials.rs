@@ -4,6 +4,7 @@ use crate::support::{TINY, assert_exit, folder_with, overfall, stderr, stdout};
 use serde_json::Value;
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "a list of cases")]
 fn check_says_what_every_part_costs_and_what_could_go() {
     let scene = TINY.replace(
         "duration:",

@@ -26,6 +26,7 @@ fn same(points: &[Vec3], expected: impl Iterator<Item = DVec3>, what: &str) {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "a list of cases")]
 fn every_shape_is_where_its_rotation_puts_it() {
     let center = Vec3::new(0.4, 0.7, -0.2);
     let (low, high) = (
@@ -171,6 +172,7 @@ fn what_is_turned_with_gravity_moves_as_it_did_upright() {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "a list of cases")]
 fn what_a_turn_makes_wrong_is_refused() {
     let scene = |dimension: u8, body: &str, walls: &str, rest: &str| {
         format!(

@@ -121,6 +121,7 @@ fn a_group_with_a_condition_runs_when_it_holds() {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "a list of cases")]
 fn groups_that_mean_nothing_are_refused_with_the_reason() {
     let group = |stages: &str, what: &str| STAGES.replace(&format!("Run(\"{what}\")"), stages);
     for (stages, reason) in [

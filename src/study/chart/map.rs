@@ -307,7 +307,7 @@ fn cost(map: &PlannedMap, xs: &[f64], ys: &[f64], readings: &[&Reading]) -> Vec<
         costs.get(costs.len() / 2).map(|cost| cost.log10())
     };
     let all: Vec<f64> = (0..xs.len())
-        .flat_map(|i| (0..ys.len()).filter_map(move |j| Some((i, j))))
+        .flat_map(|i| (0..ys.len()).map(move |j| (i, j)))
         .filter_map(|(i, j)| at(i, j))
         .collect();
     let range = all

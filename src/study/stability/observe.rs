@@ -56,7 +56,7 @@ pub(super) fn observe(
             if watch.seen.end.is_none() && watch.seen.wall > rules.seconds {
                 watch.seen.end = Some(End::OutOfTime);
             }
-            if watch.seen.steps % LOOK == 0 || watch.seen.steps == steps {
+            if watch.seen.steps.is_multiple_of(LOOK) || watch.seen.steps == steps {
                 watch.look(simulation.world_mut());
             }
         }
