@@ -89,7 +89,10 @@ pub fn simpler(scene: &Scene) -> Vec<Change> {
     if let PressureMethod::Dfsph(method) = scene.pressure
         && method.max_divergence_iterations > 0
     {
-        let set = &["pressure.max_divergence_iterations=0"];
+        let set = &[
+            "pressure.min_divergence_iterations=0",
+            "pressure.max_divergence_iterations=0",
+        ];
         changes.push(Change::new("without the divergence solve", set));
     }
     if matches!(scene.time_step, TimeStep::Fixed(_)) {
