@@ -34,19 +34,7 @@ const LOOK_INTERVAL: Duration = Duration::from_secs(1);
 pub(super) fn study(options: &options::Study) -> Result<Exit, Failure> {
     let started = Instant::now();
     let quiet = options.reporting.quiet;
-    let overrides = (options.set.parse()).map_err(|error| Failure::Refused(error.to_string()))?;
-    let plan = waiting("reading the study and its scenes", quiet, || {
-        Plan::load_with(&options.study, &overrides)
-    });
-    let plan = plan.map_err(|error| {
-        let refusal = caret::of_study(&error);
-        Failure::Refused(match error {
-            StudyError::Scene(SceneError::Syntax { .. }) => {
-                with_kind(refusal, &options.study, Kind::Study)
-            }
-            _ => refusal,
-        })
-    })?;
+    let plan = planned(options, quiet)?;
     let root = folder::root(options.out.as_deref(), &plan.study.name);
     let writer = Writer {
         kind: "study",
@@ -119,6 +107,23 @@ pub(super) fn study(options: &options::Study) -> Result<Exit, Failure> {
         Exit::Interrupted
     } else {
         Exit::Done
+    })
+}
+
+/// The study of a file, with its scenes.
+fn planned(options: &options::Study, quiet: bool) -> Result<Plan, Failure> {
+    let overrides = (options.set.parse()).map_err(|error| Failure::Refused(error.to_string()))?;
+    let plan = waiting("reading the study and its scenes", quiet, || {
+        Plan::load_with(&options.study, &overrides)
+    });
+    plan.map_err(|error| {
+        let refusal = caret::of_study(&error);
+        Failure::Refused(match error {
+            StudyError::Scene(SceneError::Syntax { .. }) => {
+                with_kind(refusal, &options.study, Kind::Study)
+            }
+            _ => refusal,
+        })
     })
 }
 

@@ -11,15 +11,16 @@
 mod find;
 mod lists;
 mod search;
+mod stages;
 mod tested;
 mod verlet;
 
 pub use find::{
     BoundaryNeighbours, FluidNeighbours, find_boundary_neighbours, find_fluid_neighbours,
 };
-pub(crate) use find::{INDEX, STAGE};
 pub use lists::NeighbourLists;
 pub use search::{Recomputed, Search, search};
+pub(crate) use stages::{INDEX, STAGE};
 pub use tested::tested_pairs;
 pub use verlet::KeptLists;
 pub(crate) use verlet::REMEMBERED;

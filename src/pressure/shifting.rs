@@ -17,7 +17,9 @@ use crate::{
     boundary::sums::{BoundarySums, Walls},
     index::BoundarySamples,
     kernel::Kernel,
+    lattice::Lattice,
     pairs::{Pair, PairSum, PairsWithGradients, accumulate, broadcast, difference, dot},
+    scene::Scene,
     simd::{Lanes, Simd},
     state::{
         Clock, Densities, Displacements, Execution, Material, Positions, PressureAccelerations,
@@ -28,8 +30,8 @@ use crate::{
 /// R \[-] (Monaghan 2000).
 const AGAINST_PAIRS: f32 = 0.2;
 
-/// D at most, in h² \[-]: the shortest waves of a lattice would overshoot at 0.2.
-const MOST: f32 = 0.06;
+/// D at most, as a part of that with which the shortest waves of a lattice would overshoot \[-].
+const MOST: f64 = 0.6;
 
 /// Longest displacement in a step \[spacings].
 const LONGEST: f32 = 0.1;
@@ -47,6 +49,8 @@ pub(super) const SPRAY: f32 = 0.5;
 pub(crate) struct Shifting {
     /// K \[-].
     strength: f32,
+    /// D at most, in one step \[m²].
+    most: f32,
     sums: Vec<Surroundings>,
     /// h C of fluid and walls \[-], with 1 as fourth entry; a sentinel ends them.
     gradients: Vec<Vec4>,
@@ -55,9 +59,13 @@ pub(crate) struct Shifting {
 }
 
 impl Shifting {
-    pub(super) fn new(strength: f32) -> Self {
+    pub(super) fn new(strength: f32, scene: &Scene) -> Self {
+        // A lattice under a pressure p moves by dt² p/ρ times twice what it is shifted by with D = 1, and is stable up
+        // to the square of the step below.
+        let longest = Lattice::of(scene).pressure_step() * f64::from(scene.spacing);
         Self {
             strength,
+            most: (MOST * 0.5 * longest * longest) as f32,
             ..Self::default()
         }
     }
@@ -165,7 +173,7 @@ pub(super) fn shift(
             if !shifting.is_inside(row) {
                 uneven = uneven.reject_from(normal);
             }
-            let factor = (shifting.strength * clock.dt * around.speed).min(MOST * h);
+            let factor = (shifting.strength * clock.dt * around.speed).min(shifting.most / h);
             *displacement = (-factor * uneven).clamp_length_max(LONGEST * material.spacing);
         }
     });

@@ -280,6 +280,9 @@ fn plane(
 mod tests {
     use super::*;
 
+    /// The first layer, at a depth of 0.05.
+    const FIRST: (f32, bool) = (0.05, true);
+
     fn tank(open: bool) -> BoundaryShape {
         BoundaryShape::Tank {
             min: Vec3::ZERO,
@@ -294,10 +297,7 @@ mod tests {
     fn sampled(shape: BoundaryShape, dimension: Dimension) -> Vec<Vec3> {
         let mut out = Vec::new();
         let lattice = (dimension, 0.1, &Period::NONE);
-        sample_shape(&shape, lattice, (0.05, true), &mut |sample| {
-            out.push(sample)
-        })
-        .expect("no file");
+        sample_shape(&shape, lattice, FIRST, &mut |sample| out.push(sample)).expect("no file");
         assert!(
             out.iter()
                 .all(|sample| (sample.normal.length() - 1.0).abs() < 1e-5)
@@ -328,7 +328,7 @@ mod tests {
     fn normals_point_into_the_fluid() {
         let mut samples = Vec::new();
         let lattice = (Dimension::Three, 0.1, &Period::NONE);
-        sample_shape(&tank(false), lattice, (0.05, true), &mut |sample| {
+        sample_shape(&tank(false), lattice, FIRST, &mut |sample| {
             samples.push(sample)
         })
         .expect("no file");
@@ -346,7 +346,7 @@ mod tests {
             motion: None,
             slip: crate::scene::WallSlip::Free,
         };
-        sample_shape(&obstacle, lattice, (0.05, true), &mut |sample| {
+        sample_shape(&obstacle, lattice, FIRST, &mut |sample| {
             samples.push(sample)
         })
         .expect("no file");

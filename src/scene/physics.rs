@@ -32,7 +32,7 @@ pub enum Viscosity {
         /// α of a numerical viscosity beside it, `α h c/(2 (d + 2))` with `c = sqrt(p/ρ)` of each pair, the speed of
         /// the waves of a lattice under pressure \[-]. It damps those and fades with the spacing; 0: none.
         /// If absent 0.3, but none with δ-SPH.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[serde(default)]
         numerical: Option<f32>,
     },
     /// Artificial viscosity (Monaghan 1992; Becker & Teschner 2007).

@@ -45,20 +45,18 @@ fn accelerations(text: &str, field: impl Fn(Vec3) -> Vec3, dt: f32) -> Vec<(Part
 /// The result should be a = ν ∇²u = −ν k² u; it is fitted over the lattice at least two supports inside its surface: Σ
 /// a u / Σ u².
 ///
-/// With a support of four spacings the sum is close to its integral, within 10 %: the term 0.01 h² in the denominator
-/// reduces it by 3 to 5 %, the smoothing of a wave of 48 spacings by 1 %, the lattice by 3 %. With a support of two
-/// spacings a square lattice is stiff along its diagonals and soft along its axes: only diagonal neighbours resist a
-/// shear along an axis. The result is then that of the lattice sum, 0.6475 (2-D) and 0.6971 (3-D) of ν k², within 1 %.
+/// What the lattice shows of ν, 0.65 with a support of two spacings, is made up for. The smoothing of a wave of 48
+/// spacings leaves up to 1 %.
 /// dt ν k² is 1e-3, so that rounding of the velocity is negligible.
 #[test]
 fn laminar_viscosity_is_nu_times_the_laplacian() {
     let viscosity = 0.01_f32;
     let length = 48.0;
     let cases = [
-        (2, 4, 1.0, 0.1),
-        (3, 4, 1.0, 0.1),
-        (2, 2, 0.6475, 0.01),
-        (3, 2, 0.6971, 0.01),
+        (2, 4, 1.0, 0.01),
+        (3, 4, 1.0, 0.01),
+        (2, 2, 1.0, 0.01),
+        (3, 2, 1.0, 0.01),
     ];
     for (dimension, support, answer, tolerance) in cases {
         let k = TAU / (length * 0.02);
@@ -206,6 +204,8 @@ fn laminar_viscosity_drags_a_neighbour_along() {
         let (kernel, mass, h) = (kernel_of(&scene), mass_of(&scene), scene.support_radius());
         let rho = mass * (kernel.value(0.0) + kernel.value(x.length()));
         let approach = v.dot(x) / (x.length_squared() + 0.01 * h * h);
+        let of_lattice = overfall::lattice::Lattice::of(&scene).shear_viscosity() as f32;
+        let viscosity = viscosity / of_lattice;
         let expected = 10.0 * viscosity * mass / rho * approach * kernel.gradient(-x);
         close(first, expected);
         close(second, -expected);
@@ -306,7 +306,7 @@ fn becomes_round(pressure: &str) {
           bodies: [(shape: Box(min: (0, 0, 0), max: (0.32, 0.32, 0)))])",
     ));
     let start = squareness(&particles_of(&mut drop));
-    run(&mut drop, 1.5, |_, _| {});
+    run(&mut drop, 2.0, |_, _| {});
     let end = squareness(&particles_of(&mut drop));
     let figures = format!("fourfold harmonic and farthest particle [m]: {start:?} to {end:?}");
     measured(&figures);

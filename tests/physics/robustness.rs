@@ -22,6 +22,17 @@ fn solvers() -> impl Iterator<Item = Method> {
         .filter(|method| !method.name.starts_with("SESPH"))
 }
 
+/// Those that solve for the density.
+fn implicit() -> impl Iterator<Item = Method> {
+    solvers().filter(|method| method.name != "δ-SPH")
+}
+
+fn default_method() -> Method {
+    let mut methods = METHODS.into_iter();
+    let found = methods.find(|method| method.name == "DFSPH");
+    found.expect("the default method")
+}
+
 /// Every method that solves for the pressure, with defaults: shallow to deep water, narrow and wide. The remaining
 /// speeds are those of a square lattice that melts into a denser one; water that fell onto its floor had 0.2 to 25.
 #[test]
@@ -34,6 +45,10 @@ fn water_at_rest_rests() {
             [18, 120, 0],
             [8, 20, 10],
         ] {
+            // What δ-SPH costs is spent on the widest and the deepest.
+            if method.name == "δ-SPH" && ![[30, 60, 0], [18, 120, 0]].contains(&counts) {
+                continue;
+            }
             // PCISPH gains some per cent in deep water: docs/decisions/still_water.md.
             if method.name == "PCISPH" && counts[1] > 60 {
                 continue;
@@ -51,7 +66,7 @@ fn water_at_rest_rests() {
 /// The default method adds no energy to deep water, for narrow to wide supports.
 #[test]
 fn the_default_method_holds_at_every_support() {
-    let [.., method] = METHODS;
+    let method = default_method();
     for support in [1.5, 2.0, 2.6, 3.0, 3.5] {
         let case = tank(method, [18, 40, 0], 0.3);
         let outcome = case.run(&[format!("support={support}")]);
@@ -68,7 +83,7 @@ fn the_default_method_holds_at_every_support() {
 /// Every kernel is stable in 2-D and 3-D with its default support.
 #[test]
 fn every_kernel_holds() {
-    let [.., method] = METHODS;
+    let method = default_method();
     for kernel in KernelFunction::ALL {
         for counts in [[18, 40, 0], [8, 10, 8]] {
             let case = tank(method, counts, 0.3);
@@ -89,7 +104,7 @@ fn every_kernel_holds() {
 /// The energy of a collapsing column does not rise, neither with fixed short steps nor with adaptive ones.
 #[test]
 fn a_column_gains_no_energy() {
-    for method in solvers().filter(|method| method.name != "PCISPH") {
+    for method in implicit().filter(|method| method.name != "PCISPH") {
         for step in ["", "Fixed(2e-4)"] {
             let outcome = run(&column(method, 40, step, 0.5));
             assert!(outcome.figure("rise") < 0.006);
@@ -100,7 +115,7 @@ fn a_column_gains_no_energy() {
 /// The axis of the elliptic drop converges, and its energy does not rise.
 #[test]
 fn the_elliptic_drop_converges() {
-    for method in solvers() {
+    for method in implicit() {
         let errors = [20, 80].map(|radius| {
             let outcome = run(&drop(method, radius));
             assert!(outcome.figure("energy most %") < 0.2);
@@ -115,7 +130,7 @@ fn the_elliptic_drop_converges() {
 /// plane through its neighbours by 0.25 of its mean, with a correlation of −0.40 at a distance of one spacing.
 #[test]
 fn pressure_does_not_alternate() {
-    for method in solvers().filter(|method| method.name != "PCISPH") {
+    for method in implicit().filter(|method| method.name != "PCISPH") {
         let [without, with] = ["0", "0.1"].map(|share| {
             let case = slosh(method, 40, false);
             let outcome = case.run(&[format!("pressure.stabilisation={share}")]);

@@ -180,7 +180,8 @@ fn numerics(mut of: Choices, flat: bool, spacing: f64, speed: f64) -> (String, O
             1000.0 * sound * sound / 7.0
         ),
         4 => format!("Sesph(equation: Gas(stiffness: {}))", sound * sound),
-        _ => format!("DeltaSph(sound_speed: {sound})"),
+        // The reference has the cubic spline.
+        _ => format!("DeltaSph(sound_speed: {sound}), kernel: CubicSpline"),
     };
     let (time_step, fixed) = match of.of(&[0, 0, 1, 2, 3]) {
         0 => ("Cfl(min: 1e-9)".to_owned(), None),

@@ -19,6 +19,11 @@ use crate::common::{self, methods, run, sesph, simulation};
 
 /// Two jets into a tank of which a box drinks, with drops that leave the domain; every few steps something enters, and
 /// soon something leaves, too.
+/// All methods but δ-SPH, which takes no emitters.
+fn fed() -> impl Iterator<Item = PressureMethod> {
+    methods().into_iter().take(4)
+}
+
 fn scene(pressure: PressureMethod, time_step: &str) -> Scene {
     let text = format!(
         r#"(
@@ -70,7 +75,7 @@ fn reports(simulation: &mut Simulation, steps: usize) -> Vec<StepReport> {
 
 #[test]
 fn every_particle_is_counted_and_numbers_are_never_given_again() {
-    for pressure in methods() {
+    for pressure in fed() {
         let mut simulation = simulation(&scene(pressure, CFL));
         let numbers = |simulation: &mut Simulation| -> HashSet<u32> {
             let rows = rows(simulation.world_mut());
@@ -97,7 +102,7 @@ fn every_particle_is_counted_and_numbers_are_never_given_again() {
 
 #[test]
 fn threads_and_executor_change_no_bit() {
-    for pressure in methods() {
+    for pressure in fed() {
         let single = scene(pressure, CFL);
         let run = |scene: &Scene, threads| {
             let mut simulation = Simulation::with_threads(scene, threads).expect("a scene");
@@ -160,7 +165,7 @@ fn a_resumed_run_has_the_bits_of_the_uninterrupted_one() {
         warm_start_steps: 3,
         ..Dfsph::default()
     });
-    for pressure in methods().into_iter().chain([means]) {
+    for pressure in fed().chain([means]) {
         for control in ["Fixed(0.0005)", CFL, "Adaptive(max: 0.001)"] {
             let mut whole = simulation(&scene(pressure, control));
             // Before and after the first reordering; particles enter and leave all the time.
@@ -203,7 +208,7 @@ fn steps_with_flow(scene: &Scene) -> Vec<usize> {
 #[test]
 fn steps_taken_back_undo_what_came_and_went() {
     let (mut came, mut went) = (0, 0);
-    for pressure in methods() {
+    for pressure in fed() {
         for interval in [0, 7] {
             let scene = Scene {
                 reorder_interval: interval,

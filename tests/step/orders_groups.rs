@@ -121,6 +121,7 @@ fn a_group_with_a_condition_runs_when_it_holds() {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "a list of cases")]
 fn groups_that_mean_nothing_are_refused_with_the_reason() {
     let group = |stages: &str, what: &str| STAGES.replace(&format!("Run(\"{what}\")"), stages);
     for (stages, reason) in [
@@ -238,7 +239,9 @@ fn one_sub_step_and_no_force_within_pressure_change_no_bit() {
     );
     let inside = STAGES.replace(r#"Run("pressure")"#, "InPressure([])");
     assert!(sub_step != STAGES && inside != STAGES);
-    for pressure in common::methods() {
+    // δ-SPH has a stage more.
+    for pressure in &common::methods()[..4] {
+        let pressure = *pressure;
         let expected = bits_after(
             &Scene {
                 pressure,

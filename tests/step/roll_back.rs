@@ -74,7 +74,9 @@ fn spoil(simulation: &mut Simulation) -> Entity {
 
 #[test]
 fn a_violent_impact_takes_steps_back_and_ends_well() {
-    for mut pressure in methods() {
+    // δ-SPH passes it without a jump.
+    let iterative = methods().into_iter().take(4);
+    for mut pressure in iterative {
         if let PressureMethod::Dfsph(dfsph) = &mut pressure {
             // With its own limit it passes this impact without a jump.
             dfsph.max_density_error = 0.001;

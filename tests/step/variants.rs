@@ -79,7 +79,7 @@ fn every_variant_of_a_scene_has_a_schedule_without_ambiguities() {
         scene.executor = [Executor::SingleThreaded, Executor::Parallel][k / 5 % 2];
         scene.index.structure = IndexStructure::ALL[k / 7 % IndexStructure::ALL.len()];
     }
-    assert_eq!(scenes.len(), 384);
+    assert_eq!(scenes.len(), 480);
     for scene in scenes {
         let mut simulation = match Simulation::with_threads(&scene, 1) {
             Ok(simulation) => simulation,

@@ -3,13 +3,19 @@
 use super::problem::{Checked, Problem, ensure};
 use super::proper::{axes, box_is_proper, is_flat, radius_is_proper};
 use crate::scene::shapes::{Inlet, rectangle_axes};
-use crate::scene::{Dimension, Emitter, EmitterShape, Outside, Scene, TimeStep};
+use crate::scene::{Dimension, Emitter, EmitterShape, Outside, PressureMethod, Scene, TimeStep};
 
 /// Most particles of a layer: a larger number is a slip in the units.
 const LARGEST_LAYER: f64 = 1e7;
 
 /// Each field of the emitters, and boxes that remove.
 pub(super) fn fields(scene: &Scene) -> Checked {
+    let is_fed =
+        !scene.emitters.is_empty() && matches!(scene.pressure, PressureMethod::DeltaSph(_));
+    ensure(!is_fed, "emitters", || {
+        "fluid cannot enter with δ-SPH, whose jets lose speed and fill a quarter too much; take `pressure: Dfsph()`"
+            .to_owned()
+    })?;
     for (index, emitter) in scene.emitters.iter().enumerate() {
         of_one(scene, emitter, &format!("emitters.{index}"))?;
     }
