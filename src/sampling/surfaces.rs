@@ -110,12 +110,8 @@ fn sample_shape(
         }
         BoundaryShape::Mesh(ref boundary) => {
             let mut samples = Vec::new();
-            sample_mesh(
-                &Mesh::load(boundary, spacing)?,
-                spacing,
-                (depth, is_first),
-                &mut samples,
-            );
+            let mesh = Mesh::load(boundary, spacing)?;
+            sample_mesh(&mesh, spacing, (depth, is_first), &mut samples);
             // What goes round an axis is there once.
             let (low, high) = samples.iter().fold(
                 (Vec3::INFINITY, Vec3::NEG_INFINITY),
@@ -328,10 +324,7 @@ mod tests {
     fn normals_point_into_the_fluid() {
         let mut samples = Vec::new();
         let lattice = (Dimension::Three, 0.1, &Period::NONE);
-        sample_shape(&tank(false), lattice, FIRST, &mut |sample| {
-            samples.push(sample)
-        })
-        .expect("no file");
+        sample_shape(&tank(false), lattice, FIRST, &mut |s| samples.push(s)).expect("no file");
         let middle = Vec3::new(0.2, 0.15, 0.1);
         assert!(
             samples
@@ -346,10 +339,7 @@ mod tests {
             motion: None,
             slip: crate::scene::WallSlip::Free,
         };
-        sample_shape(&obstacle, lattice, FIRST, &mut |sample| {
-            samples.push(sample)
-        })
-        .expect("no file");
+        sample_shape(&obstacle, lattice, FIRST, &mut |s| samples.push(s)).expect("no file");
         assert!(
             samples
                 .iter()
