@@ -2,9 +2,9 @@
 //! *Comput. Phys. Commun.* 181, 532), on particles that are [shifted](super::shifting).
 //!
 //! `Dp_i/Dt = c² (Σ_j m (v_i − v_j)·∇W_ij + δ h/2 c D_i)`: the continuity equation with `p = c² (ρ − ρ0)`. D_i is the
-//! sum of the [`stabilisation`] with κ Δt = δ h/2c, for the support radius h, which leaves water at rest alone, also at
-//! walls and at a free surface. Away from the surface p returns slowly to that of the summed density (paper eq. 1), so
-//! that the volume lasts.
+//! sum of the [stabilisation](super::stabilisation) with κ Δt = δ h/2c, for the support radius h, which leaves water at
+//! rest alone, also at walls and at a free surface. Away from the surface p returns slowly to that of the summed
+//! density (paper eq. 1), so that the volume lasts.
 //!
 //! Deviation: every particle stands for the volume m/ρ0, as in a liquid; with m/ρ a lattice at rest under its weight
 //! has a slope that is off by `2 g H/c²`. The step is the semi-implicit Euler scheme for v, x and p: p changes by the

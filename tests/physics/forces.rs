@@ -302,7 +302,7 @@ fn becomes_round(pressure: &str) {
     let mut drop = simulation(&format!(
         "(name: \"square\", dimension: 2, spacing: 0.02, gravity: (0, 0, 0), time_step: Cfl((max: 1e-3)),
           pressure: {pressure},
-          fluid: (viscosity: Laminar(kinematic_viscosity: 0.01), surface_tension: BeckerTeschner(kappa: 2)),
+          fluid: (viscosity: Laminar(kinematic_viscosity: 0.007), surface_tension: BeckerTeschner(kappa: 2)),
           bodies: [(shape: Box(min: (0, 0, 0), max: (0.32, 0.32, 0)))])",
     ));
     let start = squareness(&particles_of(&mut drop));

@@ -1,7 +1,7 @@
 //! The determinism contract: the same scene gives the same bits, whatever the threads, the executor and, among machines
 //! with fused multiply-add, the machine.
 
-use bevy_ecs::schedule::{LogLevel, ScheduleBuildSettings};
+use bevy_ecs::schedule::{IntoScheduleConfigs, LogLevel, ScheduleBuildSettings};
 use overfall::{
     Simulation, Step, StepReport,
     scene::{Executor, IndexStructure, Neighbours, Scene, TimeStep},
