@@ -30,32 +30,40 @@ pub(crate) const STAGE: Stage = Stage {
     wanted: |scene| {
         scene.boundary_handling() == BoundaryHandling::Layers && !scene.boundaries.is_empty()
     },
-    install: |world, _| {
-        world.init_resource::<Continued>();
-    },
-    bytes: |_, _| vec![("accelerations that walls continue", 12.0)],
     ..Stage::new("wall_pressure", Phase::Forces, |_| {
         push_hydrostatically.into_configs()
     })
 };
 
-/// Accelerations by gravity and body forces of all rows \[m/s²]. In scenes with walls of several layers.
+/// What walls of several layers continue, by row. In scenes that measure forces on walls.
 #[derive(Resource, Debug, Default)]
-pub(crate) struct Continued(Vec<Vec3>);
+pub(crate) struct Continued {
+    /// Accelerations by gravity and body forces \[m/s²].
+    forces: Vec<Vec3>,
+    /// Unit vectors into the wall of rows that it does not pull; zero of others.
+    unpulled: Vec<Vec3>,
+}
 
 impl Continued {
     /// What a sample with a volume at `−x` from a row adds to its acceleration \[m/s²].
     #[inline]
     pub(crate) fn by_sample(&self, row: usize, (x, volume): (Vec3, f32), kernel: &Kernel) -> Vec3 {
-        let acceleration = self.0.get(row).copied().unwrap_or_default();
-        volume * acceleration.dot(x) * kernel.gradient(x)
+        let force = self.forces.get(row).copied().unwrap_or_default();
+        let inwards = self.unpulled.get(row).copied().unwrap_or_default();
+        let push = of_sample(force, (x, volume), kernel);
+        push - push.dot(inwards) * inwards
     }
+}
+
+#[inline]
+fn of_sample(force: Vec3, (x, volume): (Vec3, f32), kernel: &Kernel) -> Vec3 {
+    volume * force.dot(x) * kernel.gradient(x)
 }
 
 /// Adds the push of walls that continue gravity and body forces (phase `Forces`, after these).
 fn push_hydrostatically(
     mut accelerations: ResMut<Accelerations>,
-    mut continued: ResMut<Continued>,
+    continued: Option<ResMut<Continued>>,
     boundary: Res<BoundarySamples>,
     (walls, pressures): (Option<Res<BoundarySums>>, Res<Pressures>),
     material: Res<Material>,
@@ -63,14 +71,9 @@ fn push_hydrostatically(
 ) {
     let walls = Walls::of(walls.as_deref());
     let reach = 0.5 * material.rest_density * material.kernel.support_radius;
-    let rows = pairs.positions().rows();
     let positions = &pairs.positions().0;
-    continued.0.clear();
-    continued.0.extend_from_slice(&accelerations.0[..rows]);
-    let continued = &*continued;
-    let columns = (&mut accelerations.0[..rows], &mut vec![(); rows][..]);
-    pairs.update_near_boundary(columns, |row, samples, acceleration: &mut Vec3, ()| {
-        let own = positions[row].truncate();
+    let push = |row: usize, samples: &[u32], acceleration: &mut Vec3| -> Vec3 {
+        let (own, force) = (positions[row].truncate(), *acceleration);
         let mut sum = Vec3::ZERO;
         for &sample in samples {
             // A stale list may name samples that are gone: the sentinel has no volume.
@@ -78,13 +81,30 @@ fn push_hydrostatically(
                 continue;
             };
             let x = material.period.nearest(own - place.truncate());
-            sum += continued.by_sample(row, (x, place.w), &material.kernel);
+            sum += of_sample(force, (x, place.w), &material.kernel);
         }
         let inwards = walls.gradient(row).normalize_or_zero();
-        let pull = sum.dot(inwards).max(0.0);
-        if pressures.0[row] < reach * acceleration.length() {
-            sum -= pull * inwards;
-        }
-        *acceleration += sum;
+        let pull = sum.dot(inwards);
+        let is_unpulled = pull > 0.0 && pressures.0[row] < reach * force.length();
+        let unpulled = if is_unpulled { inwards } else { Vec3::ZERO };
+        *acceleration += sum - pull * unpulled;
+        unpulled
+    };
+    let rows = pairs.positions().rows();
+    let accelerations = &mut accelerations.0[..rows];
+    let Some(mut continued) = continued else {
+        let columns = (accelerations, &mut vec![(); rows][..]);
+        return pairs.update_near_boundary(columns, |row, samples, acceleration, ()| {
+            push(row, samples, acceleration);
+        });
+    };
+    let Continued { forces, unpulled } = &mut *continued;
+    forces.clear();
+    forces.extend_from_slice(accelerations);
+    unpulled.clear();
+    unpulled.resize(rows, Vec3::ZERO);
+    let columns = (accelerations, &mut unpulled[..]);
+    pairs.update_near_boundary(columns, |row, samples, acceleration, unpulled| {
+        *unpulled = push(row, samples, acceleration);
     });
 }

@@ -176,7 +176,7 @@ impl Vectorised for RoughRows<'_> {
             let normal = self.boundary.normals[sample];
             let of_wall = self.boundary.velocity(sample);
             let slip = self.friction.slip[sample].unwrap_or_default();
-            let depth = self.boundary.depths[sample];
+            let depth = self.boundary.depth(sample);
             let (mut weights, mut velocity, mut height) = (0.0, Vec3::ZERO, 0.0);
             for &other in near.of(simd, sample) {
                 let arm = period.nearest(points[other as usize].truncate() - place);

@@ -10,7 +10,7 @@ use super::volume::VolumeRule;
 use crate::{
     index::{self, BoundarySamples},
     sampling::{BoundarySample, layer_depth},
-    scene::Scene,
+    scene::{BoundaryHandling, Scene},
     state::{
         DomainTooLarge, Execution, SENTINEL, TOO_LARGE,
         particle::{Boundary, BoundaryDepth, BoundaryNormal, BoundaryVolume, Position},
@@ -36,13 +36,17 @@ pub fn pack(
         particle.w = volume;
     }
     let normals = samples.iter().map(|sample| sample.normal).collect();
+    let depths = match scene.boundary_handling() {
+        BoundaryHandling::Layers => samples.iter().map(|sample| sample.depth).collect(),
+        BoundaryHandling::Akinci | BoundaryHandling::DirectForcing(_) => Vec::new(),
+    };
     Ok(BoundarySamples {
         packed,
         normals,
         ahead: Vec::new(),
         velocities: Vec::new(),
         layer_depth: layer_depth(scene),
-        depths: samples.iter().map(|sample| sample.depth).collect(),
+        depths,
         index,
     })
 }

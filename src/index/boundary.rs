@@ -18,7 +18,7 @@ pub struct BoundarySamples {
     pub velocities: Vec<Vec4>,
     /// Depth of the nearest layer of samples behind the walls' faces \[m].
     pub layer_depth: f32,
-    /// Depths of the particles \[m].
+    /// Depths of the particles \[m]; empty where all are in one layer.
     pub depths: Vec<f32>,
     /// Spatial index of the boundary particles.
     pub index: Box<dyn SpatialIndex>,
@@ -28,6 +28,13 @@ impl BoundarySamples {
     /// The particles without the sentinel.
     pub fn points(&self) -> &[Vec4] {
         &self.packed[..self.packed.len() - 1]
+    }
+
+    /// Depth of a particle behind the face of its wall \[m].
+    #[inline]
+    pub fn depth(&self, sample: usize) -> f32 {
+        let depth = self.depths.get(sample);
+        depth.copied().unwrap_or(self.layer_depth)
     }
 
     /// Where a particle is at the end of the step \[m].

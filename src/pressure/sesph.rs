@@ -13,7 +13,8 @@ use super::{
 use crate::{
     density,
     lattice::BesideWall,
-    scene::{PressureMethod, Scene, Sesph, StateEquation},
+    sampling,
+    scene::{BoundaryHandling, PressureMethod, Scene, Sesph, StateEquation},
     state::{
         Column, Corrected, Densities, Execution, Limit, Material, Positions, Pressures,
         SolverState, Systems,
@@ -43,8 +44,11 @@ impl PressureSolver for Sesph {
     }
 
     /// An equation of state stores energy in the density, and the force must be the gradient of this energy: the
-    /// walls' push stays uncorrected.
-    fn beside_wall(&self, _: &Scene) -> BesideWall {
+    /// push of one layer stays uncorrected.
+    fn beside_wall(&self, scene: &Scene) -> BesideWall {
+        if scene.boundary_handling() == BoundaryHandling::Layers {
+            return sampling::beside_wall(scene);
+        }
         BesideWall {
             push: 1.0,
             slide: 0.0,

@@ -150,6 +150,10 @@ pub struct Scene {
     pub output: Output,
 }
 
+/// α of the numerical viscosity. Measured on still water, dam breaks and standing waves:
+/// `docs/decisions/still_water.md`.
+const NUMERICAL_VISCOSITY: f32 = 0.3;
+
 fn default_gravity() -> Vec3 {
     Vec3::new(0.0, -9.81, 0.0)
 }
@@ -256,7 +260,7 @@ impl Scene {
                 let advised = if self.pressure.wants_full_sums() {
                     0.0
                 } else {
-                    0.3
+                    NUMERICAL_VISCOSITY
                 };
                 numerical.unwrap_or(advised)
             }

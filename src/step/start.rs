@@ -7,6 +7,7 @@ use crate::{
     boundary::{
         self,
         direct_forcing::DirectForcing,
+        extrapolation::Continued,
         friction::{self, SlipLength, WallFriction},
         moving::{MovingWalls, RestPose},
         owners::{Owners, SampleOf},
@@ -169,6 +170,9 @@ impl Walls {
             let of = owners.iter().map(|&owner| SampleOf(owner));
             world.insert_batch(particles.into_iter().zip(of));
             world.insert_resource(Owners(owners));
+            if scene.boundary_handling() == BoundaryHandling::Layers {
+                world.init_resource::<Continued>();
+            }
         }
         world.insert_resource(samples);
         world.insert_resource(BoundarySums::new(

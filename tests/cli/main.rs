@@ -14,6 +14,8 @@ mod reports;
 mod resume;
 mod roll_back;
 mod run;
+#[path = "../survival_support/running.rs"]
+mod running;
 #[cfg(unix)]
 mod signals;
 mod stability;

@@ -2,7 +2,6 @@
 
 use std::fs;
 use std::io::Read;
-use std::ops::{Deref, DerefMut};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStderr, Command, Stdio};
 use std::time::{Duration, Instant};
@@ -10,6 +9,7 @@ use std::time::{Duration, Instant};
 use overfall::output::{Frame, Series, Status, Summary};
 use tempfile::TempDir;
 
+use crate::running::{PATIENCE, Running};
 use crate::support::{assert_exit, command, folder_with, overfall, stderr};
 
 /// A thousand particles, and more steps than any machine takes during a test.
@@ -24,34 +24,6 @@ pub(super) const LONG: &str = r#"(
     output: (frames_per_second: 1000, pictures: false),
 )
 "#;
-
-/// Long enough for a loaded machine; a passing test does not wait this long.
-const PATIENCE: Duration = Duration::from_secs(600);
-
-/// A run that is killed at the end of its test at the latest.
-pub(super) struct Running(Child);
-
-impl Drop for Running {
-    fn drop(&mut self) {
-        // Killing a finished process fails, which is fine.
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
-}
-
-impl Deref for Running {
-    type Target = Child;
-
-    fn deref(&self) -> &Child {
-        &self.0
-    }
-}
-
-impl DerefMut for Running {
-    fn deref_mut(&mut self) -> &mut Child {
-        &mut self.0
-    }
-}
 
 pub(super) fn folder() -> TempDir {
     folder_with(&[("long.ron", LONG)])

@@ -2,11 +2,15 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use overfall::checkpoint::Checkpoint;
 use overfall::output::{Frame, Series};
+
+use running::{PATIENCE, Running};
+
+mod running;
 
 /// Sixty-four particles in a tank: steps, frames and checkpoints take a few milliseconds each.
 const SCENE: &str = r#"(
@@ -21,20 +25,6 @@ const SCENE: &str = r#"(
     output: (frames_per_second: 500, pictures: false),
 )
 "#;
-
-/// Long enough for a loaded machine; a run that works does not wait this long.
-const PATIENCE: Duration = Duration::from_secs(600);
-
-/// A process that does not outlive its test.
-struct Running(Child);
-
-impl Drop for Running {
-    fn drop(&mut self) {
-        // Killing a finished process fails, which is fine.
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
-}
 
 /// What is left after a kill.
 #[derive(Debug, Clone, Copy, PartialEq)]
