@@ -5,6 +5,7 @@
 //! ones beat. The results are a CSV file with the command of every run ([`Runs`]) and a chart
 //! (`study::chart::draw_frontier`). A run that is finished is never made again.
 
+mod curves;
 mod definition;
 mod measure;
 mod plan;

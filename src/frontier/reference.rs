@@ -6,7 +6,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::{FrontierPlan, Subject, measure::curves};
+use super::{FrontierPlan, Subject, curves::curves};
 use crate::study::stability::{key_of, scene_text};
 
 /// Curves of a fine run, by the study's gauges; none for a case with known values.

@@ -28,6 +28,7 @@ pub(crate) fn place_of(path: &str, text: &str, file_name: &str) -> Place {
 }
 
 /// What a RON text has at `path`; `None` if it writes nothing there.
+#[cfg(feature = "cli")]
 pub(crate) fn written_at<'a>(path: &str, text: &'a str) -> Option<&'a str> {
     let text = without_mark(text);
     let steps: Vec<&str> = path.split('.').collect();

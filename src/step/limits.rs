@@ -99,6 +99,19 @@ pub(super) fn too_long(scene: &Scene, low: Vec3, high: Vec3) -> Option<String> {
     ))
 }
 
+/// Time step at the largest speed of free fall \[s].
+pub(super) fn expected_step(scene: &Scene, limits: &[(String, f32)]) -> f32 {
+    let least = limits
+        .iter()
+        .map(|limit| limit.1)
+        .fold(f32::INFINITY, f32::min);
+    match scene.time_step {
+        TimeStep::Fixed(dt) => dt,
+        TimeStep::Cfl(cfl) => least.clamp(cfl.min, cfl.max),
+        TimeStep::Adaptive(scheme) => least.clamp(scheme.min, scheme.max),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

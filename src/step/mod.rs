@@ -8,6 +8,7 @@ mod executor;
 mod install;
 mod limits;
 pub(crate) mod memory;
+mod numbers;
 mod order;
 mod plan;
 mod report;

@@ -15,7 +15,7 @@ use crate::{
     index,
     registry::Stages,
     sampling,
-    scene::{Scene, TimeStep, shapes::Inlet},
+    scene::{Scene, shapes::Inlet},
     state::{Execution, Material, Phase},
 };
 
@@ -147,7 +147,8 @@ pub fn plan(scene: &Scene) -> Result<Plan, InstallError> {
         flow: order.flow(),
         bytes_per_particle: Stages::default().bytes(scene, expected_neighbours),
         bytes_per_boundary_particle: memory::bytes_per_boundary_particle(scene),
-        expected_steps: f64::from(scene.duration) / f64::from(expected_step(scene, &limits)),
+        expected_steps: f64::from(scene.duration)
+            / f64::from(limits::expected_step(scene, &limits)),
         time_step_limits: limits,
         expected_neighbours,
         memory: need.most,
@@ -165,17 +166,4 @@ fn ask(scene: &Scene) -> Result<(StartDensity, usize), InstallError> {
     let seeds = filling::fluid_particles(scene);
     let density = start_density::of(scene, &seeds, walls, &execution)?;
     Ok((density, samples.len()))
-}
-
-/// Time step at the largest speed of free fall \[s].
-pub(super) fn expected_step(scene: &Scene, limits: &[(String, f32)]) -> f32 {
-    let least = limits
-        .iter()
-        .map(|limit| limit.1)
-        .fold(f32::INFINITY, f32::min);
-    match scene.time_step {
-        TimeStep::Fixed(dt) => dt,
-        TimeStep::Cfl(cfl) => least.clamp(cfl.min, cfl.max),
-        TimeStep::Adaptive(scheme) => least.clamp(scheme.min, scheme.max),
-    }
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use glam::{DVec3, Vec3};
 
-use super::{limits, warnings_of_flow, warnings_of_gauges, warnings_of_pace};
+use super::{limits, numbers::short, warnings_of_flow, warnings_of_gauges, warnings_of_pace};
 use crate::{
     loading::Size,
     scene::{
@@ -24,11 +24,6 @@ const LARGE_EXTENT: f64 = 500.0;
 /// Settings of a scene that are probably mistakes. Fails as [`Scene::check`] does.
 pub fn warnings(scene: &Scene) -> Result<Vec<String>, SceneError> {
     Ok(of_size(scene, &scene.checked_size()?))
-}
-
-/// A number with four digits that count, as people write it.
-pub(super) fn short(number: f64) -> f64 {
-    format!("{number:.3e}").parse().unwrap_or(number)
 }
 
 /// A warning for a gauge that may never show anything: read after the end, or where nothing is at the start.

@@ -1,6 +1,6 @@
 //! Warnings for fluid that enters or leaves otherwise than a scene's author thinks.
 
-use super::warnings::short;
+use super::numbers::short;
 use crate::scene::shapes::{Inlet, Lattice};
 use crate::scene::{BoundaryShape, Bounds, Emitter, Scene, WallCourse};
 

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::warnings::short;
+use super::numbers::short;
 use crate::scene::{BoundaryShape, Dimension, Gauge, GaugeKind, Scene};
 
 pub(super) fn of(scene: &Scene, gauge: &Gauge) -> Vec<String> {

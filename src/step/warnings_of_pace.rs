@@ -1,9 +1,8 @@
 //! Warnings for speeds that no method follows, for runs without an end in sight, and for steps in which single
 //! precision loses what moves.
 
-use super::limits;
-use super::plan::expected_step;
-use super::warnings::short;
+use super::limits::{self, expected_step};
+use super::numbers::short;
 use crate::{
     loading::Size,
     scene::{Dimension, Scene, TimeStep},

@@ -3,7 +3,7 @@
 //! A [`Case`] is a folder of `assets/cases` (a scene and a page of explanation, compiled in) and a function that
 //! observes its run. [`CASES`] lists them. [`run_all`] runs [`Job`]s: one case with one method at one resolution each,
 //! in parallel with one thread each, so that figures do not depend on the number of threads. [`convergence()`] fits the
-//! order of errors over resolution; [`table`], [`csv`] and [`page`] report the results.
+//! order of errors over resolution; [`table`], [`csv()`] and [`page`] report the results.
 
 mod case;
 mod cases;

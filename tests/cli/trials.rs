@@ -122,15 +122,15 @@ fn advice_is_lines_to_paste_and_the_next_cheaper() {
         "{text}"
     );
     // The lines run.
-    let lines: Vec<&str> = text
+    let (_, after) = text.split_once("The cheapest that hold").expect("found");
+    let sets: Vec<String> = after
         .lines()
+        .skip(1)
         .filter(|line| line.starts_with("    "))
         .map(str::trim)
-        .collect();
-    let sets: Vec<String> = lines
-        .iter()
         .map(|line| line.trim_end_matches(',').replacen(": ", "=", 1))
         .collect();
+    assert!(!sets.is_empty(), "{text}");
     let mut check = vec!["check", "tiny.ron", "--quiet"];
     for set in &sets {
         check.extend(["--set", set]);

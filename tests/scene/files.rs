@@ -28,6 +28,8 @@ fn every_shipped_scene_loads_and_has_the_particles_its_comment_says() {
         ("glass", 0),
         ("glass_small", 0),
         ("goblet", 7_872),
+        ("stability_column", 300),
+        ("stability_impact", 400),
         ("still_water", 2_880),
         ("tap", 3_072),
     ]);
