@@ -12,7 +12,7 @@ use crate::{
     sampling::{BoundarySample, layer_depth},
     scene::{BoundaryHandling, Scene},
     state::{
-        DomainTooLarge, Execution, SENTINEL, TOO_LARGE,
+        DomainTooLarge, Execution, SENTINEL, TOO_LARGE, in_order,
         particle::{Boundary, BoundaryDepth, BoundaryNormal, BoundaryVolume, Position},
     },
 };
@@ -127,6 +127,47 @@ fn check(world: &mut World) -> Result<(), BoundaryError> {
     Ok(())
 }
 
+/// What the tables say of all boundary particles, in one order.
+#[derive(Default)]
+struct Found {
+    samples: Vec<BoundarySample>,
+    owners: Vec<u32>,
+    poses: Vec<Option<RestPose>>,
+    slip: Vec<Option<f32>>,
+}
+
+impl Found {
+    fn of(world: &mut World, scene: &Scene) -> Self {
+        type Parts<'w> = (
+            Entity,
+            &'w Position,
+            &'w BoundaryNormal,
+            Option<&'w BoundaryDepth>,
+            Option<&'w SampleOf>,
+            Option<&'w RestPose>,
+            Option<&'w SlipLength>,
+        );
+        let nearest = layer_depth(scene);
+        let mut found = Self::default();
+        let mut query = world.query_filtered::<Parts, With<Boundary>>();
+        let tables = query.contiguous_iter(world).into_iter().flatten();
+        for table in in_order(tables, |table| table.0) {
+            let (_, positions, normals, depths, owners, poses, slip) = table;
+            for row in 0..positions.len() {
+                found.samples.push(BoundarySample {
+                    position: positions[row].0,
+                    normal: normals[row].0,
+                    depth: depths.map_or(nearest, |depths| depths[row].0),
+                });
+                found.owners.push(owners.map_or(NOBODY, |of| of[row].0));
+                found.poses.push(poses.map(|poses| poses[row]));
+                found.slip.push(slip.map(|slip| slip[row].0));
+            }
+        }
+        found
+    }
+}
+
 /// Takes the boundary particles of a world over again, after a host has spawned, moved or despawned some. After an
 /// error the walls stay as they were for the fluid.
 pub fn refresh_boundary(world: &mut World, scene: &Scene) -> Result<(), BoundaryError> {
@@ -134,46 +175,32 @@ pub fn refresh_boundary(world: &mut World, scene: &Scene) -> Result<(), Boundary
         return Err(BoundaryError::NotInstalled);
     };
     check(world)?;
-    type Parts<'w> = (
-        &'w Position,
-        &'w BoundaryNormal,
-        Option<&'w BoundaryDepth>,
-        &'w mut BoundaryVolume,
-    );
-    let mut query = world.query_filtered::<Parts, With<Boundary>>();
-    let nearest = layer_depth(scene);
-    let samples: Vec<BoundarySample> = query
-        .iter(world)
-        .map(|(x, normal, depth, _)| BoundarySample {
-            position: x.0,
-            normal: normal.0,
-            depth: depth.map_or(nearest, |depth| depth.0),
-        })
-        .collect();
+    let Found {
+        samples,
+        owners,
+        poses,
+        slip,
+    } = Found::of(world, scene);
     let samples = pack(scene, &samples, &execution)?;
     if world.contains_resource::<Owners>() {
-        let mut owners = world.query_filtered::<Option<&SampleOf>, With<Boundary>>();
-        let owner = |of: Option<&SampleOf>| of.map_or(NOBODY, |of| of.0);
-        let owners = owners.iter(world).map(owner).collect();
         world.insert_resource(Owners(owners));
     }
-    if world.contains_resource::<MovingWalls>() {
-        let mut poses = world.query_filtered::<Option<&RestPose>, With<Boundary>>();
-        let poses: Vec<_> = poses.iter(world).map(|pose| pose.copied()).collect();
-        let mut walls = world.resource_mut::<MovingWalls>();
+    if let Some(mut walls) = world.get_resource_mut::<MovingWalls>() {
         let known = walls.courses.len();
         let known = |pose: &RestPose| (pose.course as usize) < known;
         let poses: Vec<_> = poses.into_iter().map(|pose| pose.filter(known)).collect();
         walls.take(scene, &poses, samples.points(), &execution)?;
     }
-    if world.contains_resource::<WallFriction>() {
-        let mut slip = world.query_filtered::<Option<&SlipLength>, With<Boundary>>();
-        let slip = slip.iter(world).map(|slip| slip.map(|slip| slip.0));
-        let slip = slip.collect();
-        world.resource_mut::<WallFriction>().take(slip);
+    if let Some(mut friction) = world.get_resource_mut::<WallFriction>() {
+        friction.take(slip);
     }
-    for ((_, _, _, mut volume), sample) in query.iter_mut(world).zip(samples.points()) {
-        volume.0 = sample.w;
+    let mut packed = samples.points().iter();
+    let mut volumes = world.query_filtered::<(Entity, &mut BoundaryVolume), With<Boundary>>();
+    let tables = volumes.contiguous_iter_mut(world).into_iter().flatten();
+    for (_, mut volumes) in in_order(tables, |table| table.0) {
+        for (volume, sample) in volumes.iter_mut().zip(&mut packed) {
+            volume.0 = sample.w;
+        }
     }
     world.insert_resource(samples);
     Ok(())

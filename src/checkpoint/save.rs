@@ -113,6 +113,7 @@ pub(super) fn lasting(installed: &Installed) -> Vec<(&'static str, Lasting)> {
 /// Number of boundary particles, and a checksum of their bits; of moving ones, of their state at time 0.
 pub(super) fn walls(world: &mut World) -> (u64, u32) {
     type Parts<'w> = (
+        Entity,
         &'w Position,
         &'w BoundaryNormal,
         &'w BoundaryVolume,
@@ -121,17 +122,20 @@ pub(super) fn walls(world: &mut World) -> (u64, u32) {
     let mut query = world.query_filtered::<Parts, With<Boundary>>();
     let mut sum = crc32fast::Hasher::new();
     let mut count = 0;
-    for (position, normal, volume, rest) in query.iter(world) {
-        count += 1;
-        let (position, normal) = match rest {
-            Some(rest) => (rest.position, rest.normal),
-            None => (position.0, normal.0),
-        };
-        for x in (position.to_array().into_iter())
-            .chain(normal.to_array())
-            .chain([volume.0])
-        {
-            sum.update(&x.to_le_bytes());
+    let tables = query.contiguous_iter(world).into_iter().flatten();
+    for (_, positions, normals, volumes, rest) in in_order(tables, |table| table.0) {
+        count += positions.len() as u64;
+        for (row, volume) in volumes.iter().enumerate() {
+            let (position, normal) = match rest {
+                Some(rest) => (rest[row].position, rest[row].normal),
+                None => (positions[row].0, normals[row].0),
+            };
+            for x in (position.to_array().into_iter())
+                .chain(normal.to_array())
+                .chain([volume.0])
+            {
+                sum.update(&x.to_le_bytes());
+            }
         }
     }
     (count, sum.finalize())

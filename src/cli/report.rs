@@ -29,6 +29,15 @@ pub(super) fn text(summary: &Summary, scene: &Scene, folder: &RunFolder) -> Stri
             summary.particles, summary.boundary_particles
         ),
     ));
+    if summary.particles_without_place > 0 {
+        rows.push((
+            "emitters",
+            format!(
+                "{} did not enter: other fluid was in their places behind the face",
+                count(summary.particles_without_place, "particle")
+            ),
+        ));
+    }
     if summary.particles_emitted > 0 || summary.particles_removed > 0 {
         rows.push((
             "flow",

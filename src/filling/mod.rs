@@ -33,9 +33,15 @@ fn meshes(scene: &Scene) -> Vec<Option<Mesh>> {
 /// The lattice of a body, cut where it wants that; `meshes` are the surfaces of the boundaries.
 pub(crate) fn lattice(body: &FluidBody, scene: &Scene, meshes: &[Option<Mesh>]) -> Lattice {
     let lattice = Lattice::of(body, scene.spacing, scene.dimension);
-    if !body.cut {
-        return lattice;
+    if body.cut {
+        cut(lattice, scene, meshes)
+    } else {
+        lattice
     }
+}
+
+/// A lattice without the points that boundaries have no room for.
+fn cut(lattice: Lattice, scene: &Scene, meshes: &[Option<Mesh>]) -> Lattice {
     let period = scene.period();
     let walls: Vec<_> = (scene.boundaries.iter())
         .map(|boundary| period.unrolled(boundary))
@@ -98,7 +104,7 @@ impl<'a> Filling<'a> {
 
 /// Most particles of a body, told without making its lattice. Shapes are counted by their lattices, not by volume or
 /// area: a needle has particles along all of its length. Fails for a mesh that is too large to be filled.
-pub(crate) fn most(body: &FluidBody, scene: &Scene) -> Result<f64, String> {
+fn most(body: &FluidBody, scene: &Scene) -> Result<f64, String> {
     let spacing = f64::from(scene.spacing);
     let exponent = i32::from(u8::from(scene.dimension));
     match &body.shape {
@@ -129,6 +135,41 @@ pub(crate) fn most(body: &FluidBody, scene: &Scene) -> Result<f64, String> {
         }
     }
 }
+
+/// Particles of a body, told without making its lattice: [`most`], or of one that boundaries cut the share that they
+/// leave of a coarser lattice.
+pub(crate) fn expected(
+    body: &FluidBody,
+    scene: &Scene,
+    meshes: &[Option<Mesh>],
+) -> Result<f64, String> {
+    let most = most(body, scene)?;
+    if !body.cut {
+        return Ok(most);
+    }
+    let coarser = (most / TRIED)
+        .max(1.0)
+        .powf(1.0 / f64::from(u8::from(scene.dimension)));
+    let tried = Lattice::of(
+        body,
+        (coarser * f64::from(scene.spacing)) as f32,
+        scene.dimension,
+    );
+    let count = |lattice: &Lattice| {
+        let mut points = 0.0;
+        lattice.for_each(|_| points += 1.0);
+        points
+    };
+    let all = count(&tried);
+    // Where a needle falls between the points of the coarser lattice, all of it counts.
+    if all < 0.1 * TRIED.min(most) {
+        return Ok(most);
+    }
+    Ok(most * count(&cut(tried, scene, meshes)) / all)
+}
+
+/// Points of a cut body that are tried to find how much of it is left.
+const TRIED: f64 = 1e5;
 
 /// Rows of a lattice that are looked through at most.
 const MOST_ROWS: f64 = 200e6;

@@ -60,14 +60,17 @@ struct HeldRow {
     /// Time until it passes the face \[s].
     left: f32,
     velocity: Vec3,
+    /// Of the layers where it waits \[-].
+    compression: f32,
 }
 
 impl HeldRows {
-    /// Takes no density of them for more than that at rest.
+    /// Takes their densities without the compression that they enter with.
     pub(crate) fn ease(&self, densities: &mut [f32], rest_density: f32) {
         for held in &self.rows {
             let density = &mut densities[held.row as usize];
-            *density = density.min(rest_density);
+            let without = *density - held.compression * rest_density;
+            *density = density.min(without.max(rest_density));
         }
     }
 }
@@ -131,12 +134,12 @@ pub(crate) fn find_held(
         let is_held = numbered.filter(|(_, emitter)| **emitter > 0);
         let found = is_held.filter_map(|(row, emitter)| {
             let place = positions.0[row].truncate();
-            let (left, velocity) = emitters.left(*emitter, place)?;
-            let row = row as u32;
+            let (left, velocity, compression) = emitters.left(*emitter, place)?;
             Some(HeldRow {
-                row,
+                row: row as u32,
                 left,
                 velocity,
+                compression,
             })
         });
         found.collect::<Vec<_>>()
@@ -173,8 +176,9 @@ impl Hold<'_> {
     }
 }
 
-/// Takes no density behind a face for more than that at rest (phase `Density`): particles that do not yield could not
-/// be freed of the compression of a jitter, and no solve would converge.
+/// Takes densities behind a face without the compression that the layers enter with (phase `Density`): particles that
+/// do not yield could not be freed of that of a jitter, and no solve would converge. What is more is by other fluid,
+/// which flows into the layers if nothing presses against it.
 fn ease(mut densities: ResMut<Densities>, held: Res<HeldRows>, material: Res<Material>) {
     held.ease(&mut densities.0, material.rest_density);
 }

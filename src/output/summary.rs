@@ -44,6 +44,9 @@ pub struct Summary {
     /// Particles that emitters added since the start.
     #[serde(default)]
     pub particles_emitted: u64,
+    /// Particles that did not enter, because other fluid was in their places behind the face of an emitter.
+    #[serde(default)]
+    pub particles_without_place: u64,
     /// Particles that were removed since the start, by outflow or outside the domain.
     #[serde(default)]
     pub particles_removed: u64,
@@ -128,6 +131,8 @@ pub struct RunTotals {
     time: f64,
     particles: usize,
     emitted: u64,
+    #[serde(default)]
+    without_place: u64,
     removed: u64,
     roll_backs: u64,
     steps_taken_back: u64,
@@ -151,6 +156,7 @@ impl RunTotals {
         self.time = report.time;
         self.particles = report.particles;
         (self.emitted, self.removed) = (report.emitted, report.removed);
+        self.without_place = report.without_place;
         if let Some(taken_back) = &report.taken_back {
             self.roll_backs += 1;
             self.steps_taken_back += u64::from(taken_back.steps);
@@ -184,6 +190,7 @@ impl RunTotals {
             output_version: OUTPUT_VERSION,
             particles: self.particles,
             particles_emitted: self.emitted,
+            particles_without_place: self.without_place,
             particles_removed: self.removed,
             steps: self.steps,
             roll_backs: self.roll_backs,

@@ -43,6 +43,9 @@ pub struct StepReport {
     pub particles: usize,
     /// Particles from emitters since the start, those behind their faces included.
     pub emitted: u64,
+    /// Particles that did not enter, because other fluid was in their places behind the face of an emitter, since the
+    /// start.
+    pub without_place: u64,
     /// Particles removed by outflow and out of the domain since the start.
     pub removed: u64,
     /// Mean number of neighbours per particle, fluid and boundary together; 0 if they are not stored.
@@ -86,8 +89,7 @@ pub(super) fn finish(
         return;
     }
     let particles = positions.rows();
-    let Turnover { emitted, removed } =
-        turnover.map_or_else(Turnover::default, |turnover| *turnover);
+    let turnover = turnover.map_or_else(Turnover::default, |turnover| *turnover);
     let (fluid, boundary) = lists;
     let pairs =
         fluid.map_or(0, |found| found.lists.pairs()) + boundary.map_or(0, |lists| lists.0.pairs());
@@ -103,8 +105,9 @@ pub(super) fn finish(
         potential_energy: motion.potential_energy,
         max_speed: motion.max_speed,
         particles,
-        emitted,
-        removed,
+        emitted: turnover.emitted,
+        without_place: turnover.without_place,
+        removed: turnover.removed,
         mean_neighbours: pairs as f32 / particles.max(1) as f32,
         phase_seconds: timer.seconds,
         taken_back: adaptive.and_then(|adaptive| adaptive.taken_back.clone()),

@@ -329,7 +329,10 @@ fn driven(pressure: PressureMethod, time_step: &str, folder: &std::path::Path) -
 fn walls(world: &mut World) -> Vec<[u32; 3]> {
     let mut walls = world.query_filtered::<&Position, With<overfall::state::particle::Boundary>>();
     let places = walls.iter(world).map(|x| x.0.to_array().map(f32::to_bits));
-    places.collect()
+    // A query goes through its tables in the order of a hash map.
+    let mut places: Vec<_> = places.collect();
+    places.sort_unstable();
+    places
 }
 
 #[test]

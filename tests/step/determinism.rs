@@ -197,7 +197,7 @@ const GOLDEN: [u64; 5] = [
     0xa326_ff87_f821_0d4e,
     0x7489_dc06_defb_a8a3,
     0xad24_5d69_758c_fd8b,
-    0x8eda_556c_c029_9846,
+    0xcc6c_b844_3573_deb2,
 ];
 
 #[test]

@@ -41,6 +41,10 @@ impl Waiting {
         let mut points = Vec::new();
         let start = f64::from(emitter.start);
         inlet.for_each(&even, 0..all, start, |point| points.push(point));
+        // Later ones come in when the layer before them has moved by half of their distance: half of it deeper.
+        let last = all - inlet.points.len() as u64..all;
+        let deeper = 0.5 * inlet.pitch * inlet.normal;
+        inlet.for_each(&even, last, start, |point| points.push(point - deeper));
         let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let (low, high) = (points.iter()).fold(empty, |(low, high), x| (low.min(*x), high.max(*x)));
         let spacing = f64::from(scene.spacing);

@@ -25,7 +25,7 @@ const PLENTY: f64 = 10e6;
 /// Room that a run needs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Size {
-    /// Fluid particles, at most.
+    /// Fluid particles, at most or, for bodies that boundaries cut, roughly.
     pub(crate) fluid: f64,
     /// Particles that emitters add until the end, at most.
     pub(crate) emitted: f64,
@@ -62,8 +62,8 @@ fn measure(scene: &Scene, meshes: &[Option<Mesh>]) -> Result<Size, Problem> {
         whole_box: empty,
     };
     for (index, body) in scene.bodies.iter().enumerate() {
-        let most = filling::most(body, scene);
-        size.fluid += most.map_err(|message| {
+        let expected = filling::expected(body, scene, meshes);
+        size.fluid += expected.map_err(|message| {
             let field = match body.shape {
                 Shape::Mesh(_) | Shape::Particles(_) => ".file",
                 _ => "",
