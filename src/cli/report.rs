@@ -29,24 +29,8 @@ pub(super) fn text(summary: &Summary, scene: &Scene, folder: &RunFolder) -> Stri
             summary.particles, summary.boundary_particles
         ),
     ));
-    if summary.particles_without_place > 0 {
-        rows.push((
-            "emitters",
-            format!(
-                "{} did not enter: other fluid was in their places behind the face",
-                count(summary.particles_without_place, "particle")
-            ),
-        ));
-    }
     if summary.particles_emitted > 0 || summary.particles_removed > 0 {
-        rows.push((
-            "flow",
-            format!(
-                "{} entered, {} removed",
-                count(summary.particles_emitted, "particle"),
-                count(summary.particles_removed, "particle")
-            ),
-        ));
+        rows.push(("flow", flow(summary)));
     }
     rows.push((
         "step",
@@ -193,6 +177,22 @@ pub(super) fn size(bytes: f64) -> String {
     }
     let digits = usize::from(unit > 0);
     format!("{value:.digits$} {}", UNITS[unit])
+}
+
+/// What came and went.
+fn flow(summary: &Summary) -> String {
+    let mut text = format!(
+        "{} entered, {} removed",
+        count(summary.particles_emitted, "particle"),
+        count(summary.particles_removed, "particle")
+    );
+    if summary.particles_without_place > 0 {
+        text += &format!(
+            ", {} did not enter: other fluid was in their places behind the face",
+            count(summary.particles_without_place, "particle")
+        );
+    }
+    text
 }
 
 #[cfg(test)]
