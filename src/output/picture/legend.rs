@@ -20,6 +20,12 @@ pub(super) fn draw(canvas: &mut Canvas, frame: &Frame, view: &View) {
     let base = height - margin - letter;
 
     let time = format!("t = {:.3} s", frame.time);
+    plate(
+        canvas,
+        [margin, margin + text::width(&time, letter)],
+        base,
+        letter,
+    );
     text::write(canvas, &time, vec2(margin, base), letter, ink);
 
     let (low, high) = view.range;
@@ -32,6 +38,7 @@ pub(super) fn draw(canvas: &mut Canvas, frame: &Frame, view: &View) {
     let bar_right = right - 0.7 * letter;
     let bar_left = bar_right - bar;
     let low_left = bar_left - 0.7 * letter - text::width(&low, letter);
+    plate(canvas, [low_left, width - margin], base, letter);
     text::write(canvas, &low, vec2(low_left, base), letter, ink);
 
     let colours = Colours::new(view.colours);
@@ -53,6 +60,17 @@ pub(super) fn draw(canvas: &mut Canvas, frame: &Frame, view: &View) {
     for i in 0..4 {
         let ends = [corners[i], corners[(i + 1) % 4]];
         canvas.line(ends, 0.5, ink, |_, _, _| 0.6);
+    }
+}
+
+/// A light plate behind a line of text, so that it can be read in front of water.
+fn plate(canvas: &mut Canvas, [left, right]: [f32; 2], base: f32, letter: f32) {
+    let colour = linear([214, 221, 229]);
+    let pixels =
+        |from: f32, to: f32| (from - 0.5 * letter).max(0.0) as usize..(to + 0.5 * letter) as usize;
+    let rows = pixels(base, base + letter);
+    for x in pixels(left, right) {
+        rows.clone().for_each(|y| canvas.blend(x, y, colour, 0.6));
     }
 }
 
