@@ -21,16 +21,17 @@ use crate::scene::shapes::{Lattice, tolerance};
 use crate::scene::{BoundaryShape, Dimension, Frame, Scene};
 
 /// The particles of one body: their lattice, and the box around their centres \[m].
-struct Particles {
+pub(super) struct Particles {
     path: String,
-    lattice: Lattice,
+    pub(super) lattice: Lattice,
     min: DVec3,
     max: DVec3,
     /// What distances may miss by, for rounding \[m].
     tolerance: f64,
 }
 
-pub(super) fn places(scene: &Scene, meshes: &[Option<Mesh>]) -> Checked {
+/// Checks where the fluid is. Returns the particles of every body.
+pub(super) fn places(scene: &Scene, meshes: &[Option<Mesh>]) -> Result<Vec<Particles>, Problem> {
     let spacing = f64::from(scene.spacing);
     let mut bodies = Vec::with_capacity(scene.bodies.len());
     for (index, body) in scene.bodies.iter().enumerate() {
@@ -70,7 +71,8 @@ pub(super) fn places(scene: &Scene, meshes: &[Option<Mesh>]) -> Checked {
         in_a_tank(scene, body, &surroundings)?;
         clear_of_obstacles(scene, body, &surroundings)?;
     }
-    all_apart(&bodies, spacing)
+    all_apart(&bodies, spacing)?;
+    Ok(bodies)
 }
 
 /// Tanks and obstacles of a scene, to be found by their places.

@@ -5,13 +5,13 @@ use std::collections::HashMap;
 use glam::{DVec3, I64Vec3};
 use smallvec::SmallVec;
 
-use super::bodies::{box_in, length, point, sticks_out};
+use super::bodies::{Particles, box_in, length, point, sticks_out};
 use super::carried;
 use super::periodic;
 use super::problem::{Checked, Problem, ensure};
 use super::proper::axes;
 
-use crate::filling::{self, Obstacle};
+use crate::filling::Obstacle;
 use crate::mesh::{Mesh, TOLERANCE};
 use crate::sampling::layer_depth;
 use crate::scene::shapes::{Inlet, tolerance};
@@ -75,7 +75,7 @@ impl Waiting {
 }
 
 /// There is room behind every face, in the domain and in no wall, fluid or box that removes.
-pub(super) fn places(scene: &Scene, meshes: &[Option<Mesh>]) -> Checked {
+pub(super) fn places(scene: &Scene, meshes: &[Option<Mesh>], bodies: &[Particles]) -> Checked {
     let unrolled = periodic::unrolled(scene);
     let scene = unrolled.as_ref().unwrap_or(scene);
     let numbered = scene.emitters.iter().enumerate();
@@ -87,7 +87,7 @@ pub(super) fn places(scene: &Scene, meshes: &[Option<Mesh>]) -> Checked {
         in_domain(scene, here)?;
         clear_of_outflow(scene, here)?;
         clear_of_walls(scene, meshes, here)?;
-        clear_of_fluid(scene, meshes, here)?;
+        clear_of_fluid(scene, bodies, here)?;
         clear_of_itself(scene, here, index)?;
         for (other, there) in waiting[..index].iter().enumerate() {
             apart(scene, (here, index), (there, other))?;
@@ -262,15 +262,14 @@ fn clear_of_solid(
 }
 
 /// Bodies are no nearer than particles of the layers are to each other.
-fn clear_of_fluid(scene: &Scene, meshes: &[Option<Mesh>], here: &Waiting) -> Checked {
+fn clear_of_fluid(scene: &Scene, bodies: &[Particles], here: &Waiting) -> Checked {
     let spacing = f64::from(scene.spacing);
     let near = Near::new(&here.points, spacing);
-    for (index, body) in scene.bodies.iter().enumerate() {
-        let lattice = filling::lattice(body, scene, meshes);
+    for (index, body) in bodies.iter().enumerate() {
         for image in images(scene, here) {
             let (mut nearest, mut at) = (f64::INFINITY, DVec3::ZERO);
             let (low, high) = (here.low + image - spacing, here.high + image + spacing);
-            lattice.for_each_near(low, high, |x| {
+            body.lattice.for_each_near(low, high, |x| {
                 let distance = near.distance(x - image);
                 if distance < nearest {
                     (nearest, at) = (distance, x);

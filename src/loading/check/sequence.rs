@@ -29,7 +29,7 @@ pub(in crate::loading) fn check(scene: &Scene) -> Result<Size, Problem> {
     let size = size::count(scene, &meshes)?;
     carried::coordinates(scene, &meshes)?;
     motions::courses(scene, &meshes)?;
-    bodies::places(scene, &meshes)?;
-    emitter_places::places(scene, &meshes)?;
+    let bodies = bodies::places(scene, &meshes)?;
+    emitter_places::places(scene, &meshes, &bodies)?;
     Ok(size)
 }
