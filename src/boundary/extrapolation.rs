@@ -1,20 +1,22 @@
-//! Pressure of walls of several layers: that of the particle, continued hydrostatically (Adami, Hu & Adams 2012, eq.
-//! 27, for each particle alone).
+//! Pressure of walls of several layers: that of the particle, continued linearly (after Adami, Hu & Adams 2012, eq. 27,
+//! for each particle alone).
 //!
-//! A sample b has `p_b = p_i + ρ0 a·(x_b − x_i)` for a particle i, a the acceleration by gravity and body forces. The
-//! part with p_i is twice the sum over the walls that every pressure force has ([`sums`](super::sums)); the other one
-//! does not depend on the pressure and is an acceleration like that of gravity: `Σ_b V_b (a·x_ib) ∇W_ib`. A wall above
-//! a particle without a pressure does not pull. Walls in motion are taken to move uniformly.
+//! A sample b has `p_b = p_i + ρ0 g_i·(x_b − x_i)`. Across the wall g is a, the acceleration by gravity and body forces,
+//! which the wall must bear, but the pressure does not fall below zero: a lid does not pull. Along it g is the part of a
+//! that the pressure of the fluid bears, from nothing (fluid that slides freely) to all of it (fluid at rest). The part with p_i is twice the sum over the
+//! walls that every pressure force has ([`sums`](super::sums)); the other one is an acceleration like that of gravity,
+//! `Σ_b V_b (p_i − p_b)/ρ0 ∇W_ib`. Walls in motion are taken to move uniformly.
 
 use bevy_ecs::prelude::*;
-use glam::Vec3;
+use glam::{Mat3, Vec3, Vec4};
 
 use crate::{
     boundary::sums::{BoundarySums, Walls},
     index::BoundarySamples,
     kernel::Kernel,
-    pairs::Pairs,
-    scene::BoundaryHandling,
+    pairs::{Pair, PairSum, PairsWithGradients, accumulate},
+    scene::{BoundaryHandling, Dimension},
+    simd::Simd,
     state::{Accelerations, Material, Phase, Pressures, Product, Stage},
 };
 
@@ -37,27 +39,111 @@ pub(crate) const STAGE: Stage = Stage {
 
 /// What walls of several layers continue, by row. In scenes that measure forces on walls.
 #[derive(Resource, Debug, Default)]
-pub(crate) struct Continued {
-    /// Accelerations by gravity and body forces \[m/s²].
-    forces: Vec<Vec3>,
-    /// Unit vectors into the wall of rows that it does not pull; zero of others.
-    unpulled: Vec<Vec3>,
-}
+pub(crate) struct Continued(Vec<Linear>);
 
 impl Continued {
     /// What a sample with a volume at `−x` from a row adds to its acceleration \[m/s²].
     #[inline]
-    pub(crate) fn by_sample(&self, row: usize, (x, volume): (Vec3, f32), kernel: &Kernel) -> Vec3 {
-        let force = self.forces.get(row).copied().unwrap_or_default();
-        let inwards = self.unpulled.get(row).copied().unwrap_or_default();
-        let push = of_sample(force, (x, volume), kernel);
-        push - push.dot(inwards) * inwards
+    pub(crate) fn by_sample(&self, row: usize, sample: (Vec3, f32), kernel: &Kernel) -> Vec3 {
+        let linear = self.0.get(row).copied().unwrap_or_default();
+        linear.push(sample, kernel)
     }
 }
 
-#[inline]
-fn of_sample(force: Vec3, (x, volume): (Vec3, f32), kernel: &Kernel) -> Vec3 {
-    volume * force.dot(x) * kernel.gradient(x)
+/// The pressure over ρ0 around a particle, without its own.
+#[derive(Debug, Clone, Copy, Default)]
+struct Linear {
+    /// Its gradient across the wall \[m/s²].
+    across: Vec3,
+    /// Its gradient along the wall \[m/s²].
+    along: Vec3,
+    /// The least that it may become across the wall, where the pressure is zero \[m²/s²].
+    least: f32,
+}
+
+impl Linear {
+    /// The acceleration by a sample with a volume at `−x` \[m/s²].
+    #[inline]
+    fn push(self, (x, volume): (Vec3, f32), kernel: &Kernel) -> Vec3 {
+        let difference = (-self.across.dot(x)).max(self.least) - self.along.dot(x);
+        -volume * difference * kernel.gradient(x)
+    }
+}
+
+/// Where the determinant of the matrix is less, the fluid around a particle says nothing of a gradient \[-].
+const LEAST_SHARE: f32 = 0.02;
+
+/// Fluid that bears no more of an acceleration along a wall slides freely \[-].
+const FREE: f32 = 0.25;
+
+/// Fluid that bears no less of it is at rest \[-].
+const AT_REST: f32 = 0.75;
+
+/// Sums over the fluid for the gradient of its pressure, corrected so that one of a linear pressure is exact: `M G = Σ_j
+/// V (p_j − p_i)/ρ0 ∇W_ij` with `M = Σ_j V ∇W_ij ⊗ (x_j − x_i)`.
+#[derive(Clone, Copy)]
+struct Differences<'a> {
+    /// Pressures over ρ0 as fourth entries \[m²/s²].
+    table: &'a [Vec4],
+    /// Volume of a particle times the scale of the gradient.
+    factor: f32,
+    dimension: Dimension,
+}
+
+/// Sums of a row: its own pressure, the vector, and the matrix's diagonal and other entries (yz, zx, xy).
+struct DifferenceSums<S: Simd> {
+    own: S::F,
+    vector: [S::F; 3],
+    diagonal: [S::F; 3],
+    mixed: [S::F; 3],
+}
+
+impl PairSum for Differences<'_> {
+    type Sums<S: Simd> = DifferenceSums<S>;
+    /// G \[m/s²].
+    type Output = Vec3;
+
+    #[inline(always)]
+    fn start<S: Simd>(&self, simd: S, i: usize, _: Vec4) -> DifferenceSums<S> {
+        let zero = [simd.splat(0.0); 3];
+        DifferenceSums {
+            own: simd.splat(self.table[i].w),
+            vector: zero,
+            diagonal: zero,
+            mixed: zero,
+        }
+    }
+
+    #[inline(always)]
+    fn fluid<S: Simd>(&self, simd: S, pair: &Pair<S>, j: S::Rows, sums: &mut DifferenceSums<S>) {
+        let [.., other] = simd.gather(self.table, j);
+        let factor = simd.mul(pair.grad_factor, simd.sub(other, sums.own));
+        accumulate(simd, &mut sums.vector, factor, pair.x_ij);
+        let [x, y, z] = pair.x_ij;
+        let minus = simd.sub(simd.splat(0.0), pair.grad_factor);
+        let squares = [simd.mul(x, x), simd.mul(y, y), simd.mul(z, z)];
+        accumulate(simd, &mut sums.diagonal, minus, squares);
+        let products = [simd.mul(y, z), simd.mul(z, x), simd.mul(x, y)];
+        accumulate(simd, &mut sums.mixed, minus, products);
+    }
+
+    #[inline(always)]
+    fn finish<S: Simd>(&self, simd: S, _: usize, sums: DifferenceSums<S>) -> Vec3 {
+        let of = |lanes: [S::F; 3]| self.factor * Vec3::from(lanes.map(|lanes| simd.sum(lanes)));
+        let (vector, mut diagonal, mixed) = (of(sums.vector), of(sums.diagonal), of(sums.mixed));
+        if self.dimension == Dimension::Two {
+            diagonal.z = 1.0;
+        }
+        let matrix = Mat3::from_cols(
+            Vec3::new(diagonal.x, mixed.z, mixed.y),
+            Vec3::new(mixed.z, diagonal.y, mixed.x),
+            Vec3::new(mixed.y, mixed.x, diagonal.z),
+        );
+        if matrix.determinant() < LEAST_SHARE {
+            return Vec3::ZERO;
+        }
+        matrix.inverse() * vector
+    }
 }
 
 /// Adds the push of walls that continue gravity and body forces (phase `Forces`, after these).
@@ -67,44 +153,64 @@ fn push_hydrostatically(
     boundary: Res<BoundarySamples>,
     (walls, pressures): (Option<Res<BoundarySums>>, Res<Pressures>),
     material: Res<Material>,
-    pairs: Pairs,
+    pairs: PairsWithGradients,
 ) {
     let walls = Walls::of(walls.as_deref());
-    let reach = 0.5 * material.rest_density * material.kernel.support_radius;
-    let positions = &pairs.positions().0;
-    let push = |row: usize, samples: &[u32], acceleration: &mut Vec3| -> Vec3 {
-        let (own, force) = (positions[row].truncate(), *acceleration);
-        let mut sum = Vec3::ZERO;
-        for &sample in samples {
-            // A stale list may name samples that are gone: the sentinel has no volume.
-            let Some(place) = boundary.packed.get(sample as usize) else {
-                continue;
-            };
-            let x = material.period.nearest(own - place.truncate());
-            sum += of_sample(force, (x, place.w), &material.kernel);
-        }
-        let inwards = walls.gradient(row).normalize_or_zero();
-        let pull = sum.dot(inwards);
-        let is_unpulled = pull > 0.0 && pressures.0[row] < reach * force.length();
-        let unpulled = if is_unpulled { inwards } else { Vec3::ZERO };
-        *acceleration += sum - pull * unpulled;
-        unpulled
-    };
     let rows = pairs.positions().rows();
-    let accelerations = &mut accelerations.0[..rows];
-    let Some(mut continued) = continued else {
-        let columns = (accelerations, &mut vec![(); rows][..]);
-        return pairs.update_near_boundary(columns, |row, samples, acceleration, ()| {
-            push(row, samples, acceleration);
-        });
+    let positions = &pairs.positions().0;
+    let per_density = material.rest_density.recip();
+    let of_row = |pressure: &f32| Vec4::W * (per_density * pressure);
+    let mut table: Vec<Vec4> = pressures.0[..rows].iter().map(of_row).collect();
+    table.push(Vec4::ZERO);
+    let mut borne = vec![Vec3::ZERO; rows];
+    let differences = Differences {
+        table: &table,
+        factor: per_density * material.particle_mass * material.kernel.gradient_scale,
+        dimension: material.dimension,
     };
-    let Continued { forces, unpulled } = &mut *continued;
-    forces.clear();
-    forces.extend_from_slice(accelerations);
-    unpulled.clear();
-    unpulled.resize(rows, Vec3::ZERO);
-    let columns = (accelerations, &mut unpulled[..]);
-    pairs.update_near_boundary(columns, |row, samples, acceleration, unpulled| {
-        *unpulled = push(row, samples, acceleration);
+    pairs.sum(&differences, &mut borne);
+    let push = |row: usize, samples: &[u32], acceleration: &mut Vec3| -> Linear {
+        let (own, force) = (positions[row].truncate(), *acceleration);
+        let near = || {
+            // A stale list may name samples that are gone: the sentinel has no volume.
+            let places = samples
+                .iter()
+                .filter_map(|&b| boundary.packed.get(b as usize));
+            places.map(|place| (material.period.nearest(own - place.truncate()), place.w))
+        };
+        let inwards = walls.gradient(row).normalize_or_zero();
+        let across = force.dot(inwards) * inwards;
+        let linear = Linear {
+            across,
+            along: carried(borne[row], force - across),
+            least: -table[row].w.max(0.0),
+        };
+        for sample in near() {
+            *acceleration += linear.push(sample, &material.kernel);
+        }
+        linear
+    };
+    let accelerations = &mut accelerations.0[..rows];
+    let mut nobody = Vec::new();
+    let linear = match continued {
+        Some(continued) => &mut continued.into_inner().0,
+        None => &mut nobody,
+    };
+    linear.clear();
+    linear.resize(rows, Linear::default());
+    pairs.update_near_boundary((accelerations, linear), |row, samples, a, linear| {
+        *linear = push(row, samples, a);
     });
+}
+
+/// The part of an acceleration along a wall that the pressure of the fluid bears. Water that bears most of it counts as
+/// at rest, and water that bears little as free: else the noise of its pressure would drive the rows beside walls.
+fn carried(gradient: Vec3, along: Vec3) -> Vec3 {
+    let square = along.length_squared();
+    if square <= 0.0 {
+        return Vec3::ZERO;
+    }
+    let part = gradient.dot(along) / square;
+    let t = ((part - FREE) / (AT_REST - FREE)).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t) * along
 }

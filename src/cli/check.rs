@@ -5,7 +5,7 @@ use std::fmt::Write;
 use glam::Vec3;
 use overfall::Plan;
 use overfall::lattice::Lattice;
-use overfall::scene::{Cfl, Outside, Rate, Scene, TimeStep, Viscosity, WallSlip};
+use overfall::scene::{Cfl, Outside, PressureMethod, Rate, Scene, TimeStep, Viscosity, WallSlip};
 use overfall::step::Product;
 
 use super::checkpoints::Resumed;
@@ -136,7 +136,14 @@ fn extent((low, high): (Vec3, Vec3)) -> String {
 
 /// The pressure method with all its parameters.
 fn method(scene: &Scene) -> String {
-    written(&scene.pressure)
+    let written = written(&scene.pressure);
+    match &scene.pressure {
+        PressureMethod::DeltaSph(method) => {
+            let speed = method.sound_speed_in(scene);
+            format!("{written}, speed of sound {speed:.4} m/s")
+        }
+        _ => written,
+    }
 }
 
 /// A value in the notation of a scene file.

@@ -50,14 +50,23 @@ impl<A: PairSum, B: PairSum> PairSum for (A, B) {
 
     #[inline(always)]
     fn fluid<S: Simd>(&self, simd: S, pair: &Pair<S>, j: S::Rows, sums: &mut Self::Sums<S>) {
-        self.0.fluid(simd, pair, j, &mut sums.0);
-        self.1.fluid(simd, pair, j, &mut sums.1);
+        // A pass that wants none of them must not get what the other wants.
+        if A::FLUID {
+            self.0.fluid(simd, pair, j, &mut sums.0);
+        }
+        if B::FLUID {
+            self.1.fluid(simd, pair, j, &mut sums.1);
+        }
     }
 
     #[inline(always)]
     fn boundary<S: Simd>(&self, simd: S, pair: &Pair<S>, j: S::Rows, sums: &mut Self::Sums<S>) {
-        self.0.boundary(simd, pair, j, &mut sums.0);
-        self.1.boundary(simd, pair, j, &mut sums.1);
+        if A::BOUNDARY {
+            self.0.boundary(simd, pair, j, &mut sums.0);
+        }
+        if B::BOUNDARY {
+            self.1.boundary(simd, pair, j, &mut sums.1);
+        }
     }
 
     #[inline(always)]

@@ -23,7 +23,7 @@ use super::{
     stabilisation::{Stabilisation, Stabilised},
 };
 use crate::{
-    boundary::sums::BoundarySums,
+    boundary::sums::{BoundarySums, Walls},
     density,
     pairs::PairsWithGradients,
     scene::{DeltaSph, PressureMethod, Scene},
@@ -48,12 +48,15 @@ const INITIAL_STABILISATION: Stabilisation = Stabilisation(0.1);
 /// noise of the summed density stays where diffusion smooths it.
 const RETURN: f32 = 0.02;
 
+/// Cosine of the angle to the vertical of a wall that water hangs from \[-].
+const HANGING: f32 = 0.3;
+
 impl PressureSolver for DeltaSph {
     fn requirements(&self) -> Vec<Requirement> {
         let speed = self.sound_speed;
         let speed = speed.map(|c| Requirement::Positive("pressure.sound_speed", c, "m/s"));
         let factors = [
-            Requirement::Factor("pressure.diffusion", self.diffusion, 0.5),
+            Requirement::Factor("pressure.diffusion", self.diffusion, 0.3),
             Requirement::Factor("pressure.shifting", self.shifting, 100.0),
             Requirement::Factor("pressure.tension", self.tension, 0.1),
         ];
@@ -203,16 +206,21 @@ fn predict_rates(
 }
 
 /// Pressures at the end of the step. Those of spray would push what it meets, and nothing would change them. Particles
-/// that are crowded do not pull: tension would crowd them more.
+/// that are crowded do not pull: tension would crowd them more. Neither do those under a lid: water falls from it.
 fn advance_pressures(
     mut pressures: ResMut<Pressures>,
     (rates, densities): (Res<DensityRates>, Res<Densities>),
-    shifting: Res<Shifting>,
+    (shifting, walls): (Res<Shifting>, Option<Res<BoundarySums>>),
     continuity: Res<Continuity>,
     material: Res<Material>,
     clock: Res<Clock>,
     execution: Res<Execution>,
 ) {
+    let walls = Walls::of(walls.as_deref());
+    let hangs = |row: usize| {
+        let inwards = walls.gradient(row);
+        inwards.dot(material.gravity) < -HANGING * inwards.length() * material.gravity.length()
+    };
     let rest_density = material.rest_density;
     let square = continuity.sound_speed * continuity.sound_speed;
     let per_second = RETURN * continuity.sound_speed / material.kernel.support_radius;
@@ -228,7 +236,11 @@ fn advance_pressures(
             if shifting.is_inside(row) {
                 rate += per_second * (rho - rest_density - *pressure / square);
             }
-            let least = if rho > rest_density { 0.0 } else { least };
+            let least = if rho > rest_density || hangs(row) {
+                0.0
+            } else {
+                least
+            };
             *pressure = (*pressure + clock.dt * square * rate).max(least);
         }
     });

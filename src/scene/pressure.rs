@@ -55,7 +55,7 @@ pub struct DeltaSph {
     /// Speed of sound c \[m/s]: ten times the largest speed expected allows about 1 % of compression. If absent it is
     /// ten times the speed of the start, or of the front of a column as high as the fluid stands.
     pub sound_speed: Option<f32>,
-    /// Diffusion δ of the pressure \[-]; 0: none.
+    /// Diffusion δ of the pressure \[-], at most 0.3: with 0.4 still water does not stay at rest; 0: none.
     pub diffusion: f32,
     /// Strength K of the shifting of particles \[-]; 0: none.
     pub shifting: f32,

@@ -20,7 +20,8 @@ impl DeltaSph {
 
 impl Scene {
     /// A largest speed to expect \[m/s]: that of the start or of a wall, or `sqrt(2 a H)` of a free fall, H from the
-    /// top of the fluid to the lowest place of fluid, tanks and planes, along gravity.
+    /// top of the fluid to the lowest place of fluid, tanks, planes, boxes and spheres, along gravity. Surfaces from files
+    /// and profiles are not looked at.
     pub fn expected_speed(&self) -> f32 {
         let up = -self.gravity.as_dvec3().normalize_or(DVec3::NEG_Y);
         let acceleration = self.greatest_acceleration();
@@ -47,7 +48,12 @@ impl Scene {
         );
         for boundary in &self.boundaries {
             low = low.min(match *boundary {
-                BoundaryShape::Tank { min, max, .. } => of_box(min, max).0,
+                BoundaryShape::Tank { min, max, .. } | BoundaryShape::Box { min, max, .. } => {
+                    of_box(min, max).0
+                }
+                BoundaryShape::Sphere { center, radius, .. } => {
+                    center.as_dvec3().dot(up) - f64::from(radius)
+                }
                 BoundaryShape::Plane { center, .. } => center.as_dvec3().dot(up),
                 _ => f64::INFINITY,
             });
@@ -78,6 +84,8 @@ mod tests {
         let column = "boundaries: [Tank(min: (-1, 0.5, 0), max: (9, 9, 1))]";
         let expected = (2.0 * 9.81_f32 * 2.5).sqrt();
         assert!((scene(column).expected_speed() / expected - 1.0).abs() < 1e-5);
+        let block = "boundaries: [Box(min: (-1, 0.2, 0), max: (9, 0.5, 1))]";
+        assert!(scene(block).expected_speed() > expected);
         let thrown = scene("gravity: (0, 0, 0)");
         assert_eq!(thrown.expected_speed(), 3.0);
         let method = DeltaSph::default();

@@ -15,6 +15,7 @@ mod emitters;
 mod forces;
 mod gauge_readings;
 mod gauges;
+mod layers;
 mod mesh_rims;
 mod mesh_shots;
 mod meshes;

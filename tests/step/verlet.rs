@@ -161,6 +161,40 @@ fn kept_lists_give_the_result_of_lists_found_in_every_step() {
     }
 }
 
+/// Water that stands at walls from the start, by every method and every kind of wall, in the plane and in space.
+#[test]
+fn kept_lists_give_the_same_water_beside_walls() {
+    for (dimension, max) in [(2, "(0.2, 0.3, 0)"), (3, "(0.1, 0.16, 0.12)")] {
+        for walls in ["Akinci", "DirectForcing()", "Layers"] {
+            for pressure in methods() {
+                let text = format!(
+                    r#"(
+                        name: "beside",
+                        dimension: {dimension},
+                        spacing: 0.02,
+                        bodies: [(shape: Box(min: (0, 0, 0), max: {max}), jitter: (amplitude: 0.02, seed: 1))],
+                        boundaries: [Tank(min: (0, 0, 0), max: {max}, open: true)],
+                        boundary_handling: {walls},
+                        time_step: Fixed(0.0002),
+                    )"#
+                );
+                let scene = Scene::parse(&text, "beside.ron", &[]).expect("a scene");
+                let [stored, kept] = [Neighbours::Stored, KEPT].map(|neighbours| {
+                    let scene = Scene {
+                        pressure,
+                        neighbours,
+                        ..scene.clone()
+                    };
+                    let mut simulation = simulation(&scene);
+                    run(&mut simulation, 12);
+                    state(simulation.world_mut())
+                });
+                common::assert_near(&kept, &stored, 1e-4);
+            }
+        }
+    }
+}
+
 /// Gauges look for particles in the index, which is as old as the lists.
 #[test]
 fn gauges_read_the_same_while_lists_are_kept() {

@@ -1,0 +1,99 @@
+//! Walls of several layers bear what rests on them, and nothing of what slides along them or falls from them.
+
+use glam::Vec3;
+use overfall::{Simulation, scene::Scene};
+
+use crate::support::particles_of;
+
+/// Methods with walls of several layers.
+const METHODS: [&str; 3] = ["DeltaSph()", "Dfsph", "Iisph"];
+
+fn scene(method: &str, rest: &str) -> Scene {
+    let text = format!(
+        "(name: \"layers\", spacing: 0.02, pressure: {method}, boundary_handling: Layers, fluid: (viscosity: None),
+        {rest})"
+    );
+    Scene::parse(&text, "layers.ron", &[]).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Mean velocity and root mean square of the speeds at a time \[m/s].
+fn velocities(scene: &Scene, time: f64) -> (Vec3, f32) {
+    let mut simulation = Simulation::with_threads(scene, 1).expect("a start");
+    while simulation.time() < time - 1e-9 {
+        simulation.step_until(time).expect("a step");
+    }
+    let particles = particles_of(&mut simulation);
+    let mean = |of: &dyn Fn(Vec3) -> Vec3| {
+        particles.iter().map(|p| of(p.velocity)).sum::<Vec3>() / particles.len() as f32
+    };
+    let squares = mean(&|v| Vec3::splat(v.length_squared()));
+    (mean(&|v| v), squares.x.sqrt())
+}
+
+/// A sheet of four rows on a slope without friction: `v = g t` along it.
+#[test]
+fn water_slides_freely_along_layers() {
+    for method in METHODS {
+        for (dimension, depth) in [(2, "0"), (3, "0.16")] {
+            let periodic = if dimension == 2 {
+                "(x: (0, 0.32))"
+            } else {
+                "(x: (0, 0.32), z: (0, 0.16))"
+            };
+            let scene = scene(
+                method,
+                &format!(
+                    "dimension: {dimension}, gravity: (4.905, -8.496, 0), periodic: {periodic},
+                    bodies: [(shape: Box(min: (0, 0, 0), max: (0.32, 0.08, {depth})))],
+                    boundaries: [Plane(center: (0.16, 0, 0.08), normal: (0, 1, 0), half_size: 0.16)]"
+                ),
+            );
+            let (mean, _) = velocities(&scene, 0.2);
+            assert!(
+                (mean.x / 0.981 - 1.0).abs() < 0.005,
+                "{method}, {dimension}-D: {mean}"
+            );
+        }
+    }
+}
+
+/// A block under a lid, narrower than it and as wide as the tank, falls as in free air.
+#[test]
+fn water_falls_from_a_lid() {
+    for method in ["DeltaSph()", "Dfsph"] {
+        for (low, high) in [(0.08, 0.24), (0.0, 0.32)] {
+            let scene = scene(
+                method,
+                &format!(
+                    "dimension: 2, bodies: [(shape: Box(min: ({low}, 0.32, 0), max: ({high}, 0.48, 0)))],
+                    boundaries: [Tank(min: (0, 0, 0), max: (0.32, 0.48, 0))]"
+                ),
+            );
+            let (mean, _) = velocities(&scene, 0.1);
+            assert!((mean.y / -0.981 - 1.0).abs() < 0.02, "{method}: {mean}");
+        }
+    }
+}
+
+/// Water that fills a closed tank stays at rest: no speed near that of a wave, `sqrt(g H)`.
+#[test]
+fn a_full_closed_tank_is_at_rest() {
+    for method in ["DeltaSph()", "Dfsph"] {
+        for rows in [10, 20] {
+            let (width, height) = (0.2, 0.02 * rows as f32);
+            let scene = scene(
+                method,
+                &format!(
+                    "dimension: 2, bodies: [(shape: Box(min: (0, 0, 0), max: ({width}, {height}, 0)))],
+                    boundaries: [Tank(min: (0, 0, 0), max: ({width}, {height}, 0))]"
+                ),
+            );
+            let (_, rms) = velocities(&scene, 1.0);
+            let wave = (9.81 * height).sqrt();
+            assert!(
+                rms < 0.05 * wave,
+                "{method}, {rows} rows: {rms} of {wave} m/s"
+            );
+        }
+    }
+}
