@@ -24,6 +24,7 @@ mod uninstall;
 mod warnings;
 mod warnings_of_flow;
 mod warnings_of_gauges;
+mod warnings_of_layers;
 mod warnings_of_pace;
 
 pub use advance::{Advance, advance};
