@@ -32,6 +32,7 @@ pub(crate) const STAGE: Stage = Stage {
     wanted: |scene| {
         scene.boundary_handling() == BoundaryHandling::Layers && !scene.boundaries.is_empty()
     },
+    bytes: |_, _| vec![("pressure that walls continue", 16.0 + 12.0 + 28.0)],
     ..Stage::new("wall_pressure", Phase::Forces, |_| {
         push_hydrostatically.into_configs()
     })
@@ -146,6 +147,17 @@ impl PairSum for Differences<'_> {
     }
 }
 
+/// Warm after the first step.
+#[derive(Debug, Default)]
+struct Buffers {
+    /// Pressures over ρ0 as fourth entries, by row \[m²/s²].
+    table: Vec<Vec4>,
+    /// Gradients of the pressure over ρ0, by row \[m/s²].
+    borne: Vec<Vec3>,
+    /// Where no forces on walls are measured.
+    linear: Vec<Linear>,
+}
+
 /// Adds the push of walls that continue gravity and body forces (phase `Forces`, after these).
 fn push_hydrostatically(
     mut accelerations: ResMut<Accelerations>,
@@ -154,21 +166,29 @@ fn push_hydrostatically(
     (walls, pressures): (Option<Res<BoundarySums>>, Res<Pressures>),
     material: Res<Material>,
     pairs: PairsWithGradients,
+    mut buffers: Local<Buffers>,
 ) {
     let walls = Walls::of(walls.as_deref());
     let rows = pairs.positions().rows();
     let positions = &pairs.positions().0;
     let per_density = material.rest_density.recip();
+    let Buffers {
+        table,
+        borne,
+        linear,
+    } = &mut *buffers;
     let of_row = |pressure: &f32| Vec4::W * (per_density * pressure);
-    let mut table: Vec<Vec4> = pressures.0[..rows].iter().map(of_row).collect();
+    table.clear();
+    table.extend(pressures.0[..rows].iter().map(of_row));
     table.push(Vec4::ZERO);
-    let mut borne = vec![Vec3::ZERO; rows];
+    borne.resize(rows, Vec3::ZERO);
+    let table = &*table;
     let differences = Differences {
-        table: &table,
+        table,
         factor: per_density * material.particle_mass * material.kernel.gradient_scale,
         dimension: material.dimension,
     };
-    pairs.sum(&differences, &mut borne);
+    pairs.sum(&differences, borne);
     let push = |row: usize, samples: &[u32], acceleration: &mut Vec3| -> Linear {
         let (own, force) = (positions[row].truncate(), *acceleration);
         let near = || {
@@ -191,10 +211,9 @@ fn push_hydrostatically(
         linear
     };
     let accelerations = &mut accelerations.0[..rows];
-    let mut nobody = Vec::new();
     let linear = match continued {
         Some(continued) => &mut continued.into_inner().0,
-        None => &mut nobody,
+        None => linear,
     };
     linear.clear();
     linear.resize(rows, Linear::default());
