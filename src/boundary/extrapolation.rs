@@ -72,13 +72,14 @@ impl Linear {
 }
 
 /// Where the determinant of the matrix is less, the fluid around a particle says nothing of a gradient \[-].
-const LEAST_SHARE: f32 = 0.02;
+/// In the corner of a tank at the surface it is 0.002.
+const LEAST_SHARE: f32 = 1e-4;
 
 /// Fluid that bears no more of an acceleration along a wall slides freely \[-].
-const FREE: f32 = 0.25;
+const FREE: f32 = 0.1;
 
 /// Fluid that bears no less of it is at rest \[-].
-const AT_REST: f32 = 0.75;
+const AT_REST: f32 = 0.5;
 
 /// Sums over the fluid for the gradient of its pressure, corrected so that one of a linear pressure is exact: `M G = Σ_j
 /// V (p_j − p_i)/ρ0 ∇W_ij` with `M = Σ_j V ∇W_ij ⊗ (x_j − x_i)`.
