@@ -1,11 +1,12 @@
 //! Pressure of walls of several layers: that of the particle, continued linearly (after Adami, Hu & Adams 2012, eq. 27,
 //! for each particle alone).
 //!
-//! A sample b has `p_b = p_i + ρ0 g_i·(x_b − x_i)`. Across the wall g is a, the acceleration by gravity and body forces,
-//! which the wall must bear, but the pressure does not fall below zero: a lid does not pull. Along it g is the part of a
-//! that the pressure of the fluid bears, from nothing (fluid that slides freely) to all of it (fluid at rest). The part with p_i is twice the sum over the
-//! walls that every pressure force has ([`sums`](super::sums)); the other one is an acceleration like that of gravity,
-//! `Σ_b V_b (p_i − p_b)/ρ0 ∇W_ib`. Walls in motion are taken to move uniformly.
+//! A sample b has `p_b = p_i + ρ0 g_i·(x_b − x_i)`. Across the wall g is a, the acceleration by gravity and body
+//! forces, which the wall must bear, but the pressure does not fall below zero: a lid does not pull. Along it g is the
+//! part of a that the pressure of the fluid bears, from nothing (fluid that slides freely) to all (fluid at rest). The
+//! part with p_i is twice the sum over the walls that every pressure force has ([`sums`](super::sums)); the other one
+//! is an acceleration like that of gravity, `Σ_b V_b (p_i − p_b)/ρ0 ∇W_ib`. Walls in motion are taken to move
+//! uniformly.
 
 use bevy_ecs::prelude::*;
 use glam::{Mat3, Vec3, Vec4};
@@ -81,8 +82,8 @@ const FREE: f32 = 0.1;
 /// Fluid that bears no less of it is at rest \[-].
 const AT_REST: f32 = 0.5;
 
-/// Sums over the fluid for the gradient of its pressure, corrected so that one of a linear pressure is exact: `M G = Σ_j
-/// V (p_j − p_i)/ρ0 ∇W_ij` with `M = Σ_j V ∇W_ij ⊗ (x_j − x_i)`.
+/// Sums over the fluid for the gradient of its pressure, corrected so that one of a linear pressure is exact:
+/// `M G = Σ_j V (p_j − p_i)/ρ0 ∇W_ij` with `M = Σ_j V ∇W_ij ⊗ (x_j − x_i)`.
 #[derive(Clone, Copy)]
 struct Differences<'a> {
     /// Pressures over ρ0 as fourth entries \[m²/s²].

@@ -136,14 +136,11 @@ fn extent((low, high): (Vec3, Vec3)) -> String {
 
 /// The pressure method with all its parameters.
 fn method(scene: &Scene) -> String {
-    let written = written(&scene.pressure);
-    match &scene.pressure {
-        PressureMethod::DeltaSph(method) => {
-            let speed = method.sound_speed_in(scene);
-            format!("{written}, speed of sound {speed:.4} m/s")
-        }
-        _ => written,
-    }
+    let PressureMethod::DeltaSph(method) = &scene.pressure else {
+        return written(&scene.pressure);
+    };
+    let speed = method.sound_speed_in(scene);
+    written(&scene.pressure) + &format!(", speed of sound {speed:.4} m/s")
 }
 
 /// A value in the notation of a scene file.

@@ -20,8 +20,8 @@ impl DeltaSph {
 
 impl Scene {
     /// A largest speed to expect \[m/s]: that of the start or of a wall, or `sqrt(2 a H)` of a free fall, H from the
-    /// top of the fluid to the lowest place of fluid, tanks, planes, boxes and spheres, along gravity. Surfaces from files
-    /// and profiles are not looked at.
+    /// top of the fluid to the lowest place of fluid, tanks, planes, boxes and spheres, along gravity. Surfaces from
+    /// files and profiles are not looked at.
     pub fn expected_speed(&self) -> f32 {
         let up = -self.gravity.as_dvec3().normalize_or(DVec3::NEG_Y);
         let acceleration = self.greatest_acceleration();

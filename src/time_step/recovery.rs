@@ -24,9 +24,6 @@ const SLOWING: f32 = 0.1;
 /// Maximum compression that is left for later steps \[-].
 const MOST_LEFT: f32 = 0.2;
 
-/// Time in which a step removes what is more \[τ].
-const QUICK: f32 = 0.05;
-
 /// Maximum density that is missing and left missing by a step \[-]: what rows beside walls and rounding lack. Rows at a
 /// free surface lack more, which the fluid may fill at once. `docs/decisions/still_water.md` has the measurements.
 const MOST_MISSING: f32 = 0.01;
@@ -97,19 +94,8 @@ impl RecoveryTime {
         })
     }
 
-    /// Part of a step that removes large compression \[-].
-    #[inline]
-    fn quick(&self, dt: f32) -> f32 {
-        if self.share > 0.0 {
-            (dt / (QUICK * self.time)).min(1.0)
-        } else {
-            1.0
-        }
-    }
-
     /// Part of the compression found \[-] that a step of `dt` \[s] removes. At most [`MOST_LEFT`] is left for later:
-    /// the compression of an impact could fill a wall. In short steps that takes time, too: removed by any step, however
-    /// short, it is a speed that grows as the steps get shorter because of it.
+    /// the compression of an impact could fill a wall.
     ///
     /// Density that is missing may be filled within a step of the length that motion allows, and within a shorter one
     /// in proportion; what exceeds [`MOST_MISSING`] at once. If any step could fill all, water at rest in short steps
@@ -118,8 +104,7 @@ impl RecoveryTime {
     pub(crate) fn removed(&self, dt: f32, found: f32) -> f32 {
         let part = (dt / self.time).min(self.share);
         if found > 0.0 {
-            let excess = self.quick(dt) * found / self.most_left;
-            found - (1.0 - part) * found / (1.0 + excess)
+            found - (1.0 - part) * found / (1.0 + found / self.most_left)
         } else {
             let filled = if self.share > 0.0 {
                 part / self.share

@@ -76,8 +76,8 @@ fn water_falls_from_a_lid() {
     }
 }
 
-/// Water that fills a closed tank does not circulate: with tension under the lid it did at a quarter of `sqrt(g H)`, and
-/// gained energy. What is left, 3 to 6 % of it, is the lattice that finds its place between the walls.
+/// Water that fills a closed tank does not circulate: with tension under the lid it did at a quarter of `sqrt(g H)`,
+/// and gained energy. What is left, 3 to 6 % of it, is the lattice that finds its place between the walls.
 #[test]
 fn a_full_closed_tank_is_at_rest() {
     for method in ["DeltaSph()", "Dfsph"] {
