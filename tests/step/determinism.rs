@@ -197,7 +197,7 @@ const GOLDEN: [u64; 5] = [
     0xa326_ff87_f821_0d4e,
     0x7489_dc06_defb_a8a3,
     0xad24_5d69_758c_fd8b,
-    0xcc6c_b844_3573_deb2,
+    0x3330_856f_f8c3_ce9d,
 ];
 
 #[test]
