@@ -33,12 +33,12 @@ pub(super) fn draw(canvas: &mut Canvas, frame: &Frame, view: &View) {
     let unit = format!("{high} {}", view.quantity.unit());
     let unit = unit.trim_end();
     let right = width - margin - text::width(unit, letter);
-    text::write(canvas, unit, vec2(right, base), letter, ink);
     let bar = (0.2 * width).min(right - margin).max(1.0);
     let bar_right = right - 0.7 * letter;
     let bar_left = bar_right - bar;
     let low_left = bar_left - 0.7 * letter - text::width(&low, letter);
     plate(canvas, [low_left, width - margin], base, letter);
+    text::write(canvas, unit, vec2(right, base), letter, ink);
     text::write(canvas, &low, vec2(low_left, base), letter, ink);
 
     let colours = Colours::new(view.colours);
