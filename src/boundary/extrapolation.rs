@@ -15,7 +15,7 @@ use crate::{
     boundary::sums::{BoundarySums, Walls},
     index::BoundarySamples,
     kernel::Kernel,
-    pairs::{Pair, PairSum, PairsWithGradients, accumulate},
+    pairs::{Pair, PairSum, Pairs, accumulate},
     scene::{BoundaryHandling, Dimension},
     simd::Simd,
     state::{Accelerations, Material, Phase, Pressures, Product, Stage},
@@ -33,7 +33,7 @@ pub(crate) const STAGE: Stage = Stage {
     wanted: |scene| {
         scene.boundary_handling() == BoundaryHandling::Layers && !scene.boundaries.is_empty()
     },
-    bytes: |_, _| vec![("pressure that walls continue", 16.0 + 12.0 + 28.0)],
+    bytes: |_, _| vec![("gradients that walls continue", 16.0 + 12.0)],
     ..Stage::new("wall_pressure", Phase::Forces, |_| {
         push_hydrostatically.into_configs()
     })
@@ -105,6 +105,7 @@ impl PairSum for Differences<'_> {
     type Sums<S: Simd> = DifferenceSums<S>;
     /// G \[m/s²].
     type Output = Vec3;
+    const BESIDE_BOUNDARY: bool = true;
 
     #[inline(always)]
     fn start<S: Simd>(&self, simd: S, i: usize, _: Vec4) -> DifferenceSums<S> {
@@ -149,15 +150,13 @@ impl PairSum for Differences<'_> {
     }
 }
 
-/// Warm after the first step.
+/// Room that is kept from step to step.
 #[derive(Debug, Default)]
 struct Buffers {
     /// Pressures over ρ0 as fourth entries, by row \[m²/s²].
     table: Vec<Vec4>,
-    /// Gradients of the pressure over ρ0, by row \[m/s²].
+    /// Gradients of the pressure over ρ0 \[m/s²], of the rows beside walls.
     borne: Vec<Vec3>,
-    /// Where no forces on walls are measured.
-    linear: Vec<Linear>,
 }
 
 /// Adds the push of walls that continue gravity and body forces (phase `Forces`, after these).
@@ -167,18 +166,14 @@ fn push_hydrostatically(
     boundary: Res<BoundarySamples>,
     (walls, pressures): (Option<Res<BoundarySums>>, Res<Pressures>),
     material: Res<Material>,
-    pairs: PairsWithGradients,
+    pairs: Pairs,
     mut buffers: Local<Buffers>,
 ) {
     let walls = Walls::of(walls.as_deref());
     let rows = pairs.positions().rows();
     let positions = &pairs.positions().0;
     let per_density = material.rest_density.recip();
-    let Buffers {
-        table,
-        borne,
-        linear,
-    } = &mut *buffers;
+    let Buffers { table, borne } = &mut *buffers;
     let of_row = |pressure: &f32| Vec4::W * (per_density * pressure);
     table.clear();
     table.extend(pressures.0[..rows].iter().map(of_row));
@@ -190,16 +185,9 @@ fn push_hydrostatically(
         factor: per_density * material.particle_mass * material.kernel.gradient_scale,
         dimension: material.dimension,
     };
-    pairs.sum(&differences, borne);
+    pairs.sum_beside_boundary(&differences, borne);
     let push = |row: usize, samples: &[u32], acceleration: &mut Vec3| -> Linear {
         let (own, force) = (positions[row].truncate(), *acceleration);
-        let near = || {
-            // A stale list may name samples that are gone: the sentinel has no volume.
-            let places = samples
-                .iter()
-                .filter_map(|&b| boundary.packed.get(b as usize));
-            places.map(|place| (material.period.nearest(own - place.truncate()), place.w))
-        };
         let inwards = walls.gradient(row).normalize_or_zero();
         let across = force.dot(inwards) * inwards;
         let linear = Linear {
@@ -207,20 +195,29 @@ fn push_hydrostatically(
             along: carried(borne[row], force - across),
             least: -table[row].w.max(0.0),
         };
-        for sample in near() {
-            *acceleration += linear.push(sample, &material.kernel);
+        for &sample in samples {
+            // A stale list may name samples that are gone: the sentinel has no volume.
+            let Some(place) = boundary.packed.get(sample as usize) else {
+                continue;
+            };
+            let x = material.period.nearest(own - place.truncate());
+            *acceleration += linear.push((x, place.w), &material.kernel);
         }
         linear
     };
     let accelerations = &mut accelerations.0[..rows];
-    let linear = match continued {
-        Some(continued) => &mut continued.into_inner().0,
-        None => linear,
+    let Some(mut continued) = continued else {
+        // A vector of nothing takes no memory.
+        let columns = (accelerations, &mut vec![(); rows][..]);
+        return pairs.update_near_boundary(columns, |row, samples, acceleration, ()| {
+            push(row, samples, acceleration);
+        });
     };
-    linear.clear();
-    linear.resize(rows, Linear::default());
-    pairs.update_near_boundary((accelerations, linear), |row, samples, a, linear| {
-        *linear = push(row, samples, a);
+    continued.0.clear();
+    continued.0.resize(rows, Linear::default());
+    let columns = (accelerations, &mut continued.0[..]);
+    pairs.update_near_boundary(columns, |row, samples, acceleration, linear| {
+        *linear = push(row, samples, acceleration);
     });
 }
 

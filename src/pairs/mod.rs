@@ -90,6 +90,19 @@ impl PairsWithGradients<'_> {
 }
 
 impl Pairs<'_> {
+    /// Runs `pass` over the rows that have boundary neighbours and stores the results in `out`, which has one entry per
+    /// row; the other entries stay.
+    pub fn sum_beside_boundary<P: PairSum>(&self, pass: &P, out: &mut [P::Output]) {
+        const { assert!(P::BESIDE_BOUNDARY) };
+        sum(
+            pass,
+            self.source(),
+            self.points(&self.positions.0),
+            out,
+            &self.execution,
+        );
+    }
+
     /// Positions at the start of the step, as the lists were found from.
     pub fn positions(&self) -> &Positions {
         &self.positions

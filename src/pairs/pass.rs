@@ -15,6 +15,9 @@ pub trait PairSum: Copy + Sync {
     /// Whether it sums over boundary neighbours. At the positions of the step their sums are known
     /// ([`BoundarySums`](crate::boundary::sums::BoundarySums)).
     const BOUNDARY: bool = false;
+    /// Whether it passes over rows without boundary neighbours; their results are left as they are. Gradient factors
+    /// that are stored row after row cannot be used then.
+    const BESIDE_BOUNDARY: bool = false;
     /// Whether it needs the number of neighbours.
     const COUNTS: bool = false;
     /// Whether the pass needs only the gradient factors of a pair. If these are stored, positions are not loaded, and

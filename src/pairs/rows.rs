@@ -226,6 +226,11 @@ fn row_in<P: PairSum, S: Simd, L: GradFactors, N: Space<S>>(
     pass.finish(simd, neighbours, sums)
 }
 
+/// Whether a pass has to know the boundary neighbours of a row.
+const fn needs_boundary<P: PairSum>() -> bool {
+    P::BOUNDARY || P::COUNTS || P::BESIDE_BOUNDARY
+}
+
 struct StoredChunk<'a, P, L, T> {
     pass: &'a P,
     points: Points<'a>,
@@ -267,9 +272,12 @@ impl<P: PairSum, L: GradFactors, T: FnMut(usize, P::Output)> Vectorised
         let mut grad_factors = self.grad_factors;
         for (k, i) in self.rows.enumerate() {
             let boundary = match self.boundary {
-                Some(lists) if P::BOUNDARY || P::COUNTS => lists.of(i),
+                Some(lists) if needs_boundary::<P>() => lists.of(i),
                 _ => &[],
             };
+            if P::BESIDE_BOUNDARY && boundary.is_empty() {
+                continue;
+            }
             if P::FLUID {
                 self.fluid.prefetch(i + AHEAD);
             }
@@ -306,9 +314,12 @@ impl<P: PairSum, T: FnMut(usize, P::Output)> Vectorised for RecomputedChunk<'_, 
         for &(_, k) in &order {
             let i = self.rows.start + k;
             let near_boundary = match &mut boundary {
-                Some(search) if P::BOUNDARY || P::COUNTS => search.of(simd, i),
+                Some(search) if needs_boundary::<P>() => search.of(simd, i),
                 _ => &[],
             };
+            if P::BESIDE_BOUNDARY && near_boundary.is_empty() {
+                continue;
+            }
             let near = (fluid.of(simd, i), near_boundary);
             (self.take)(k, row(self.pass, simd, self.points, i, near, &mut Computed));
         }
