@@ -196,3 +196,71 @@ fn a_uniform_flow_from_an_emitter_to_an_outflow_stays_uniform() {
         }
     }
 }
+
+/// An emitter that stands in water: what flows into the layers behind its face is not thrown out when they pass it, and
+/// all that was due has entered or is counted. Nothing is faster than what falls through the depth, beside the speed of
+/// the jet.
+#[test]
+fn an_emitter_under_water_blows_without_shocks() {
+    for (dimension, spacing, method) in [
+        (2, 0.02_f32, "Pcisph"),
+        (2, 0.01, "Dfsph"),
+        (3, 0.02, "Pcisph"),
+        (3, 0.02, "Iisph"),
+    ] {
+        let (depth, height) = if dimension == 2 {
+            ("0", "")
+        } else {
+            ("0.16", ", height: 0.08")
+        };
+        let block = |x: (f32, f32), y: (f32, f32)| {
+            format!(
+                "(shape: Box(min: ({}, {}, 0), max: ({}, {}, {depth})))",
+                x.0, y.0, x.1, y.1
+            )
+        };
+        // Free behind the face, from x = 0.18 m on.
+        let bodies = [
+            block((0.0, 0.18), (0.0, 0.28)),
+            block((0.32, 0.6), (0.0, 0.28)),
+            block((0.18, 0.32), (0.0, 0.04)),
+            block((0.18, 0.32), (0.16, 0.28)),
+        ];
+        let middle = if dimension == 2 { "0" } else { "0.08" };
+        let text = format!(
+            "(name: \"under\", dimension: {dimension}, spacing: {spacing}, pressure: {method},
+            bodies: [{}], boundaries: [Tank(min: (0, 0, 0), max: (0.6, 0.6, {depth}))],
+            emitters: [(shape: Rectangle(center: (0.3, 0.1, {middle}), normal: (1, 0, 0), width: 0.08{height}),
+                speed: 0.5, jitter: (amplitude: 0.05, seed: 1))])",
+            bodies.join(", ")
+        );
+        let mut simulation = simulation(&text);
+        let start = particles(&mut simulation).len();
+        let (mut fastest, mut last) = (0.0_f32, None);
+        while simulation.time() < 0.4 {
+            let report = simulation.step().unwrap_or_else(|error| panic!("{error}"));
+            fastest = fastest.max(report.max_speed);
+            last = Some(report);
+        }
+        let report = last.expect("a step");
+        measured(&format!(
+            "{dimension}-D {method} at {spacing}: {fastest} m/s, {} entered, {} did not",
+            report.emitted, report.without_place
+        ));
+        let fall = (2.0 * 9.81 * 0.28_f32).sqrt();
+        assert!(fastest < fall + 0.5, "{dimension}-D {method}: {fastest}");
+        // Those behind the face were there at the start.
+        let came = particles(&mut simulation).len() - start;
+        let layer = if dimension == 2 {
+            0.08 / spacing
+        } else {
+            (0.08 / spacing).powi(2)
+        };
+        let due = f64::from(layer) * 0.5 * simulation.time() / f64::from(spacing);
+        let counted = (came as u64 + report.without_place) as f64;
+        assert!(
+            (counted - due).abs() <= f64::from(layer),
+            "{dimension}-D {method}: {counted} of {due}"
+        );
+    }
+}

@@ -1,6 +1,7 @@
 //! Single particles that are shot at thin meshes do not pass through them.
 
 use glam::Vec3;
+use overfall::scene::Scene;
 
 use super::meshes::{DX, Distance};
 use crate::mesh_support::{Files, Surface};
@@ -67,6 +68,29 @@ fn fire(
         measured(leak);
     }
     leaks.len()
+}
+
+/// A plate that is thinner than a hundredth of the spacing encloses nothing: it is refused, with what would be right.
+#[test]
+fn plates_that_count_as_flat_are_refused() {
+    let files = Files::new();
+    for thickness in [0.001, 0.004] {
+        let plate = Surface::block(Vec3::ZERO, Vec3::new(0.31, thickness * DX, 0.27));
+        let file = files.put("flat.obj", plate.obj());
+        for handling in ["Akinci", "DirectForcing()"] {
+            let text = format!(
+                "(name: \"flat\", spacing: {DX}, boundary_handling: {handling},
+                  bodies: [(shape: Box(min: (3, 3, 3), max: (3.03, 3.03, 3.03)))],
+                  boundaries: [Mesh((file: {file:?}, side: Outside))])"
+            );
+            let error = Scene::parse(&text, "flat.ron", &[]).expect_err("a flat plate");
+            let told = error.to_string();
+            assert!(
+                told.contains("encloses nothing") && told.contains("side: Both"),
+                "{told}"
+            );
+        }
+    }
 }
 
 #[test]

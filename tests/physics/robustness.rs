@@ -45,10 +45,6 @@ fn water_at_rest_rests() {
             [18, 120, 0],
             [8, 20, 10],
         ] {
-            // What δ-SPH costs is spent on the widest and the deepest.
-            if method.name == "δ-SPH" && ![[30, 60, 0], [18, 120, 0]].contains(&counts) {
-                continue;
-            }
             // PCISPH gains some per cent in deep water: docs/decisions/still_water.md.
             if method.name == "PCISPH" && counts[1] > 60 {
                 continue;

@@ -3,9 +3,11 @@
 use std::fs;
 
 use bevy_ecs::prelude::*;
+use glam::Vec3;
 use overfall::{
     Simulation, StepReport,
     checkpoint::{self, Checkpoint, CheckpointError},
+    index::BoundarySamples,
     scene::{IndexStructure, PressureMethod, Scene, TimeStep},
     state::particle::{Fluid, ParticleId, Position, Velocity},
     time_step::AdaptiveTimeStep,
@@ -326,13 +328,16 @@ fn driven(pressure: PressureMethod, time_step: &str, folder: &std::path::Path) -
 }
 
 /// Places of the boundary particles.
-fn walls(world: &mut World) -> Vec<[u32; 3]> {
+/// Where walls are: as the loops see them, in their order, and the components.
+fn walls(world: &mut World) -> [Vec<[u32; 3]>; 2] {
+    let bits = |x: Vec3| x.to_array().map(f32::to_bits);
+    let samples = world.resource::<BoundarySamples>().points().iter();
+    let samples = samples.map(|x| bits(x.truncate())).collect();
     let mut walls = world.query_filtered::<&Position, With<overfall::state::particle::Boundary>>();
-    let places = walls.iter(world).map(|x| x.0.to_array().map(f32::to_bits));
     // A query goes through its tables in the order of a hash map.
-    let mut places: Vec<_> = places.collect();
+    let mut places: Vec<_> = walls.iter(world).map(|x| bits(x.0)).collect();
     places.sort_unstable();
-    places
+    [samples, places]
 }
 
 #[test]
