@@ -182,14 +182,14 @@ pub fn refresh_boundary(world: &mut World, scene: &Scene) -> Result<(), Boundary
         slip,
     } = Found::of(world, scene);
     let samples = pack(scene, &samples, &execution)?;
-    if world.contains_resource::<Owners>() {
-        world.insert_resource(Owners(owners));
-    }
     if let Some(mut walls) = world.get_resource_mut::<MovingWalls>() {
         let known = walls.courses.len();
         let known = |pose: &RestPose| (pose.course as usize) < known;
         let poses: Vec<_> = poses.into_iter().map(|pose| pose.filter(known)).collect();
         walls.take(scene, &poses, samples.points(), &execution)?;
+    }
+    if world.contains_resource::<Owners>() {
+        world.insert_resource(Owners(owners));
     }
     if let Some(mut friction) = world.get_resource_mut::<WallFriction>() {
         friction.take(slip);

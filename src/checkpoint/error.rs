@@ -5,7 +5,7 @@ use std::io;
 use crate::{output::OutputError, scene::SceneError, step::InstallError};
 
 /// Version of the format, increased when a part changes its meaning.
-pub const FORMAT_VERSION: u32 = 1;
+pub const FORMAT_VERSION: u32 = 2;
 
 /// Why a checkpoint could not be written or a run not be resumed.
 #[derive(Debug, thiserror::Error)]

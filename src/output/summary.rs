@@ -131,7 +131,6 @@ pub struct RunTotals {
     time: f64,
     particles: usize,
     emitted: u64,
-    #[serde(default)]
     without_place: u64,
     removed: u64,
     roll_backs: u64,

@@ -86,6 +86,15 @@ pub fn simpler(scene: &Scene) -> Vec<Change> {
         };
         changes.push(Change::new(what, &[&set]));
     }
+    if let PressureMethod::Dfsph(method) = scene.pressure
+        && method.max_divergence_iterations > 1
+    {
+        let set = &[
+            "pressure.min_divergence_iterations=0",
+            "pressure.max_divergence_iterations=1",
+        ];
+        changes.push(Change::new("one divergence iteration at most", set));
+    }
     if matches!(scene.time_step, TimeStep::Fixed(_)) {
         changes.push(Change::new("time step by the motion", &["time_step=Cfl"]));
     }
@@ -126,7 +135,7 @@ mod tests {
                    NoSlip)]";
         let all = scene(all);
         let found = simpler(&all);
-        assert_eq!(found.len(), 10, "{found:?}");
+        assert_eq!(found.len(), 11, "{found:?}");
         for change in &found {
             let changed = change.scene(&all).unwrap_or_else(|error| panic!("{error}"));
             assert_ne!(changed, all, "{change:?}");
