@@ -21,7 +21,8 @@ use crate::{
     lattice::Lattice,
     state::{
         Accelerations, Clock, Column, Corrected, Densities, Execution, Material, MeanPressures,
-        Positions, PressureAccelerations, Pressures, SolverState, Systems, Velocities, wants_force,
+        Positions, PressureAccelerations, Pressures, Remembers, SolverState, Systems, Velocities,
+        wants_force,
     },
     time_step::RecoveryTime,
 };
@@ -65,11 +66,19 @@ const MAX_RELAXATION_AT_ONCE: f32 = 0.42;
 const WITH_MOMENTUM: f32 = 1.2;
 const WITHOUT_MOMENTUM: f32 = 1.8;
 
+/// Smallest factor on the relaxation \[-].
+const LEAST_DAMPING: f32 = 0.125;
+
+/// Growth of that factor from solve to solve \[-]: what has made a solve unstable lasts for some steps.
+const DAMPING_GROWTH: f32 = 1.02;
+
 /// The iteration's parameters, and its momentum.
 #[derive(Resource, Debug, Clone, Copy)]
 pub struct Jacobi {
     /// Relaxation ω \[-].
     relaxation: f32,
+    /// Factor on ω \[-], below 1 after a solve whose errors stopped falling.
+    damping: f32,
     /// Whether corrections have momentum.
     momentum: bool,
     /// Head start of the momentum \[iterations]; negative values delay it.
@@ -97,6 +106,19 @@ pub struct Iterate {
 #[derive(Resource, Debug, Default)]
 pub struct Iterates(pub Vec<Iterate>);
 
+impl Remembers for Jacobi {
+    type State = f32;
+
+    fn state(&self, _: &[Entity]) -> f32 {
+        self.damping
+    }
+
+    fn set_state(&mut self, damping: f32, _: &[Entity]) -> Result<(), &'static str> {
+        self.damping = damping;
+        Ok(())
+    }
+}
+
 impl Jacobi {
     /// Corrects a term by the remaining error and the inverse diagonal. Returns the next term and the change of the
     /// corrected value.
@@ -112,7 +134,7 @@ impl Jacobi {
     ) -> (f32, f32) {
         let before = if first { acted } else { iterate.corrected };
         let corrected = if diagonal > 0.0 {
-            (acted + self.relaxation * diagonal * error).max(self.least)
+            (acted + self.damping * self.relaxation * diagonal * error).max(self.least)
         } else {
             // Pressure has no effect on this particle.
             0.0
@@ -132,7 +154,21 @@ impl Jacobi {
     pub(super) fn start(&mut self, from_means: bool) {
         let at_once = from_means && self.relaxation <= MAX_RELAXATION_AT_ONCE;
         self.ahead_from = if at_once { 0 } else { 2 };
+        self.damping = (DAMPING_GROWTH * self.damping).min(1.0);
         self.count(0);
+    }
+
+    /// Called if the errors have stopped falling: halves the relaxation, down to [`LEAST_DAMPING`]. Returns whether it
+    /// could.
+    ///
+    /// ω is stable on lattices. Where particles have come close to each other, eigenvalues are larger.
+    pub(super) fn damp(&mut self) -> bool {
+        if self.damping <= LEAST_DAMPING {
+            return false;
+        }
+        self.damping *= 0.5;
+        self.rest();
+        true
     }
 
     /// Called after an iteration with the sum of change times error: momentum restarts if it opposes the errors
@@ -180,6 +216,7 @@ pub fn install(
     };
     world.insert_resource(Jacobi {
         relaxation: relaxation.min(stable / eigenvalue),
+        damping: 1.0,
         momentum,
         head_start,
         ahead_from: 0,

@@ -18,7 +18,7 @@ use super::{
 use crate::{
     scene::{Criterion, NotConverged, Scene},
     state::{Accelerations, Clock, Positions},
-    time_step::{RecoveryTime, shorten_first_step},
+    time_step::{RecoveryTime, remember_first_pressure, shorten_first_step},
 };
 
 /// One iteration of the solve.
@@ -73,6 +73,7 @@ pub fn solve_initial_pressure(world: &mut World, is_linear: bool) {
     }
     // Systems that read and write plain columns cannot fail.
     let _ = world.run_system_once(store_pressures);
+    let _ = world.run_system_once(remember_first_pressure);
     if is_linear {
         let _ = world.run_system_once(shorten_first_step);
     }

@@ -105,6 +105,17 @@ pub enum TimeStep {
     Adaptive(Adaptive),
 }
 
+impl TimeStep {
+    /// The longest step that it ever takes \[s].
+    pub fn longest(&self) -> f32 {
+        match self {
+            Self::Fixed(dt) => *dt,
+            Self::Cfl(cfl) => cfl.max,
+            Self::Adaptive(scheme) => scheme.max,
+        }
+    }
+}
+
 /// Limits of a time step that follows the motion (see `time_step`).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]

@@ -3,7 +3,10 @@
 use bevy_ecs::prelude::*;
 
 use super::{AdaptiveTimeStep, TimeStepControl};
-use crate::state::{Clock, Material, Pressures};
+use crate::{
+    integrate::Motion,
+    state::{Clock, Material, Pressures},
+};
 
 /// Shortens the step that is being taken to the limit by the largest pressure, unless its length is fixed.
 ///
@@ -23,4 +26,9 @@ pub(crate) fn shorten_first_step(
         (None, None) => return,
     };
     clock.dt = clock.dt.min(limit);
+}
+
+/// Lets the guard of the first step know the pressure that the fluid starts with.
+pub(crate) fn remember_first_pressure(mut motion: ResMut<Motion>, pressures: Res<Pressures>) {
+    motion.max_pressure = pressures.0.iter().copied().fold(0.0, f32::max);
 }

@@ -21,7 +21,7 @@ pub mod roll_back;
 
 pub use adaptive::AdaptiveTimeStep;
 pub use cfl::{TimeStepControl, choose_time_step};
-pub(crate) use first::shorten_first_step;
+pub(crate) use first::{remember_first_pressure, shorten_first_step};
 pub use install::install;
 pub(crate) use limits::pressure_limit;
 pub use limits::{StepLimits, motion_limits};

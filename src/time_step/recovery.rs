@@ -34,6 +34,12 @@ const LEAST_LEFT: f32 = 0.97;
 /// Speed factor λ of the time step that motion allows \[-], that of `Cfl` by default.
 const SPEED_FACTOR: f32 = 0.2;
 
+/// Part of the longest step \[-] below which a step is short: the limits of its errors are lower.
+const SHORT: f32 = 0.1;
+
+/// Minimum factor on these limits \[-]. Below it, the rounding of densities would count.
+const LEAST_TOLERANCE: f32 = 0.01;
+
 /// Longest τ \[s], for fluid at rest.
 const LONGEST: f32 = 1e6;
 
@@ -45,19 +51,23 @@ pub struct RecoveryTime {
     /// Maximum compression that is left, and maximum density that is missing and left missing \[-].
     most_left: f32,
     most_missing: f32,
+    /// Longest step \[s] that the scene takes, and that its forces allow on fluid at rest.
+    rest_step: f32,
     /// τ \[s].
     time: f32,
+    /// Longest step \[s] that the last motion allows, at most `rest_step`.
+    motion_step: f32,
 }
 
 impl Remembers for RecoveryTime {
-    type State = f32;
+    type State = [f32; 2];
 
-    fn state(&self, _: &[Entity]) -> f32 {
-        self.time
+    fn state(&self, _: &[Entity]) -> [f32; 2] {
+        [self.time, self.motion_step]
     }
 
-    fn set_state(&mut self, time: f32, _: &[Entity]) -> Result<(), &'static str> {
-        self.time = time;
+    fn set_state(&mut self, state: [f32; 2], _: &[Entity]) -> Result<(), &'static str> {
+        [self.time, self.motion_step] = state;
         Ok(())
     }
 }
@@ -70,7 +80,9 @@ impl RecoveryTime {
             share: 0.0,
             most_left: if keeps_gaps { f32::INFINITY } else { MOST_LEFT },
             most_missing: if keeps_gaps { f32::INFINITY } else { 0.0 },
+            rest_step: 0.0,
             time: LONGEST,
+            motion_step: 0.0,
         }
     }
 
@@ -86,16 +98,34 @@ impl RecoveryTime {
             scene.max_initial_speed(),
             scene.greatest_acceleration(),
         );
+        let rest_step = force.1.min(scene.time_step.longest());
         Some(Self {
             share,
             most_left: MOST_LEFT,
             most_missing: if fills_slowly { MOST_MISSING } else { 0.0 },
+            rest_step,
             time: speed.1.min(force.1).min(LONGEST) / share,
+            motion_step: speed.1.min(rest_step),
         })
+    }
+
+    /// Length of a step \[s] relative to the longest that the motion allows, at most 1 \[-].
+    #[inline]
+    fn length(&self, dt: f32) -> f32 {
+        (dt / self.motion_step).min(1.0)
+    }
+
+    /// Factor on the limits of a solve's errors \[-]. The errors of many short steps add up to those of a longer one.
+    pub(crate) fn tolerance(&self, dt: f32) -> f32 {
+        (self.length(dt) / SHORT).clamp(LEAST_TOLERANCE, 1.0)
     }
 
     /// Part of the compression found \[-] that a step of `dt` \[s] removes. At most [`MOST_LEFT`] is left for later:
     /// the compression of an impact could fill a wall.
+    ///
+    /// A step that is shorter than the motion allows leaves more. If a step of any length removed this part, the
+    /// pressure would grow with 1/dt², and a step that this pressure allows would be shorter without end. With the root
+    /// of the length, it has a lower bound, and water of 160 rows is compressed by 0.5 instead of 0.65 %.
     ///
     /// Density that is missing may be filled within a step of the length that motion allows, and within a shorter one
     /// in proportion; what exceeds [`MOST_MISSING`] at once. If any step could fill all, water at rest in short steps
@@ -104,7 +134,8 @@ impl RecoveryTime {
     pub(crate) fn removed(&self, dt: f32, found: f32) -> f32 {
         let part = (dt / self.time).min(self.share);
         if found > 0.0 {
-            found - (1.0 - part) * found / (1.0 + found / self.most_left)
+            let excess = self.length(dt).sqrt() * found / self.most_left;
+            found - (1.0 - part) * found / (1.0 + excess)
         } else {
             let filled = if self.share > 0.0 {
                 part / self.share
@@ -126,6 +157,7 @@ pub fn choose_recovery_time(
     let h = material.kernel.support_radius;
     let [speed, force] = motion_limits(SPEED_FACTOR, h, motion.max_speed, motion.max_acceleration);
     let allowed = speed.1.min(force.1).max(clock.dt);
+    recovery.motion_step = allowed.min(recovery.rest_step);
     let wanted = allowed.min(LONGEST) / recovery.share;
     // A host may have set the fluid in motion before the first step.
     recovery.time = if clock.step <= 1 {
