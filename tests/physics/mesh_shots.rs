@@ -81,7 +81,7 @@ fn plates_that_count_as_flat_are_refused() {
             let text = format!(
                 "(name: \"flat\", spacing: {DX}, boundary_handling: {handling},
                   bodies: [(shape: Box(min: (3, 3, 3), max: (3.03, 3.03, 3.03)))],
-                  boundaries: [Mesh((file: {file:?}, side: Outside))])"
+                  boundaries: [Mesh(file: {file:?}, side: Outside)])"
             );
             let error = Scene::parse(&text, "flat.ron", &[]).expect_err("a flat plate");
             let told = error.to_string();
