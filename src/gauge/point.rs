@@ -2,8 +2,8 @@
 //! (moving least squares: Lancaster & Salkauskas 1981, *Math. Comput.* 37, 141).
 //!
 //! It is exact for a linear field, also beside walls and surfaces, where all particles are on one side. In spray and
-//! films, where particles are too few or too flat for a slope, and at points off the fluid it is the mean `Σ_j f_j W(x
-//! − x_j) / Σ_j W(x − x_j)` (Shepard 1968).
+//! films, where particles are too few or too flat for a slope, and in gaps between particles it is the mean `Σ_j f_j W(x
+//! − x_j) / Σ_j W(x − x_j)` (Shepard 1968). Points off the fluid have no value.
 
 use glam::{DMat3, DVec3, Vec3};
 use smallvec::SmallVec;
@@ -36,7 +36,8 @@ impl Around {
         values.extend([mean.map(|mean| mean.x).or(dry), Some(speak.into())]);
     }
 
-    /// Number of particles that contribute, and the value at the point of a linear function fitted to theirs.
+    /// Number of particles that contribute, and the value at the point of a linear function fitted to theirs. None at a
+    /// point that is off the fluid.
     pub(super) fn fit(
         &self,
         crowd: Crowd,
@@ -61,7 +62,12 @@ impl Around {
                 });
             }
         }
-        (samples.len() as u32, fit(&samples, crowd.dimension))
+        let found = if is_off(&samples, crowd) {
+            None
+        } else {
+            fit(&samples, crowd.dimension)
+        };
+        (samples.len() as u32, found)
     }
 }
 
@@ -78,6 +84,22 @@ const LEAST_VARIANCE: f64 = 0.06;
 
 /// Distance of the nearest particle up to which a point is in the fluid \[spacings].
 const IN_FLUID: f64 = 1.0;
+
+/// Distance of the nearest particle beyond which a point is off the fluid \[spacings], unless it is a gap in it: the
+/// particles around it then cover [`GAP`] of the kernel at least.
+const OFF_FLUID: f64 = 1.25;
+const GAP: f64 = 0.25;
+
+/// Whether a point is off the fluid, and particles are near it all the same.
+fn is_off(samples: &[Sample], crowd: Crowd) -> bool {
+    let weights: f64 = samples.iter().map(|sample| sample.weight).sum();
+    let volume = match crowd.dimension {
+        Dimension::Two => f64::from(crowd.spacing).powi(2),
+        Dimension::Three => f64::from(crowd.spacing).powi(3),
+    };
+    let is_far = |sample: &Sample| sample.x.length_squared() > OFF_FLUID * OFF_FLUID;
+    weights * volume < GAP && samples.iter().all(is_far)
+}
 
 /// The linear function fitted to samples, at the origin; their mean where they have no certain slope.
 fn fit(samples: &[Sample], dimension: Dimension) -> Option<DVec3> {

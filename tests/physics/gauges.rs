@@ -127,6 +127,8 @@ pub(super) fn still(dimension: u8, spacing: f64, method: &str) -> Scene {
     } else {
         ("0.4", "0.2")
     };
+    // Particles are near, but it is air.
+    let over = 0.4 + 1.2 * spacing;
     scene(&format!(
         "(name: \"still\", dimension: {dimension}, spacing: {spacing}, pressure: {method},
           bodies: [(shape: Box(min: (0, 0, 0), max: (0.4, 0.4, {depth})))],
@@ -140,6 +142,8 @@ pub(super) fn still(dimension: u8, spacing: f64, method: &str) -> Scene {
             (name: \"middle\", kind: Pressure(at: (0.2, 0.2, {z})), {MEAN}),
             (name: \"dry\", kind: WallPressure(at: (0.4, 0.7, {z}), normal: (-1, 0, 0))),
             (name: \"air\", kind: Pressure(at: (0.2, 0.7, {z}))),
+            (name: \"over\", kind: Pressure(at: (0.2, {over}, {z}))),
+            (name: \"splash\", kind: WallPressure(at: (0, {over}, {z}), normal: (1, 0, 0))),
             (name: \"level\", kind: Height(at: (0.2, 0, {z}))),
           ])"
     ))
@@ -201,6 +205,9 @@ fn still_water_weighs_on_its_tank_what_it_weighs() {
             .and_then(|gauge| gauge.latest())
             .expect("a reading");
         assert_eq!(air.values, [None, Some(0.0)]);
+        let over = gauges.get("over").and_then(|gauge| gauge.latest());
+        assert_eq!(over.expect("a reading").values[0], None, "{what}");
+        assert_eq!(of("splash", "pressure_Pa"), 0.0, "{what}");
         let level = of("level", "height_m");
         assert!((level - 0.4).abs() < 0.6 * spacing, "{what}: {level} m");
     }
