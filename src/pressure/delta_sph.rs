@@ -68,6 +68,10 @@ impl PressureSolver for DeltaSph {
         vec![("sound", SOUND_FACTOR * h / self.sound_speed_in(scene))]
     }
 
+    fn sound_speed(&self, scene: &Scene) -> Option<f32> {
+        Some(self.sound_speed_in(scene))
+    }
+
     fn with_tolerances_of(&self, _: &PressureMethod) -> PressureMethod {
         PressureMethod::DeltaSph(*self)
     }

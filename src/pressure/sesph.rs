@@ -13,8 +13,7 @@ use super::{
 use crate::{
     density,
     lattice::BesideWall,
-    sampling,
-    scene::{BoundaryHandling, PressureMethod, Scene, Sesph, StateEquation},
+    scene::{PressureMethod, Scene, Sesph, StateEquation},
     state::{
         Column, Corrected, Densities, Execution, Limit, Material, Positions, Pressures,
         SolverState, Systems,
@@ -43,12 +42,13 @@ impl PressureSolver for Sesph {
         vec![("sound", SOUND_FACTOR * scene.support_radius() / sound_speed)]
     }
 
+    fn sound_speed(&self, scene: &Scene) -> Option<f32> {
+        Some(EquationOfState(self.equation).sound_speed(scene.fluid.rest_density))
+    }
+
     /// An equation of state stores energy in the density, and the force must be the gradient of this energy: the
-    /// push of one layer stays uncorrected.
-    fn beside_wall(&self, scene: &Scene) -> BesideWall {
-        if scene.boundary_handling() == BoundaryHandling::Layers {
-            return sampling::beside_wall(scene);
-        }
+    /// push of the samples stays uncorrected.
+    fn beside_wall(&self, _: &Scene) -> BesideWall {
         BesideWall {
             push: 1.0,
             slide: 0.0,

@@ -94,6 +94,11 @@ pub(crate) trait PressureSolver {
         Vec::new()
     }
 
+    /// Speed of sound at rest \[m/s]; none for a method without an equation of state.
+    fn sound_speed(&self, _: &Scene) -> Option<f32> {
+        None
+    }
+
     /// How walls act on the fluid beside them.
     fn beside_wall(&self, scene: &Scene) -> BesideWall {
         sampling::beside_wall(scene)

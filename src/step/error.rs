@@ -1,6 +1,6 @@
 //! Why a scene could not be set up.
 
-use std::path::PathBuf;
+use std::{fmt, path::PathBuf};
 
 use glam::Vec3;
 
@@ -29,6 +29,50 @@ pub struct StartDensity {
     /// Distance from that particle to the nearest other one, of the fluid or of a wall \[spacings]; infinite if there
     /// is none. In a lattice it is 1, beside a wall about as much.
     pub nearest: f32,
+}
+
+/// Fluid whose density errors an equation of state turns into motion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct Burst {
+    /// Mean of `max(0, (ρ − ρ0)/ρ0)` at the start \[-].
+    pub mean_error: f32,
+    /// Speed of sound \[m/s].
+    pub sound_speed: f32,
+    /// Root mean square of the speeds that follow \[m/s].
+    pub speed: f32,
+    /// Largest speed that the scene expects \[m/s].
+    pub expected: f32,
+}
+
+impl Burst {
+    /// Speed over the expected one \[-].
+    pub(super) fn ratio(&self) -> f32 {
+        self.speed / self.expected
+    }
+
+    /// Whether it is worth a warning.
+    pub(super) fn is_felt(&self) -> bool {
+        self.ratio() > 0.3
+    }
+}
+
+impl fmt::Display for Burst {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let Self {
+            mean_error,
+            sound_speed,
+            speed,
+            expected,
+        } = self;
+        write!(
+            f,
+            "the fluid starts {:.1} % above its rest density on average, which with a speed of sound of {sound_speed:.3} \
+             m/s throws it apart with about {speed:.3} m/s, and the scene has {expected:.3} m/s; a smaller \
+             `jitter.amplitude`, a softer fluid, or a method that works density errors off (`pressure: Dfsph`)",
+            100.0 * mean_error
+        )
+    }
 }
 
 /// How much too near something is to the particle that is compressed most.
@@ -68,6 +112,9 @@ pub enum InstallError {
         100.0 * .0.max_error, .0.place.x, .0.place.y, .0.place.z, 100.0 * LARGEST_ERROR, depth(.0)
     )]
     Compressed(StartDensity),
+    /// The equation of state makes a burst of the density errors at the start.
+    #[error("{0}")]
+    Bursts(Burst),
     /// The file of a mesh was removed or changed since the scene was checked.
     #[error(transparent)]
     Mesh(#[from] MeshError),

@@ -29,7 +29,7 @@ mod warnings_of_pace;
 
 pub use advance::{Advance, advance};
 pub use apply::{ApplyError, apply};
-pub use error::{InstallError, StartDensity};
+pub use error::{Burst, InstallError, StartDensity};
 pub use install::install;
 pub(crate) use install::{Installed, NamedFile};
 pub(crate) use order::check_order;

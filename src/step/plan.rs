@@ -4,10 +4,12 @@
 use glam::{DVec3, Vec3};
 
 use super::{
-    error::{InstallError, StartDensity},
+    error::{Burst, InstallError, StartDensity},
     limits, memory,
     order::{Flow, order_of},
-    start_density, start_slabs, warnings,
+    start_density,
+    start_errors::burst,
+    start_slabs, warnings,
 };
 use crate::{
     boundary,
@@ -125,6 +127,9 @@ pub fn plan(scene: &Scene) -> Result<Plan, InstallError> {
         let density = start_slabs::of_large(scene, &size, None, &execution)?;
         (density, None)
     };
+    let mut warnings = warnings::of_size(scene, &size);
+    let burst = start_density.and_then(|found| burst(scene, &found));
+    warnings.extend(burst.filter(Burst::is_felt).map(|burst| burst.to_string()));
     let is_exact = sampled.is_some() || size.boundary == 0.0 || size.candidates <= FEW_CANDIDATES;
     let mut boundary_particles = sampled.unwrap_or(size.boundary as usize);
     if is_exact && sampled.is_none() {
@@ -152,7 +157,7 @@ pub fn plan(scene: &Scene) -> Result<Plan, InstallError> {
         time_step_limits: limits,
         expected_neighbours,
         memory: need.most,
-        warnings: warnings::of_size(scene, &size),
+        warnings,
         start_density,
     })
 }

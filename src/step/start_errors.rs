@@ -2,7 +2,7 @@
 
 use glam::{Vec3, Vec4};
 
-use super::error::{InstallError, LARGEST_ERROR, StartDensity};
+use super::error::{Burst, InstallError, LARGEST_ERROR, StartDensity};
 use crate::{
     density::DensitySum,
     index::{self, BoundarySamples},
@@ -18,7 +18,31 @@ pub(super) fn allowed(scene: &Scene, found: StartDensity) -> Result<StartDensity
     if found.max_error > LARGEST_ERROR && !has_jitter {
         return Err(InstallError::Compressed(found));
     }
-    Ok(found)
+    match burst(scene, &found) {
+        Some(burst) if burst.ratio() > LARGEST_BURST => Err(InstallError::Bursts(burst)),
+        _ => Ok(found),
+    }
+}
+
+/// Root of the mean square of a normally distributed error over the mean of its positive part, `sqrt(π)` for the part of
+/// the energy that compression stores.
+const SPREAD: f32 = 1.77;
+
+/// Speed over the expected one from which fluid that bursts is refused \[-].
+const LARGEST_BURST: f32 = 1.5;
+
+/// What an equation of state makes of the density errors of a start. None without one, and in a scene that expects no
+/// speed.
+pub(super) fn burst(scene: &Scene, found: &StartDensity) -> Option<Burst> {
+    let sound_speed = scene.pressure.solver().sound_speed(scene)?;
+    let expected = scene.expected_speed();
+    let burst = Burst {
+        mean_error: found.mean_error,
+        sound_speed,
+        speed: SPREAD * sound_speed * found.mean_error,
+        expected,
+    };
+    (expected > 0.0).then_some(burst)
 }
 
 /// Distance from a particle's place to the nearest other of some places \[spacings]; infinite if there is none.

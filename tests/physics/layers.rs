@@ -99,3 +99,26 @@ fn a_full_closed_tank_is_at_rest() {
         }
     }
 }
+
+/// An equation of state stores energy: if its walls pushed more than they store, still water would gain it.
+#[test]
+fn an_equation_of_state_gains_no_energy_beside_layers() {
+    for (dimension, size) in [(2, (0.24, 0.8, "0")), (3, (0.16, 0.16, "0.16"))] {
+        for stiffness in [1e4, 1e5] {
+            let (width, height, depth) = size;
+            let text = format!(
+                "(name: \"still\", dimension: {dimension}, spacing: 0.02, boundary_handling: Layers,
+                pressure: Sesph(equation: Tait(stiffness: {stiffness})),
+                bodies: [(shape: Box(min: (0, 0, 0), max: ({width}, {height}, {depth})))],
+                boundaries: [Tank(min: (0, 0, 0), max: ({width}, 2, {depth}))])"
+            );
+            let scene = Scene::parse(&text, "still.ron", &[]).expect("a scene");
+            let (_, speed) = velocities(&scene, 1.0);
+            let fall = (9.81_f32 * height).sqrt();
+            assert!(
+                speed < 0.1 * fall,
+                "{dimension}-D, {stiffness}: {speed} m/s"
+            );
+        }
+    }
+}

@@ -347,3 +347,43 @@ fn bodies_far_away_keep_their_rows() {
         );
     }
 }
+
+/// Speeds of fluid that bursts: a normally distributed error of the density has the energy `c² ε²/4` per mass, as
+/// compression alone stores any.
+#[test]
+fn density_errors_that_an_equation_of_state_turns_into_a_burst_are_refused() {
+    for (dimension, depth) in [(2, 0.0), (3, 0.16)] {
+        for spacing in [0.02, 0.04] {
+            for (method, amplitude, answer) in [
+                ("Sesph(equation: Tait(stiffness: 1e6))", 0.2, Err(())),
+                ("Sesph(equation: Gas(stiffness: 7e3))", 0.2, Err(())),
+                ("Sesph(equation: Tait(stiffness: 2e4))", 0.05, Ok(false)),
+                ("Sesph(equation: Tait(stiffness: 2e4))", 0.2, Ok(true)),
+                ("DeltaSph()", 0.05, Ok(false)),
+                ("DeltaSph(sound_speed: 100)", 0.2, Err(())),
+                ("Dfsph", 0.2, Ok(false)),
+                ("Pcisph", 0.2, Ok(false)),
+            ] {
+                let text = format!(
+                    "(name: \"burst\", dimension: {dimension}, spacing: {spacing}, pressure: {method},
+                    bodies: [(shape: Box(min: (0, 0, 0), max: (0.32, 0.32, {depth})),
+                        jitter: (amplitude: {amplitude}, seed: 1))],
+                    boundaries: [Tank(min: (0, 0, 0), max: (0.32, 0.64, {depth}))])"
+                );
+                let scene = Scene::parse(&text, "burst.ron", &[]).expect("a scene");
+                let what = format!("{dimension}-D, {spacing}, {method}, {amplitude}");
+                let told = overfall::plan(&scene).map(|plan| {
+                    let about = |warning: &String| warning.contains("throws it apart");
+                    plan.warnings.iter().any(about)
+                });
+                match answer {
+                    Ok(warned) => assert_eq!(told.expect(&what), warned, "{what}"),
+                    Err(()) => {
+                        let error = told.expect_err(&what).to_string();
+                        assert!(error.contains("jitter.amplitude"), "{what}: {error}");
+                    }
+                }
+            }
+        }
+    }
+}

@@ -3,7 +3,7 @@
 use crate::{
     filling,
     lattice::Lattice,
-    scene::{PressureMethod, Scene, StateEquation, TimeStep, Viscosity},
+    scene::{Scene, TimeStep, Viscosity},
 };
 
 /// A limit on the time step of a scene.
@@ -28,7 +28,8 @@ const PRESSURE: &str = "lattice under pressure";
 pub fn step_limits(scene: &Scene) -> Vec<StepLimit> {
     let lattice = Lattice::of(scene);
     let dx = f64::from(scene.spacing);
-    let sound = sound_speed(scene).map(|c| lattice.sound_step() * dx / c);
+    let sound = scene.pressure.solver().sound_speed(scene);
+    let sound = sound.map(|c| lattice.sound_step() * dx / f64::from(c));
     let viscous = viscosity(scene).map(|nu| lattice.viscous_step() * dx * dx / nu);
     let both = sound
         .zip(viscous)
@@ -65,22 +66,6 @@ fn together(sound: f64, viscous: f64) -> f64 {
     let linear = 1.0 / viscous;
     let square = 1.0 / (sound * sound);
     2.0 / (linear + (linear * linear + 4.0 * square).sqrt())
-}
-
-/// Speed of sound at rest \[m/s]; `None` for methods without an equation of state.
-fn sound_speed(scene: &Scene) -> Option<f64> {
-    let method = match &scene.pressure {
-        PressureMethod::Sesph(method) => method,
-        PressureMethod::DeltaSph(method) => return Some(method.sound_speed_in(scene).into()),
-        _ => return None,
-    };
-    let square = match method.equation {
-        StateEquation::Tait { stiffness } => 7.0 * f64::from(stiffness / scene.fluid.rest_density),
-        StateEquation::Gas { stiffness } => stiffness.into(),
-        #[allow(unreachable_patterns, reason = "the type is open to hosts")]
-        _ => return None,
-    };
-    Some(square.sqrt())
 }
 
 /// Kinematic viscosity \[m²/s], and what an artificial one amounts to (Monaghan 2005, eq. 8.8).
