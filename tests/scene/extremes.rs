@@ -360,7 +360,8 @@ fn density_errors_that_an_equation_of_state_turns_into_a_burst_are_refused() {
                 ("Sesph(equation: Tait(stiffness: 2e4))", 0.05, Ok(false)),
                 ("Sesph(equation: Tait(stiffness: 2e4))", 0.2, Ok(true)),
                 ("DeltaSph()", 0.05, Ok(false)),
-                ("DeltaSph(sound_speed: 100)", 0.2, Err(())),
+                ("DeltaSph(sound_speed: 100)", 0.2, Ok(true)),
+                ("DeltaSph(sound_speed: 400)", 0.2, Err(())),
                 ("Dfsph", 0.2, Ok(false)),
                 ("Pcisph", 0.2, Ok(false)),
             ] {
