@@ -63,6 +63,11 @@ impl PressureSolver for DeltaSph {
         speed.into_iter().chain(factors).collect()
     }
 
+    /// Between 2 and 2.6 spacings still water moves with up to 0.85 sqrt(g H), with less it is compressed by half.
+    fn least_support(&self) -> f32 {
+        2.6
+    }
+
     fn limits(&self, scene: &Scene) -> Vec<Limit> {
         let h = scene.support_radius();
         vec![("sound", SOUND_FACTOR * h / self.sound_speed_in(scene))]

@@ -155,7 +155,7 @@ fn still_water_stands_whatever_the_rounding() {
         let scene = Scene::load(&path, &sets).expect("the scene");
         let mut tank = Simulation::with_threads(&scene, 2).expect("threads");
         let mut worst = 0.0_f64;
-        run(&mut tank, 4.0, |_, report| {
+        run(&mut tank, 2.5, |_, report| {
             if report.time > 1.0 {
                 let mass = 0.2 * depth * 0.2 * 1000.0;
                 worst = worst.max((2.0 * report.kinetic_energy / mass).sqrt());

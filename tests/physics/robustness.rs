@@ -44,6 +44,8 @@ fn water_at_rest_rests() {
             [30, 60, 0],
             [18, 120, 0],
             [8, 20, 10],
+            [4, 4, 4],
+            [4, 12, 4],
         ] {
             // PCISPH gains some per cent in deep water: docs/decisions/still_water.md.
             if method.name == "PCISPH" && counts[1] > 60 {
@@ -54,25 +56,10 @@ fn water_at_rest_rests() {
             let still = method.name != "PCISPH" && counts[2] == 0;
             let (fastest, rms) = if still { (0.15, 0.03) } else { (0.3, 0.06) };
             assert!(outcome.figure("fastest") < fastest && outcome.figure("rms") < rms);
-            assert!(outcome.figure("gained") < 0.01);
+            // δ-SPH starts without pressure, and its kernel is as wide as the narrowest tank.
+            let most = if counts[0] == 4 { 0.02 } else { 0.01 };
+            assert!(outcome.figure("gained") < most);
         }
-    }
-}
-
-/// The default method adds no energy to deep water, for narrow to wide supports.
-#[test]
-fn the_default_method_holds_at_every_support() {
-    let method = default_method();
-    for support in [1.5, 2.0, 2.6, 3.0, 3.5] {
-        let case = tank(method, [18, 40, 0], 0.3);
-        let outcome = case.run(&[format!("support={support}")]);
-        let text = format!("support {support}: {}", outcome.text());
-        measured(&text);
-        assert!(
-            outcome.failure.is_none() && outcome.figure("gained") < 0.01,
-            "{text}"
-        );
-        assert!(outcome.figure("fastest") < 0.4, "{text}");
     }
 }
 
@@ -145,5 +132,36 @@ fn pressure_does_not_alternate() {
             "{}: {with:?} {without:?}",
             method.name
         );
+    }
+}
+
+/// Still water with any support from 1.5 to 3.5 spacings, or a refusal that names those that are possible.
+#[test]
+fn every_support_holds_water_or_is_refused() {
+    for method in METHODS {
+        for counts in [[12, 16, 0], [6, 8, 6]] {
+            let case = tank(method, counts, 0.3);
+            for support in [1.5, 2.0, 2.6, 3.0, 3.5] {
+                let what = format!("{}, {counts:?}, support {support}", method.name);
+                let overrides = [format!("support={support}")];
+                match case.refusal(&overrides) {
+                    Some(told) => {
+                        assert!(
+                            told.contains("with this method it must be from"),
+                            "{what}: {told}"
+                        );
+                        assert!(method.name == "δ-SPH" && support < 2.6, "{what}: {told}");
+                    }
+                    None => {
+                        let outcome = case.run(&overrides);
+                        measured(&format!("{what}: {}", outcome.text()));
+                        assert_eq!(outcome.failure, None, "{what}");
+                        assert!(outcome.figure("rms") < 0.2, "{what}: {}", outcome.text());
+                        let gained = outcome.figure("gained");
+                        assert!(gained < 0.01 || method.name != "DFSPH", "{what}: {gained}");
+                    }
+                }
+            }
+        }
     }
 }

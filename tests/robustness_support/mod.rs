@@ -9,7 +9,11 @@ mod centre_pressure;
 mod residual;
 mod runs;
 
-use overfall::{Simulation, loading::Override, scene::Scene};
+use overfall::{
+    Simulation,
+    loading::Override,
+    scene::{Scene, SceneError},
+};
 
 use crate::support::{METHODS, Method};
 
@@ -248,6 +252,16 @@ pub(crate) fn cases(quick: bool) -> Vec<Case> {
 impl Case {
     /// The scene with overrides `path=value`.
     pub(crate) fn scene(&self, overrides: &[String]) -> Scene {
+        self.parse(overrides)
+            .unwrap_or_else(|error| panic!("{error}\n{}", self.scene))
+    }
+
+    /// Why the scene with overrides is refused, if it is.
+    pub(crate) fn refusal(&self, overrides: &[String]) -> Option<String> {
+        self.parse(overrides).err().map(|error| error.to_string())
+    }
+
+    fn parse(&self, overrides: &[String]) -> Result<Scene, SceneError> {
         let text = format!(
             "{} pressure: {})",
             self.scene,
@@ -264,7 +278,6 @@ impl Case {
             })
             .collect();
         Scene::parse(&text, "robustness.ron", &overrides)
-            .unwrap_or_else(|error| panic!("{error}\n{text}"))
     }
 
     /// Runs it.

@@ -56,11 +56,16 @@ pub(super) fn numbers(scene: &Scene) -> Checked {
     })?;
     positive("spacing", scene.spacing, "m")?;
     let support = scene.support();
-    ensure((1.2..=4.0).contains(&support), "support", || {
+    let least = scene.pressure.solver().least_support();
+    ensure((least..=4.0).contains(&support), "support", || {
+        let advised = Scene {
+            support: None,
+            ..scene.clone()
+        };
         format!(
-            "the support is {support} spacings; it must be from 1.2 (below, a particle has too few neighbours to know \
-             its density) to 4 (above, it has over 250), and {} is usual for this kernel",
-            scene.kernel().support(scene.dimension)
+            "the support is {support} spacings; with this method it must be from {least} (below, a particle has too \
+             few neighbours to know its density) to 4 (above, it has over 250), and {} is usual with this kernel",
+            advised.support()
         )
     })?;
     is_flat("gravity", scene.gravity, scene.dimension)?;
