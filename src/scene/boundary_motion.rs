@@ -84,6 +84,22 @@ impl BoundaryShape {
         }
     }
 
+    /// Largest acceleration of its back and forth \[m/s²]. A table that cannot be read counts as standing.
+    pub(crate) fn greatest_acceleration(&self) -> Option<f32> {
+        match *self.motion()? {
+            WallMotion::Oscillation {
+                amplitude,
+                frequency,
+                ..
+            } => Some(long(amplitude) * (std::f32::consts::TAU * frequency).powi(2)),
+            WallMotion::Table { ref file, .. } => {
+                let table = MotionTable::load(Path::new(file)).ok()?;
+                Some(table.greatest_acceleration() as f32)
+            }
+            WallMotion::Velocity { .. } | WallMotion::Rotation { .. } => None,
+        }
+    }
+
     /// Period of its back and forth \[s], at a `spacing` \[m]; the shortest of a table. A table that cannot be read
     /// counts as standing.
     pub(crate) fn shortest_period(&self, spacing: f32) -> Option<f32> {

@@ -272,6 +272,32 @@ impl MotionTable {
         };
         self.rows.windows(2).map(of_pair).fold(0.0, f64::max)
     }
+
+    /// Largest acceleration \[m/s²]. A table without speeds changes its speed over half of the times beside a row.
+    pub fn greatest_acceleration(&self) -> f64 {
+        let mean = |from: &[f64; 3], to: &[f64; 3]| (to[1] - from[1]) / (to[0] - from[0]);
+        let largest = |accelerations: &mut dyn Iterator<Item = f64>| {
+            accelerations.fold(0.0, |most: f64, a| most.max(a.abs()))
+        };
+        if self.has_speeds {
+            // That of a cubic is linear in time.
+            let ends = self.rows.windows(2).flat_map(|pair| {
+                let (length, mean) = (pair[1][0] - pair[0][0], mean(&pair[0], &pair[1]));
+                let (v0, v1) = (pair[0][2], pair[1][2]);
+                [
+                    6.0 * mean - 4.0 * v0 - 2.0 * v1,
+                    2.0 * v0 + 4.0 * v1 - 6.0 * mean,
+                ]
+                .map(|change| change / length)
+            });
+            return largest(&mut { ends });
+        }
+        let kinks = self.rows.windows(3).map(|rows| {
+            let change = mean(&rows[1], &rows[2]) - mean(&rows[0], &rows[1]);
+            change / (0.5 * (rows[2][0] - rows[0][0]))
+        });
+        largest(&mut { kinks })
+    }
 }
 
 #[cfg(test)]

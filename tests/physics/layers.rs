@@ -122,3 +122,41 @@ fn an_equation_of_state_gains_no_energy_beside_layers() {
         }
     }
 }
+
+/// A full tank that is shaken, and a block that cohesion alone holds: no wave of gravity and no speed tells how stiff
+/// they have to be.
+#[test]
+fn what_shakes_or_holds_the_fluid_compresses_it_little() {
+    for (dimension, depth) in [(2, "0"), (3, "0.2")] {
+        for spacing in [0.05, 0.025] {
+            if dimension == 3 && spacing < 0.05 {
+                continue;
+            }
+            let body = format!("shape: Box(min: (0, 0, 0), max: (0.4, 0.4, {depth}))");
+            let shaken = format!(
+                "bodies: [({body}, velocity: (0.2513, 0, 0))], boundaries: [Tank(min: (0, 0, 0),
+                max: (0.4, 0.4, {depth}), motion: Oscillation(amplitude: (0.02, 0, 0), frequency: 2))]"
+            );
+            let held = format!(
+                "bodies: [({body})], fluid: (surface_tension: BeckerTeschner(kappa: {}))",
+                if dimension == 2 { 1.0 } else { 0.05 }
+            );
+            for rest in [shaken, held] {
+                let text = format!(
+                    "(name: \"stiff\", dimension: {dimension}, spacing: {spacing}, gravity: (0, 0, 0),
+                    pressure: DeltaSph(), {rest})"
+                );
+                let scene = Scene::parse(&text, "stiff.ron", &[]).expect("a scene");
+                let mut simulation = Simulation::with_threads(&scene, 2).expect("a start");
+                let mut most = 0.0_f32;
+                while simulation.time() < 0.3 {
+                    let report = simulation
+                        .step()
+                        .unwrap_or_else(|error| panic!("{error}: {text}"));
+                    most = most.max(report.max_density_error);
+                }
+                assert!(most < 0.06, "{most}: {text}");
+            }
+        }
+    }
+}
