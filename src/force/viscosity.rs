@@ -18,13 +18,13 @@ use crate::{
     pairs::{Pair, PairSum, accumulate, broadcast, difference, dot},
     pressure::{
         first_force::{self, FirstForce, WithFirstForce},
-        warm_start,
+        warm_start::{self, WarmStart},
     },
     scene::{Scene, Viscosity},
     simd::Simd,
     state::{
-        Accelerations, Densities, Execution, Limit, Material, Phase, Positions, Pressures, Product,
-        Stage, Systems, Velocities,
+        Accelerations, Densities, Execution, Limit, Material, MeanPressures, Phase, Positions,
+        Pressures, Product, Stage, Systems, Velocities,
     },
 };
 
@@ -141,18 +141,23 @@ pub struct ArtificialViscosity {
 #[derive(Resource, Debug, Clone, Copy)]
 pub struct NumericalViscosity(pub f32);
 
-/// Puts the pressure terms of the last step beside the positions, where the pressure solve has not (phase `Forces`).
+/// Puts the pressure terms from which the solve will start beside the positions, where the first pressure force has not
+/// (phase `Forces`): the sums are the same to the bit, whether that force is summed beside viscosity or not.
 pub fn put_pressure_terms(
     mut positions: ResMut<Positions>,
     densities: Res<Densities>,
     pressures: Res<Pressures>,
+    means: Option<Res<MeanPressures>>,
+    start: Option<Res<WarmStart>>,
     execution: Res<Execution>,
 ) {
+    let start = start.as_deref();
+    let means = means.filter(|_| start.is_some_and(|start| start.share > 0.0));
     warm_start::put_terms(
         &mut positions,
-        1.0,
+        warm_start::share_of_terms(start),
         (&densities, &pressures),
-        None,
+        means.as_deref(),
         &execution,
     );
 }
