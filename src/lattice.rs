@@ -76,6 +76,11 @@ impl Lattice {
         }
     }
 
+    /// Sum of the kernel over the lattice, the particle itself included \[spacing⁻³; spacing⁻² in 2-D].
+    pub(crate) fn density(&self) -> f64 {
+        self.density
+    }
+
     /// Largest eigenvalue of the pressure system on this lattice, over its diagonal \[-]: `|Σ_j ∇W_ij sin(k·x_ij)|²`
     /// over `Σ_j |∇W_ij|²`, and with a stabilisation κ that share of the compact Laplacian in its place. A Jacobi
     /// iteration is stable for relaxations below 2 over it, with momentum below 4/3 over it.

@@ -9,11 +9,11 @@ use overfall::input;
 use overfall::output::RunTotals;
 use serde::{Deserialize, Serialize};
 
-use super::console;
 use super::exit::Failure;
 use super::folder::{CHECKPOINT, HISTORY};
 use super::manifest::MANIFEST;
 use super::schedule::{ClockState, Goal};
+use super::{beside, console};
 
 /// Name of the run's own part of a checkpoint.
 const PART: &str = "run";
@@ -143,7 +143,7 @@ impl Resumed {
     /// Reads a checkpoint file, or the checkpoint in a run's folder.
     pub(super) fn read(path: &Path) -> Result<Self, Failure> {
         let file = if path.is_dir() {
-            path.join(CHECKPOINT)
+            beside::newest(path, CHECKPOINT).join(CHECKPOINT)
         } else {
             path.to_owned()
         };
@@ -201,7 +201,8 @@ impl Resumed {
     pub(super) fn folder(&self, out: Option<&Path>) -> Option<&Path> {
         let folder = self.folder.as_deref()?;
         let same = |out: &Path| out.canonicalize().ok() == folder.canonicalize().ok();
-        out.is_none_or(same).then_some(folder)
+        let is_here = |out: &Path| same(out) || same(&beside::unfinished(out));
+        out.is_none_or(is_here).then_some(folder)
     }
 }
 

@@ -1,49 +1,30 @@
 //! Ownership of files in an output folder: a manifest lists every file of ours before it is written, and no other file
 //! is ever replaced, moved or removed.
 //!
-//! The files of an older run or study are known from its manifest: they are moved into a subfolder, or removed on
-//! request.
+//! The files of an older run or study are known from its manifest: they are moved into a subfolder, or on request
+//! replaced when the new ones are complete (`beside.rs`).
 
 use std::collections::BTreeSet;
-use std::fs::{File, TryLockError};
+use std::fs::File;
 use std::io::{self, ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use overfall::output::{OutputError, partial_name};
 
-use super::console;
+use super::beside::{self, Replaced};
 use super::exit::Failure;
-use super::manifest::{HEAD, Listing, MANIFEST, create_folder, failed, is_there};
-
-/// Locked by the program that writes into the folder. It is never removed: otherwise a third program could lock a new
-/// file while a second waits for the old one.
-const LOCK: &str = ".overfall_lock";
-
-/// A program that is going to write into a folder.
-pub(super) struct Writer<'a> {
-    /// `run`, `study` or `validation`.
-    pub(super) kind: &'static str,
-    /// Name of the scene or the study.
-    pub(super) name: &'a str,
-    /// Whether an older run of the same kind and name is replaced instead of being moved aside.
-    pub(super) force: bool,
-    /// Files that will be read: none of them may be moved or removed.
-    pub(super) inputs: Vec<PathBuf>,
-}
-
-impl Writer<'_> {
-    /// The manifest's second line.
-    fn line(&self) -> String {
-        format!("{} {:?}", self.kind, self.name)
-    }
-}
+use super::lock::lock_folder;
+use super::manifest::{HEAD, Listing, MANIFEST, NOT_OURS, create_folder, failed, is_there};
+use super::writer::Writer;
 
 /// The files of a folder that are ours, and the lock on it.
 #[derive(Debug)]
 pub(super) struct Claims {
     root: PathBuf,
     manifest: Mutex<Manifest>,
+    /// Where the results belong when they are complete, if that is another folder.
+    replaced: Option<Replaced>,
     /// Unlocked on drop; `None` if the file system has no locks.
     _lock: Option<File>,
 }
@@ -56,7 +37,8 @@ struct Manifest {
 
 impl Claims {
     /// Prepares the folder `root`: creates it, locks it against other programs, and moves the files of an older run
-    /// aside. Also returns the folder to which these were moved.
+    /// aside. Also returns the folder to which these were moved. If they are to be replaced, they stay until
+    /// [`complete`](Self::complete), and files are written into a subfolder.
     ///
     /// `planned` are the files, relative to the folder, that will be written there. If one of them exists and is not
     /// ours, the folder is refused.
@@ -66,21 +48,32 @@ impl Claims {
         planned: &[String],
     ) -> Result<(Self, Option<PathBuf>), Failure> {
         create_folder(root)?;
-        let lock = lock(root)?;
+        let lock = lock_folder(root)?;
         let older = Listing::read(root)?;
         let is_listed = |name: &String| older.as_ref().is_some_and(|old| old.files.contains(name));
         for name in planned.iter().filter(|name| !is_listed(name)) {
             refuse_if_there(root, name)?;
         }
-        let mut aside = None;
+        let mut aside = beside::set_aside(root, writer)?;
         if let Some(older) = older {
-            refuse_inputs(root, &older, writer)?;
+            writer.refuse_inputs(root, &older)?;
             if writer.force && older.writer == writer.line() {
-                older.remove(root)?;
-            } else {
-                aside = Some(older.move_aside(root)?);
+                let beside = beside::unfinished(root);
+                create_folder(&beside)?;
+                for name in planned {
+                    refuse_if_there(&beside, name)?;
+                }
+                let mut claims = Self::create(&beside, writer, lock_folder(&beside)?)?;
+                claims.replaced = Some(Replaced::new(root, lock));
+                return Ok((claims, aside));
             }
+            aside = Some(older.move_aside(root, root)?);
         }
+        Ok((Self::create(root, writer, lock)?, aside))
+    }
+
+    /// Writes the manifest of a folder.
+    fn create(root: &Path, writer: &Writer, lock: Option<File>) -> Result<Self, Failure> {
         let path = root.join(MANIFEST);
         let file = File::create_new(&path)
             .and_then(|mut file| {
@@ -88,8 +81,28 @@ impl Claims {
                 Ok(file)
             })
             .map_err(|error| failed("cannot write", &path, &error))?;
-        let listed = BTreeSet::new();
-        Ok((Self::new(root, file, listed, lock), aside))
+        Ok(Self::new(root, file, BTreeSet::new(), lock))
+    }
+
+    /// The folder into which files are written.
+    pub(super) fn root(&self) -> &Path {
+        &self.root
+    }
+
+    /// Puts complete results where they belong: older ones are replaced now. Nothing is written afterwards.
+    pub(super) fn complete(&self) -> Result<(), Failure> {
+        match &self.replaced {
+            Some(replaced) => replaced.replace(&self.root),
+            None => Ok(()),
+        }
+    }
+
+    /// Where a file or the folder is now.
+    pub(super) fn place(&self, file: &Path) -> PathBuf {
+        match &self.replaced {
+            Some(replaced) => replaced.place(&self.root, file),
+            None => file.to_owned(),
+        }
     }
 
     /// Continues in the folder of a run that resumes. Refuses a folder of another writer.
@@ -104,7 +117,9 @@ impl Claims {
                 writer.line()
             )));
         }
-        Self::reopen(root)
+        let mut claims = Self::reopen(root)?;
+        claims.replaced = Replaced::again(root, writer)?;
+        Ok(claims)
     }
 
     /// Whether the manifest lists the file.
@@ -122,7 +137,7 @@ impl Claims {
                 root.display()
             )));
         };
-        let lock = lock(root)?;
+        let lock = lock_folder(root)?;
         let path = root.join(MANIFEST);
         let open = || {
             let file = File::options().append(true).open(&path)?;
@@ -138,6 +153,7 @@ impl Claims {
         Self {
             root: root.to_owned(),
             manifest: Mutex::new(Manifest { file, listed }),
+            replaced: None,
             _lock: lock,
         }
     }
@@ -178,8 +194,6 @@ impl Claims {
     }
 }
 
-const NOT_OURS: &str = "it exists, was not written by overfall, and is not overwritten";
-
 fn refuse_if_there(root: &Path, name: &str) -> Result<(), Failure> {
     let path = root.join(name);
     for path in [partial_name(&path), path] {
@@ -193,66 +207,11 @@ fn refuse_if_there(root: &Path, name: &str) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Refuses to move or remove files that will be read, such as a scene that an older run kept.
-fn refuse_inputs(root: &Path, older: &Listing, writer: &Writer) -> Result<(), Failure> {
-    let same = |a: &Path, b: &Path| match (a.canonicalize(), b.canonicalize()) {
-        (Ok(a), Ok(b)) => a == b,
-        _ => false,
-    };
-    for input in &writer.inputs {
-        let ours = (older.files.iter())
-            // Most names already differ in their last part; only the others need access to the disk.
-            .filter(|name| Path::new(name).file_name() == input.file_name() || input.is_symlink())
-            .any(|name| same(&root.join(name), input));
-        if ours {
-            return Err(Failure::Refused(format!(
-                "{}: it is an input, and belongs to an older {} in the folder {}, which would be moved; choose another \
-                 --out",
-                input.display(),
-                older.writer,
-                root.display()
-            )));
-        }
-    }
-    Ok(())
-}
-
-/// Locks a folder.
-fn lock(root: &Path) -> Result<Option<File>, Failure> {
-    let path = root.join(LOCK);
-    // Opening a pipe would wait for a reader.
-    if is_there(&path) && !path.is_file() {
-        return Err(Failure::Refused(format!(
-            "{}: {NOT_OURS}; choose another --out",
-            path.display()
-        )));
-    }
-    let file = File::options()
-        .create(true)
-        .truncate(false)
-        .write(true)
-        .open(&path)
-        .map_err(|error| failed("cannot write", &path, &error))?;
-    match file.try_lock() {
-        Ok(()) => Ok(Some(file)),
-        Err(TryLockError::WouldBlock) => Err(Failure::Refused(format!(
-            "{}: another overfall is writing into this folder; wait for it, or choose another --out",
-            root.display()
-        ))),
-        Err(TryLockError::Error(error)) => {
-            console::note(&format!(
-                "{}: it cannot be locked ({error}); do not start a second run there",
-                root.display()
-            ));
-            Ok(None)
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use std::fs;
 
+    use super::super::lock::LOCK;
     use super::*;
 
     fn run(name: &str, force: bool) -> Writer<'_> {
@@ -273,11 +232,12 @@ mod tests {
     /// Writes the planned files, each with the name of the run as its content; returns where the older files are now.
     fn write(root: &Path, writer: &Writer) -> Result<Option<PathBuf>, Failure> {
         let (claims, aside) = Claims::start(root, writer, &planned())?;
-        fs::create_dir_all(root.join("frames")).expect("a folder");
+        fs::create_dir_all(claims.root().join("frames")).expect("a folder");
         for name in planned() {
             let path = claims.claim(&name).expect("a file of ours");
             fs::write(path, writer.name).expect("a file");
         }
+        claims.complete()?;
         Ok(aside)
     }
 

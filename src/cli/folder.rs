@@ -7,10 +7,11 @@ use std::path::{Path, PathBuf};
 use overfall::output::{OutputError, write_atomically};
 use overfall::scene::{FrameFormat, Scene};
 
-use super::claims::{Claims, Writer};
+use super::claims::Claims;
 use super::exit::Failure;
 use super::manifest::{create_folder, failed, is_absent};
 use super::scene_copy::SceneCopy;
+use super::writer::Writer;
 
 /// The parent folder of runs and studies without `--out`.
 const DEFAULT_PARENT: &str = "out";
@@ -73,7 +74,7 @@ impl RunFolder {
 
     /// Prepares the folder for a run of a scene, see [`Claims::start`].
     pub(super) fn prepare(
-        &self,
+        &mut self,
         writer: &Writer,
         scene: &Scene,
         copy: &SceneCopy,
@@ -106,6 +107,7 @@ impl RunFolder {
             }
         }
         let started = Claims::start(&self.root, writer, &planned)?;
+        started.0.root().clone_into(&mut self.root);
         create_folder(&self.frames())?;
         if scene.output.pictures {
             self.create_pictures()?;
@@ -135,6 +137,13 @@ impl RunFolder {
             self.create_pictures()?;
         }
         Ok(claims)
+    }
+
+    /// Puts the results of a run that is done where they belong, see [`Claims::complete`].
+    pub(super) fn complete(&mut self, claims: &Claims) -> Result<(), Failure> {
+        claims.complete()?;
+        self.root = claims.place(&self.root);
+        Ok(())
     }
 
     /// Creates the folder of the pictures, if it does not exist.

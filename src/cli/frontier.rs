@@ -14,14 +14,15 @@ use overfall::study::StudyError;
 use overfall::study::chart::{FrontierPanel, FrontierPicture, FrontierPoint, draw_frontier};
 use serde_json::json;
 
-use super::claims::{Claims, Writer};
+use super::claims::Claims;
 use super::exit::{Exit, Failure, cannot_write};
 use super::folder::{self, SUMMARY};
 use super::kinds::{Kind, with_kind};
 use super::stability::source;
 use super::stages::Display;
 use super::waiting::waiting;
-use super::{COMMIT, caret, console, interrupt, options, report};
+use super::writer::Writer;
+use super::{COMMIT, beside, caret, console, interrupt, options, report};
 
 /// Names in the folder, in addition to the summary's.
 const RUNS: &str = "runs.csv";
@@ -94,10 +95,13 @@ pub(super) fn study(options: &options::Study) -> Result<Exit, Failure> {
     let path = claims.claim(SUMMARY).map_err(cannot_write)?;
     write_atomically(&path, |out| out.write_all(summary.as_bytes())).map_err(cannot_write)?;
     written.push(path);
+    if !interrupt::asked() {
+        claims.complete()?;
+    }
     let mut text = text_of(&plan, &runs);
     text.push('\n');
     for file in written {
-        text.push_str(&format!("  {}\n", file.display()));
+        text.push_str(&format!("  {}\n", claims.place(&file).display()));
     }
     console::print(if options.reporting.json {
         &summary
@@ -117,8 +121,8 @@ fn older(root: &Path, fresh: bool) -> (Runs, Option<Reference>) {
         return (Runs::default(), None);
     }
     (
-        Runs::read(&root.join(RUNS)).unwrap_or_default(),
-        Reference::read(&root.join(REFERENCE)).ok(),
+        Runs::read(&beside::newest(root, RUNS).join(RUNS)).unwrap_or_default(),
+        Reference::read(&beside::newest(root, REFERENCE).join(REFERENCE)).ok(),
     )
 }
 

@@ -24,6 +24,9 @@ pub(super) const HEAD: &str = "overfall manifest 1";
 /// Name of the folder for an older run, before its number.
 const OLDER: &str = "older_";
 
+/// Why a file that no manifest lists stays as it is.
+pub(super) const NOT_OURS: &str = "it exists, was not written by overfall, and is not overwritten";
+
 /// Content of a manifest.
 pub(super) struct Listing {
     /// Its second line.
@@ -81,9 +84,9 @@ impl Listing {
         Ok(())
     }
 
-    /// Moves all these files into a new folder and returns it.
-    pub(super) fn move_aside(&self, root: &Path) -> Result<PathBuf, Failure> {
-        let aside = free_folder(root)?;
+    /// Moves all these files of `root` into a new subfolder of `parent` and returns it.
+    pub(super) fn move_aside(&self, root: &Path, parent: &Path) -> Result<PathBuf, Failure> {
+        let aside = free_folder(parent)?;
         for name in self.present(root) {
             let (from, to) = (root.join(&name), aside.join(&name));
             let moved = (to.parent())

@@ -4,6 +4,7 @@
 //! ([`Exit`](exit::Exit)).
 
 mod advise;
+mod beside;
 mod caret;
 mod check;
 mod checkpoints;
@@ -18,6 +19,7 @@ mod frontier;
 mod gauges;
 mod interrupt;
 mod kinds;
+mod lock;
 mod looks;
 mod manifest;
 mod movie;
@@ -36,6 +38,7 @@ mod stages;
 mod study;
 mod validate;
 mod waiting;
+mod writer;
 
 pub(crate) use command::main;
 

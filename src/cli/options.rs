@@ -73,7 +73,7 @@ pub(super) struct Run {
     /// Output folder; out/<scene name> by default. An older run in it is moved into a subfolder older_1, older_2, …
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(super) out: Option<PathBuf>,
-    /// Replace an older run of the scene instead of moving it aside.
+    /// Replace an older run of the scene instead of moving it aside, when the new one is done.
     #[arg(long)]
     pub(super) force: bool,
     /// Frames per simulated second; 0 writes the first and the last only.
@@ -188,7 +188,7 @@ pub(super) struct Study {
     /// Output folder; out/<study name> by default. An older table in it is moved into a subfolder older_1, older_2, …
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(super) out: Option<PathBuf>,
-    /// Replace an older table of the study instead of moving it aside.
+    /// Replace older results of the study instead of moving them aside, when the new ones are complete.
     #[arg(long)]
     pub(super) force: bool,
     /// Go on where an interrupted study stopped, in its folder; what it had finished is not repeated.
@@ -226,7 +226,7 @@ pub(super) struct Validate {
     /// Output folder; out/validation by default. An older page in it is moved into a subfolder older_1, older_2, …
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(super) out: Option<PathBuf>,
-    /// Replace an older page instead of moving it aside.
+    /// Replace an older page instead of moving it aside, when the new one is complete.
     #[arg(long)]
     pub(super) force: bool,
     /// List the cases, the methods, and known cases that are not supported yet; run nothing.

@@ -1,15 +1,28 @@
-//! The report at the end of a run, as text and as JSON.
+//! Warnings before a run, and the report at its end, as text and as JSON.
 
 use std::fmt::Write;
 
 use overfall::Phase;
 use overfall::output::{Status, Summary};
 use overfall::scene::Scene;
+use overfall::step::warnings;
 use serde::Serialize;
 
-use super::console;
 use super::exit::Failure;
 use super::folder::{CONTACT_SHEET, HISTORY, RunFolder, SUMMARY};
+use super::waiting::waiting;
+use super::{console, options};
+
+/// Prints what is probably a mistake in a scene.
+pub(super) fn warn(options: &options::Run, scene: &Scene) -> Result<(), Failure> {
+    let quiet = options.reporting.quiet;
+    let warnings = waiting("counting", quiet, || warnings(scene))
+        .map_err(|error| options.scene.refuse(&error.into()))?;
+    for warning in warnings.iter().filter(|_| !quiet) {
+        console::note(&format!("warning: {warning}"));
+    }
+    Ok(())
+}
 
 /// A result as JSON, as it may go to a terminal.
 pub(super) fn pretty(result: &impl Serialize) -> Result<String, Failure> {

@@ -8,13 +8,12 @@ use bevy_ecs::prelude::With;
 use overfall::checkpoint::{Checkpoint, CheckpointError, steps_until_possible};
 use overfall::output::{Frame, History, OutputError, Provenance, RunTotals, Status, Summary};
 use overfall::scene::Scene;
-use overfall::state::Execution;
 use overfall::state::particle::{Boundary, Fluid};
+use overfall::state::{Clock, Execution};
 use overfall::{Simulation, StepError};
-use overfall::{state::Clock, step::warnings};
 
 use super::checkpoints::{CheckpointClock, Every, Resumed, RunState};
-use super::claims::{Claims, Writer};
+use super::claims::Claims;
 use super::exit::{Exit, Failure, cannot_write};
 use super::folder::{HISTORY, Reserve, RunFolder, SUMMARY};
 use super::gauges::GaugeFiles;
@@ -24,6 +23,7 @@ use super::scene_copy::SceneCopy;
 use super::schedule::{FrameClock, Goal};
 use super::spent::Spent;
 use super::waiting::waiting;
+use super::writer::Writer;
 use super::{COMMIT, console, interrupt, options, picture, report};
 
 /// Largest number of further steps after a signal until a checkpoint is possible.
@@ -36,13 +36,7 @@ pub(super) fn run(options: &options::Run) -> Result<Exit, Failure> {
     let quiet = options.reporting.quiet;
     let scene = waiting("reading the scene", quiet, || options.effective_scene())?;
     let threads = options.scene.threads();
-    let warnings = waiting("counting", quiet, || warnings(&scene))
-        .map_err(|error| options.scene.refuse(&error.into()))?;
-    if !options.reporting.quiet {
-        for warning in warnings {
-            console::note(&format!("warning: {warning}"));
-        }
-    }
+    report::warn(options, &scene)?;
     let resumed = (options.resume.as_deref()).map(Resumed::read).transpose()?;
     let simulation = set_up(options, &scene, threads, resumed.as_ref())?;
     let goal = options
@@ -53,7 +47,7 @@ pub(super) fn run(options: &options::Run) -> Result<Exit, Failure> {
         resumed.ends_before(goal, simulation.time())?;
     }
     let own_folder = (resumed.as_ref()).and_then(|of| of.folder(options.out.as_deref()));
-    let folder = RunFolder::new(own_folder.or(options.out.as_deref()), &scene.name);
+    let mut folder = RunFolder::new(own_folder.or(options.out.as_deref()), &scene.name);
     let copy = SceneCopy::of(&scene)?;
     let writer = Writer {
         kind: "run",
@@ -99,7 +93,10 @@ pub(super) fn run(options: &options::Run) -> Result<Exit, Failure> {
     summary.threads = threads;
     summary.wall_s = started.elapsed().as_secs_f64();
     reserve.release();
-    let written = summary.write(&summary_file).map_err(cannot_write);
+    let mut written = summary.write(&summary_file).map_err(cannot_write);
+    if written.is_ok() && summary.status == Status::Done {
+        written = folder.complete(&claims);
+    }
 
     let printed = console::print(&if options.reporting.json {
         report::pretty(&summary)?

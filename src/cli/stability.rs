@@ -14,13 +14,14 @@ use overfall::study::stability::{
 };
 use serde_json::json;
 
-use super::claims::{Claims, Writer};
+use super::claims::Claims;
 use super::exit::{Exit, Failure, cannot_write};
 use super::folder::{self, SUMMARY};
 use super::kinds::{Kind, with_kind};
 use super::stages::Display;
 use super::waiting::waiting;
-use super::{COMMIT, caret, console, interrupt, options, report};
+use super::writer::Writer;
+use super::{COMMIT, beside, caret, console, interrupt, options, report};
 
 /// Name of the file with the results.
 pub(super) const POINTS: &str = "points.csv";
@@ -37,7 +38,7 @@ pub(super) fn study(options: &options::Study) -> Result<Exit, Failure> {
     // Read before an older run is moved aside.
     let known = match options.fresh {
         true => Known::default(),
-        false => Known::read(&root.join(POINTS)).unwrap_or_default(),
+        false => Known::read(&beside::newest(&root, POINTS).join(POINTS)).unwrap_or_default(),
     };
     let writer = Writer {
         kind: "study",
@@ -89,10 +90,13 @@ pub(super) fn study(options: &options::Study) -> Result<Exit, Failure> {
     let path = claims.claim(SUMMARY).map_err(cannot_write)?;
     write_atomically(&path, |out| out.write_all(summary.as_bytes())).map_err(cannot_write)?;
     written.push(path);
+    if !interrupt::asked() {
+        claims.complete()?;
+    }
     let mut text = text_of(&plan, &readings);
     text.push('\n');
     for file in written {
-        text.push_str(&format!("  {}\n", file.display()));
+        text.push_str(&format!("  {}\n", claims.place(&file).display()));
     }
     console::print(if options.reporting.json {
         &summary

@@ -13,13 +13,14 @@ use overfall::simd::InstructionSet;
 use overfall::study::{Event, Pause, Plan, StudyError, StudyKind, Table, chart, resume};
 use serde::Serialize;
 
-use super::claims::{Claims, Writer};
+use super::claims::Claims;
 use super::exit::{Exit, Failure, cannot_write};
 use super::folder::{self, SUMMARY};
 use super::kinds::{Kind, with_kind};
 use super::stages::Display;
 use super::waiting::waiting;
-use super::{COMMIT, caret, console, frontier, interrupt, options, stability};
+use super::writer::Writer;
+use super::{COMMIT, beside, caret, console, frontier, interrupt, options, stability};
 
 /// Names in the folder, in addition to the summary's.
 const TABLE: &str = "table.csv";
@@ -50,7 +51,10 @@ fn table(options: &options::Study) -> Result<Exit, Failure> {
     let started = Instant::now();
     let quiet = options.reporting.quiet;
     let plan = planned(options, quiet)?;
-    let root = folder::root(options.out.as_deref(), &plan.study.name);
+    let mut root = folder::root(options.out.as_deref(), &plan.study.name);
+    if options.resume {
+        root = beside::newest(&root, PROGRESS);
+    }
     let writer = Writer {
         kind: "study",
         name: &plan.study.name,
@@ -108,14 +112,10 @@ fn table(options: &options::Study) -> Result<Exit, Failure> {
         other => Failure::Failed(other.to_string()),
     })?;
 
-    report(
-        &plan,
-        &table,
-        &files,
-        (threads, started.elapsed()),
-        options.reporting.json,
-    )?;
-    if table.rows.iter().all(|row| row.blocks.is_empty()) && !interrupt::asked() {
+    let elapsed = started.elapsed();
+    let json = options.reporting.json;
+    report(&plan, &table, (&claims, &files), (threads, elapsed), json)?;
+    if is_empty(&table) && !interrupt::asked() {
         return Err(Failure::Failed("no variant could be measured".into()));
     }
     Ok(if interrupt::asked() {
@@ -123,6 +123,11 @@ fn table(options: &options::Study) -> Result<Exit, Failure> {
     } else {
         Exit::Done
     })
+}
+
+/// Whether no variant could be measured.
+fn is_empty(table: &Table) -> bool {
+    table.rows.iter().all(|row| row.blocks.is_empty())
 }
 
 /// The study of a file, with its scenes.
@@ -154,7 +159,7 @@ fn progress(root: &Path) -> Result<Pause, Failure> {
 fn report(
     plan: &Plan,
     table: &Table,
-    files: &Files,
+    (claims, files): (&Claims, &Files),
     (threads, elapsed): (usize, Duration),
     json: bool,
 ) -> Result<(), Failure> {
@@ -173,6 +178,9 @@ fn report(
     }
     let summary = Summary::of(plan, table, threads, elapsed);
     summary.write(&files.summary).map_err(cannot_write)?;
+    if !is_empty(table) && !interrupt::asked() {
+        claims.complete()?;
+    }
     if json {
         return console::print(&super::report::pretty(&summary)?);
     }
@@ -185,7 +193,7 @@ fn report(
         summary.wall_s
     ));
     for file in written {
-        text.push_str(&format!("  {}\n", file.display()));
+        text.push_str(&format!("  {}\n", claims.place(file).display()));
     }
     console::print(&text)
 }

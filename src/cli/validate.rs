@@ -14,10 +14,11 @@ use overfall::validate::{
 
 use serde_json::{Value, json};
 
-use super::claims::{Claims, Writer};
+use super::claims::Claims;
 use super::exit::{Exit, Failure, cannot_write};
 use super::folder::SUMMARY;
 use super::stages::Display;
+use super::writer::Writer;
 use super::{COMMIT, console, folder, interrupt, options, report};
 
 /// Name of the default folder in `out/`.
@@ -82,6 +83,9 @@ pub(super) fn validate(options: &options::Validate) -> Result<Exit, Failure> {
     let left = jobs.len() - outcomes.len();
     let summary = report::pretty(&summary(&outcomes, left, options.threads.count()))?;
     write(&claims, SUMMARY, &summary).map_err(cannot_write)?;
+    if !interrupt::asked() {
+        claims.complete()?;
+    }
     let mut text = table(&outcomes);
     if interrupt::asked() {
         let _ = writeln!(
@@ -90,7 +94,7 @@ pub(super) fn validate(options: &options::Validate) -> Result<Exit, Failure> {
             jobs.len()
         );
     }
-    let _ = writeln!(text, "\n  {}", page.display());
+    let _ = writeln!(text, "\n  {}", claims.place(&page).display());
     console::print(if options.reporting.json {
         &summary
     } else {
@@ -99,13 +103,15 @@ pub(super) fn validate(options: &options::Validate) -> Result<Exit, Failure> {
     if interrupt::asked() {
         return Ok(Exit::Interrupted);
     }
+    all_done(&outcomes, jobs.len())
+}
+
+/// Fails if a run has failed.
+fn all_done(outcomes: &[Outcome], jobs: usize) -> Result<Exit, Failure> {
     let failed = outcomes.iter().filter(|outcome| outcome.result.is_err());
     match failed.count() {
         0 => Ok(Exit::Done),
-        count => Err(Failure::Failed(format!(
-            "{count} of {} runs failed",
-            jobs.len()
-        ))),
+        count => Err(Failure::Failed(format!("{count} of {jobs} runs failed"))),
     }
 }
 

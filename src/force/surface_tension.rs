@@ -5,6 +5,7 @@ use bevy_ecs::prelude::*;
 use glam::{Vec3, Vec4};
 
 use crate::{
+    kernel::Kernel,
     pairs::{Pair, PairSum, PairsWithGradients, accumulate},
     scene::SurfaceTension,
     simd::Simd,
@@ -19,6 +20,7 @@ pub(crate) const STAGE: Stage = Stage {
         Product::Neighbours,
         Product::Forces,
     ],
+    has_own_kernel: true,
     wanted: |scene| scene.fluid.surface_tension != SurfaceTension::None,
     install: |world, scene| {
         if let SurfaceTension::BeckerTeschner { kappa } = scene.fluid.surface_tension {
@@ -42,8 +44,8 @@ pub fn apply_surface_tension(
     pairs: PairsWithGradients,
 ) {
     let pass = CohesionSum {
-        material: &material,
-        factor: -cohesion.0 * material.kernel.normalisation,
+        kernel: pairs.kernel(),
+        factor: -cohesion.0 * pairs.kernel().normalisation,
         nearest: material.spacing * material.spacing,
     };
     pairs.add(&pass, &mut accelerations.0);
@@ -51,7 +53,7 @@ pub fn apply_surface_tension(
 
 #[derive(Clone, Copy)]
 struct CohesionSum<'a> {
-    material: &'a Material,
+    kernel: &'a Kernel,
     /// −κ σ
     factor: f32,
     /// Square of the spacing \[m²].
@@ -70,7 +72,7 @@ impl PairSum for CohesionSum<'_> {
     #[inline(always)]
     fn fluid<S: Simd>(&self, simd: S, pair: &Pair<S>, _: S::Rows, sum: &mut Self::Sums<S>) {
         let distance = simd.max(pair.r2, simd.splat(self.nearest));
-        let shape = self.material.kernel.w(simd, distance);
+        let shape = self.kernel.w(simd, distance);
         accumulate(simd, sum, shape, pair.x_ij);
     }
 

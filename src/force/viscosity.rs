@@ -14,17 +14,18 @@ use glam::{Vec3, Vec4};
 
 use crate::{
     boundary::friction,
+    kernel::Kernel,
     lattice::Lattice,
     pairs::{Pair, PairSum, accumulate, broadcast, difference, dot},
     pressure::{
         first_force::{self, FirstForce, WithFirstForce},
-        warm_start,
+        warm_start::{self, WarmStart},
     },
     scene::{Scene, Viscosity},
     simd::Simd,
     state::{
-        Accelerations, Densities, Execution, Limit, Material, Phase, Positions, Pressures, Product,
-        Stage, Systems, Velocities,
+        Accelerations, Densities, Execution, Limit, Material, MeanPressures, Phase, Positions,
+        Pressures, Product, Stage, Systems, Velocities,
     },
 };
 
@@ -45,6 +46,7 @@ pub(crate) const STAGE: Stage = Stage {
         Product::Divergence,
         Product::Forces,
     ],
+    has_own_kernel: true,
     wanted: |scene| scene.fluid.viscosity != Viscosity::None,
     install,
     limits,
@@ -141,18 +143,23 @@ pub struct ArtificialViscosity {
 #[derive(Resource, Debug, Clone, Copy)]
 pub struct NumericalViscosity(pub f32);
 
-/// Puts the pressure terms of the last step beside the positions, where the pressure solve has not (phase `Forces`).
+/// Puts the pressure terms from which the solve will start beside the positions, where the first pressure force has not
+/// (phase `Forces`): the sums are the same to the bit, whether that force is summed beside viscosity or not.
 pub fn put_pressure_terms(
     mut positions: ResMut<Positions>,
     densities: Res<Densities>,
     pressures: Res<Pressures>,
+    means: Option<Res<MeanPressures>>,
+    start: Option<Res<WarmStart>>,
     execution: Res<Execution>,
 ) {
+    let start = start.as_deref();
+    let means = means.filter(|_| start.is_some_and(|start| start.share > 0.0));
     warm_start::put_terms(
         &mut positions,
-        1.0,
+        warm_start::share_of_terms(start),
         (&densities, &pressures),
-        None,
+        means.as_deref(),
         &execution,
     );
 }
@@ -168,12 +175,12 @@ pub fn apply_laminar_viscosity(
     mut sums: WithFirstForce,
 ) {
     let d = f32::from(u8::from(material.dimension));
-    let strength = 4.0 * (d + 2.0) * viscosity.0;
+    let strength = 4.0 * (d + 2.0) * viscosity.0 * sums.pairs.viscosity_share();
     let columns = (&mut *accelerations, &mut *velocities, &*densities);
     match numerical {
         None => apply_friction::<false, false>(columns, &material, &mut sums, (strength, 0.0)),
         Some(alpha) => {
-            let h = material.kernel.support_radius;
+            let h = sums.pairs.kernel().support_radius;
             // c² is ρ0/2 times the sum of two terms p/ρ².
             let half = 0.5 * material.rest_density / sums.share_of_terms();
             let strengths = (strength, 2.0 * alpha.0 * h * half.sqrt());
@@ -192,7 +199,7 @@ pub fn apply_artificial_viscosity(
     mut sums: WithFirstForce,
 ) {
     let ArtificialViscosity { alpha, sound_speed } = *viscosity;
-    let h = material.kernel.support_radius;
+    let h = sums.pairs.kernel().support_radius;
     let strength = 2.0 * alpha * h * sound_speed;
     let columns = (&mut *accelerations, &mut *velocities, &*densities);
     apply_friction::<true, false>(columns, &material, &mut sums, (strength, 0.0));
@@ -215,8 +222,10 @@ fn apply_friction<const APPROACHING: bool, const NUMERICAL: bool>(
                 velocity.w = *rho;
             }
         });
+    let kernel = *sums.pairs.kernel();
     let pass = Friction::<APPROACHING, NUMERICAL> {
-        material,
+        kernel: &kernel,
+        particle_mass: material.particle_mass,
         velocities: &velocities.0,
         strength,
         numerical,
@@ -227,7 +236,8 @@ fn apply_friction<const APPROACHING: bool, const NUMERICAL: bool>(
 /// The sum of both models. The fourth entry of a velocity is the density.
 #[derive(Clone, Copy)]
 struct Friction<'a, const APPROACHING: bool, const NUMERICAL: bool> {
-    material: &'a Material,
+    kernel: &'a Kernel,
+    particle_mass: f32,
     velocities: &'a [Vec4],
     strength: f32,
     numerical: f32,
@@ -258,7 +268,7 @@ impl<const APPROACHING: bool, const NUMERICAL: bool> PairSum
 
     #[inline(always)]
     fn fluid<S: Simd>(&self, simd: S, pair: &Pair<S>, j: S::Rows, sums: &mut FrictionSums<S>) {
-        let h = self.material.kernel.support_radius;
+        let h = self.kernel.support_radius;
         let Pair {
             x_ij,
             r2,
@@ -286,7 +296,7 @@ impl<const APPROACHING: bool, const NUMERICAL: bool> PairSum
     #[inline(always)]
     fn finish<S: Simd>(&self, simd: S, _: usize, sums: FrictionSums<S>) -> Vec3 {
         let [x, y, z] = sums.sum;
-        let factor = self.material.particle_mass * self.material.kernel.gradient_scale;
+        let factor = self.particle_mass * self.kernel.gradient_scale;
         factor * Vec3::new(simd.sum(x), simd.sum(y), simd.sum(z))
     }
 }

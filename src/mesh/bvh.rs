@@ -1,4 +1,4 @@
-//! A bounding volume hierarchy (tree of boxes) over triangles.
+//! A bounding volume hierarchy (tree of boxes) over triangles, or over boxes.
 
 use glam::DVec3;
 
@@ -19,7 +19,7 @@ struct Node {
 }
 
 #[derive(Debug, PartialEq)]
-pub(super) struct Bvh {
+pub(crate) struct Bvh {
     nodes: Vec<Node>,
     order: Vec<usize>,
 }
@@ -35,12 +35,34 @@ impl Bvh {
                 (a.min(b).min(c), a.max(b).max(c))
             })
             .collect();
+        Self::of_boxes(&boxes)
+    }
+
+    /// A tree over at least one box, given by its corners \[m].
+    pub(crate) fn of_boxes(boxes: &[(DVec3, DVec3)]) -> Self {
         let mut tree = Self {
-            nodes: Vec::with_capacity(triangles.len()),
-            order: (0..triangles.len()).collect(),
+            nodes: Vec::with_capacity(boxes.len()),
+            order: (0..boxes.len()).collect(),
         };
-        tree.build(&boxes, 0, triangles.len());
+        tree.build(boxes, 0, boxes.len());
         tree
+    }
+
+    /// Numbers of the boxes whose leaves touch a box \[m].
+    pub(crate) fn near(&self, low: DVec3, high: DVec3) -> Vec<usize> {
+        let (mut found, mut waiting) = (Vec::new(), vec![0]);
+        while let Some(node) = waiting.pop() {
+            let here = &self.nodes[node];
+            if here.min.cmpgt(high).any() || here.max.cmplt(low).any() {
+                continue;
+            }
+            if here.second == 0 {
+                found.extend(&self.order[here.first..here.first + here.count]);
+            } else {
+                waiting.extend([here.second, node + 1]);
+            }
+        }
+        found
     }
 
     fn build(&mut self, boxes: &[(DVec3, DVec3)], first: usize, count: usize) -> usize {

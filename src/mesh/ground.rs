@@ -1,12 +1,12 @@
 //! Heights on a grid: from a grey PNG, a CSV file, or a formula.
 
-use std::{f64::consts::TAU, io::Cursor, path::Path};
+use std::{f64::consts::TAU, path::Path};
 
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
 use super::{error::MeshError, random::split_mix};
-use crate::input::{read_bytes, read_text};
+use crate::input::read_text;
 
 /// Most points of a grid: two triangles for each can be read as a mesh.
 const MOST_POINTS: usize = 2_500_000;
@@ -75,7 +75,7 @@ fn four() -> u32 {
     4
 }
 
-fn refuse(file: &Path, message: impl Into<String>) -> MeshError {
+pub(super) fn refuse(file: &Path, message: impl Into<String>) -> MeshError {
     MeshError::Heights {
         file: file.to_owned(),
         message: message.into(),
@@ -83,7 +83,7 @@ fn refuse(file: &Path, message: impl Into<String>) -> MeshError {
 }
 
 /// Refuses a grid that is none, or too large, before its heights are taken in.
-fn proper([x, z]: [usize; 2]) -> Result<(), String> {
+pub(super) fn proper([x, z]: [usize; 2]) -> Result<(), String> {
     if x < 2 || z < 2 {
         return Err(format!(
             "it has {x} × {z} points; at least 2 × 2 make a surface"
@@ -101,49 +101,12 @@ fn proper([x, z]: [usize; 2]) -> Result<(), String> {
 }
 
 impl Ground {
-    /// A grey PNG; heights of black and of white \[m].
-    pub(crate) fn image(file: &Path, black: f64, white: f64) -> Result<Self, MeshError> {
-        let bytes = read_bytes(file);
-        let bytes =
-            bytes.map_err(|error| refuse(file, format!("the file cannot be read: {error}")))?;
-        let wrong = |error: png::DecodingError| {
-            refuse(
-                file,
-                format!("it is no PNG that can be read ({error}); save it as a grey PNG"),
-            )
-        };
-        let mut decoder = png::Decoder::new(Cursor::new(bytes));
-        // One byte or two for every point.
-        decoder.set_transformations(png::Transformations::EXPAND);
-        let mut reader = decoder.read_info().map_err(wrong)?;
-        let (kind, depth) = reader.output_color_type();
-        if kind != png::ColorType::Grayscale {
-            return Err(refuse(
-                file,
-                format!(
-                    "it has colours or transparency ({kind:?}); save it in grey without transparency"
-                ),
-            ));
-        }
-        let counts = [reader.info().width as usize, reader.info().height as usize];
-        proper(counts).map_err(|message| refuse(file, message))?;
-        let mut data = vec![0; reader.output_buffer_size().unwrap_or_default()];
-        reader.next_frame(&mut data).map_err(wrong)?;
-        let shades: Vec<f64> = match depth {
-            png::BitDepth::Sixteen => (data.as_chunks::<2>().0.iter())
-                .map(|pair| f64::from(u16::from_be_bytes(*pair)) / f64::from(u16::MAX))
-                .collect(),
-            _ => (data.iter())
-                .map(|shade| f64::from(*shade) / f64::from(u8::MAX))
-                .collect(),
-        };
-        let heights = shades.into_iter().take(counts[0] * counts[1]);
-        Ok(Self {
-            counts,
-            heights: heights
-                .map(|shade| black + shade * (white - black))
-                .collect(),
-        })
+    /// A grey PNG, which a program without the feature does not read.
+    #[cfg(not(feature = "images"))]
+    pub(crate) fn image(file: &Path, _: f64, _: f64) -> Result<Self, MeshError> {
+        let message = "this program was built without the feature `images`; build it with that, or write the heights \
+                       as CSV";
+        Err(refuse(file, message))
     }
 
     /// A CSV file of heights alone; metres in a unit of it.
@@ -264,44 +227,6 @@ mod tests {
         (folder, file)
     }
 
-    fn image(kind: png::ColorType, depth: png::BitDepth, size: [u32; 2], data: &[u8]) -> Vec<u8> {
-        let mut bytes = Vec::new();
-        let mut encoder = png::Encoder::new(&mut bytes, size[0], size[1]);
-        encoder.set_color(kind);
-        encoder.set_depth(depth);
-        let mut writer = encoder.write_header().expect("a header");
-        writer.write_image_data(data).expect("data");
-        writer.finish().expect("an end");
-        bytes
-    }
-
-    /// Grey of 1, 8 and 16 bits is the height between black and white, row by row.
-    #[test]
-    fn grey_images_are_heights() {
-        use png::{BitDepth, ColorType};
-        for (depth, data, expected) in [
-            (
-                BitDepth::One,
-                vec![0b0100_0000, 0b1000_0000],
-                [0.0, 1.0, 1.0, 0.0],
-            ),
-            (BitDepth::Eight, vec![0, 255, 51, 102], [0.0, 1.0, 0.2, 0.4]),
-            (
-                BitDepth::Sixteen,
-                vec![0, 0, 255, 255, 51, 51, 102, 102],
-                [0.0, 1.0, 0.2, 0.4],
-            ),
-        ] {
-            let bytes = image(ColorType::Grayscale, depth, [2, 2], &data);
-            let (_folder, file) = written("h.png", &bytes);
-            let ground = Ground::image(&file, -1.0, 3.0).expect("heights");
-            assert_eq!(ground.counts, [2, 2]);
-            for (height, shade) in ground.heights.iter().zip(expected) {
-                assert!((height - (4.0 * shade - 1.0)).abs() < 1e-12, "{height}");
-            }
-        }
-    }
-
     #[test]
     fn a_grid_is_read_line_by_line() {
         let (_folder, file) = written("h.csv", b"# heights\n1, 2,3\n\n4,5,6\n");
@@ -327,26 +252,6 @@ mod tests {
                 "{error}"
             );
         }
-        use png::{BitDepth, ColorType};
-        let colours = image(ColorType::Rgb, BitDepth::Eight, [2, 2], &[0; 12]);
-        let small = image(ColorType::Grayscale, BitDepth::Eight, [4, 1], &[0; 4]);
-        let mut cut = image(ColorType::Grayscale, BitDepth::Eight, [20, 20], &[7; 400]);
-        cut.truncate(cut.len() - 20);
-        for (bytes, expected) in [
-            (&b"P5 2 2 255"[..], "save it as a grey PNG"),
-            (&colours, "save it in grey"),
-            (&small, "4 × 1 points"),
-            (&cut, "save it as a grey PNG"),
-        ] {
-            let (_folder, file) = written("h.png", bytes);
-            let error = said(Ground::image(&file, 0.0, 1.0));
-            assert!(
-                error.contains(expected) && error.contains("h.png"),
-                "{error}"
-            );
-        }
-        let none = Path::new("/there/is/none.png");
-        assert!(said(Ground::image(none, 0.0, 1.0)).contains("cannot be read"));
     }
 
     fn rolling() -> Rolling {

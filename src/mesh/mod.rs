@@ -10,6 +10,8 @@
 mod bvh;
 mod error;
 mod ground;
+#[cfg(feature = "images")]
+mod ground_image;
 mod height_field;
 mod load;
 mod obj;
@@ -28,6 +30,7 @@ mod topology;
 mod triangle;
 mod weld;
 
+pub(crate) use bvh::Bvh;
 pub use error::MeshError;
 pub(crate) use ground::Ground;
 pub use ground::{Channel, Rolling};

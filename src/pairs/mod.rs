@@ -6,6 +6,7 @@
 //! sums in one pass load them once. Sums go to sinks, one per chunk of rows ([`store`], [`add`], [`zip`]). After the
 //! density pass the gradient factors of the kernel are stored, too (see [`KernelGradients`]).
 
+pub(crate) mod choice;
 mod gradients;
 mod image;
 mod pass;
@@ -18,7 +19,7 @@ use bevy_ecs::{prelude::*, system::SystemParam};
 use glam::Vec4;
 use rayon::prelude::*;
 
-use self::gradients::Generations;
+use self::{choice::OwnKernel, gradients::Generations};
 pub use self::{
     gradients::KernelGradients,
     image::reaches_across,
@@ -28,6 +29,7 @@ pub use self::{
 };
 use crate::{
     index::{BoundarySamples, FluidIndex},
+    kernel::Kernel,
     neighbours::{BoundaryNeighbours, FluidNeighbours, Recomputed, Search},
     simd::{Simd, Vectorised},
     state::{CHUNK, Execution, Material, Positions, Rows, SENTINEL},
@@ -43,6 +45,7 @@ pub struct Pairs<'w> {
     rows: Res<'w, Rows>,
     positions: Res<'w, Positions>,
     material: Res<'w, Material>,
+    own_kernel: Option<Res<'w, OwnKernel>>,
     /// Threads of the loops.
     pub execution: Res<'w, Execution>,
 }
@@ -84,6 +87,7 @@ impl PairsWithGradients<'_> {
         let grad_factors = self
             .grad_factors
             .as_deref()
+            .filter(|_| self.chosen().is_none())
             .and_then(|grad_factors| grad_factors.at(generations));
         rows::over_rows(pass, source, points, grad_factors, sinks, &self.execution);
     }
@@ -106,6 +110,21 @@ impl Pairs<'_> {
     /// Positions at the start of the step, as the lists were found from.
     pub fn positions(&self) -> &Positions {
         &self.positions
+    }
+
+    /// The kernel of the sums: the scene's, or that of the stage.
+    pub fn kernel(&self) -> &Kernel {
+        let chosen = self.chosen();
+        chosen.map_or(&self.material.kernel, |chosen| &chosen.kernel)
+    }
+
+    /// What a viscosity that is made for the scene's kernel is multiplied by \[-].
+    pub(crate) fn viscosity_share(&self) -> f32 {
+        self.chosen().map_or(1.0, |chosen| chosen.viscosity)
+    }
+
+    fn chosen(&self) -> Option<&choice::Chosen> {
+        self.own_kernel.as_ref()?.0.as_ref()
     }
 
     /// Runs `pass` over all rows at the positions of the step, and stores the gradient factors of the pairs if the
@@ -157,7 +176,7 @@ impl Pairs<'_> {
         Points {
             fluid,
             boundary: samples.map_or(&[SENTINEL], |samples| &samples.packed),
-            kernel: &self.material.kernel,
+            kernel: self.kernel(),
             period: self.material.period,
         }
     }

@@ -150,7 +150,7 @@ impl<const SHARED: bool> PairSum for DensityRate<'_, SHARED> {
         }
         DensityRateSums {
             velocity: broadcast(simd, of_pairs),
-            own: [own, of_pairs].map(|vector| simd.splat_vector(vector)),
+            own: [simd.splat_vector(own), simd.splat_vector(of_pairs)],
             across: (!SHARED && reaches_across(&self.period, self.support_radius, own))
                 .then_some([own.w, of_pairs.w]),
             sum: simd.splat(0.0),

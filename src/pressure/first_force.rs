@@ -99,12 +99,9 @@ pub struct WithFirstForce<'w> {
 }
 
 impl WithFirstForce<'_> {
-    /// Share of the last step's pressure terms that is stored beside the positions \[-].
+    /// Share of the earlier pressures whose terms are stored beside the positions \[-].
     pub fn share_of_terms(&self) -> f32 {
-        match (&self.first, &self.start) {
-            (Some(_), Some(start)) => start.share,
-            _ => 1.0,
-        }
+        warm_start::share_of_terms(self.start.as_deref())
     }
 
     /// Adds the sums of `pass` to `out`, which has one entry per row.

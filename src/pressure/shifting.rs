@@ -293,7 +293,9 @@ impl PairSum for NormalSum<'_> {
 
     #[inline(always)]
     fn finish<S: Simd>(&self, simd: S, _: usize, (sums, own): Self::Sums<S>) -> Vec4 {
-        let [x, y, z, weights] = sums.map(|sum| simd.sum(sum));
+        let [x, y, z, weights] = sums;
+        let (x, y) = (simd.sum(x), simd.sum(y));
+        let (z, weights) = (simd.sum(z), simd.sum(weights));
         // Its own weight is 1.
         (own + Vec4::new(x, y, z, 0.0)) / (1.0 + weights)
     }

@@ -108,6 +108,15 @@ pub(super) fn start(world: &mut World, share: f32) {
         .begin(share > 0.0, overshoots);
 }
 
+/// Share of the earlier pressures whose terms viscosity finds beside the positions \[-]: that from which the solve
+/// starts, or all if it starts from none.
+pub(crate) fn share_of_terms(start: Option<&WarmStart>) -> f32 {
+    start.map_or(
+        1.0,
+        |start| if start.share > 0.0 { start.share } else { 1.0 },
+    )
+}
+
 /// Writes terms of this share beside the positions.
 pub(crate) fn put_terms(
     positions: &mut Positions,

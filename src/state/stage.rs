@@ -71,6 +71,9 @@ pub struct Stage {
     pub makes: &'static [Product],
     /// Whether it moves particles or rows, so that nothing made before is current.
     pub invalidates: bool,
+    /// Whether its sums over pairs may have another kernel than the scene's (`WithKernel` in an order). It is so for
+    /// forces that are opposite for both particles of a pair, and that take the kernel from the pairs.
+    pub has_own_kernel: bool,
     /// Whether a scene asks for it.
     pub wanted: fn(&Scene) -> bool,
     /// Inserts the resources that its systems use.
@@ -94,6 +97,7 @@ impl Stage {
             needs: &[],
             makes: &[],
             invalidates: false,
+            has_own_kernel: false,
             wanted: |_| true,
             install: |_, _| {},
             systems,

@@ -2,7 +2,10 @@
 
 use bevy_ecs::prelude::*;
 
-use super::{install::Installed, simulation::Simulation};
+use super::{
+    install::{Installed, step_limits},
+    simulation::Simulation,
+};
 use crate::{
     boundary::friction::WallFriction,
     force,
@@ -127,7 +130,9 @@ fn put(world: &mut World, before: &Scene, scene: &Scene) {
         world.insert_resource(GuardLimits(scene.limits));
     }
     let stages = world.get_resource::<Stages>().cloned().unwrap_or_default();
-    let limits = stages.step_limits(scene);
+    let with_kernels = (world.get_resource::<Installed>())
+        .map_or_else(Vec::new, |installed| installed.with_kernels.clone());
+    let limits = step_limits(scene, &stages, &with_kernels);
     let Clock { next_dt, step, .. } = *world.resource::<Clock>();
     let has_begun = step > 0;
     if let Some(iterations) = scene.pressure.iterations().filter(|_| !has_begun)

@@ -8,6 +8,7 @@ use super::{
 };
 use crate::{
     force::inner::{self, InnerForces},
+    pairs::choice::{self, OwnKernel},
     scene::Scene,
     state::{Clock, Rows, Stage, Systems, failure::healthy},
 };
@@ -52,6 +53,8 @@ pub(super) fn compose(order: &PlannedOrder, scene: &Scene) -> Composed {
                 (inner::advance(*times), inner::end()).chain()
             }
             Event::End(Kind::SubSteps(times, _)) => inner::advance(*times),
+            Event::Begin(Kind::WithKernel(kernel)) => kernel.begin(scene),
+            Event::End(Kind::WithKernel(_)) => choice::end(),
             Event::Begin(_) | Event::End(_) => continue,
         };
         let list = if is_inside {
@@ -109,6 +112,7 @@ pub(super) fn install(world: &mut World, order: &PlannedOrder) {
             Event::Begin(Kind::SubSteps(..) | Kind::InPressure) => {
                 world.init_resource::<InnerForces>()
             }
+            Event::Begin(Kind::WithKernel(_)) => world.init_resource::<OwnKernel>(),
             _ => continue,
         };
     }

@@ -9,7 +9,7 @@ use super::{
     compose,
     error::InstallError,
     memory,
-    order::{Due, order_of},
+    order::{Due, limits_of, order_of},
     report::StepOutcome,
     schedule::build_schedules,
     start::{FluidStart, Walls},
@@ -19,11 +19,12 @@ use super::{
 };
 use crate::{
     flow, gauge, input,
+    pairs::choice::KernelChoice,
     pressure::warm_start,
     registry::Stages,
     scene::Scene,
-    state::{BodyForces, Clock, Execution, Failure, Material, particle::number_particles},
-    time_step,
+    state::{BodyForces, Clock, Execution, Failure, Material, Stage, particle::number_particles},
+    time_step::{self, StepLimits},
 };
 
 /// Installs `scene` in a world: spawns its particles, inserts the resources of its step, adds the schedule `Step`.
@@ -68,12 +69,14 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
     flow::require_held(world, scene);
     number_particles(world);
     let spare = spare_entities(world);
+    let with_kernels = order.with_kernels();
+    let limits = step_limits(scene, &stages, &with_kernels);
     fluid.spawn(world, &material);
     let insert = |world: &mut World| {
         spare.into_iter().for_each(|entity| {
             world.despawn(entity);
         });
-        insert_resources(world, scene, &material, &stages);
+        insert_resources(world, scene, &material, &limits);
     };
     match walls {
         Some(walls) => walls.spawn(world, scene, insert),
@@ -93,6 +96,7 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
         stages: order.names(),
         due: order.stages().map(|planned| planned.due).collect(),
         reads_stale: order.reads_stale(),
+        with_kernels,
     });
     schedules.add(world);
     note_installed(world, &before);
@@ -138,11 +142,27 @@ pub(crate) struct Installed {
     pub(crate) due: Vec<Due>,
     /// Whether a stage reads what an earlier step left.
     pub(crate) reads_stale: bool,
+    /// Stages with another kernel than the scene's.
+    pub(crate) with_kernels: Vec<(Stage, KernelChoice)>,
+}
+
+/// What the control of a scene's time step knows of its physics, stages with kernels of their own included.
+pub(super) fn step_limits(
+    scene: &Scene,
+    stages: &Stages,
+    with_kernels: &[(Stage, KernelChoice)],
+) -> StepLimits {
+    let mut limits = stages.step_limits(scene);
+    let of_kernels = limits_of(with_kernels, scene);
+    limits.constant = of_kernels
+        .iter()
+        .fold(limits.constant, |least, of| least.min(of.1));
+    limits
 }
 
 /// Inserts the resources of every step, whatever its stages are.
-fn insert_resources(world: &mut World, scene: &Scene, material: &Material, stages: &Stages) {
-    let dt = time_step::install(world, scene, &stages.step_limits(scene));
+fn insert_resources(world: &mut World, scene: &Scene, material: &Material, limits: &StepLimits) {
+    let dt = time_step::install(world, scene, limits);
     world.insert_resource(Clock {
         next_dt: dt,
         dt,

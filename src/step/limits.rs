@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use super::order::{limits_of, order_of};
 use crate::{
     registry::Stages,
     scene::{Adaptive, Cfl, Scene, TimeStep},
@@ -61,6 +62,14 @@ fn by_name(scene: &Scene, [speed, force]: [Limit; 2], fall: f32) -> Vec<(String,
     limits.push(("pressure at the fluid's depth".to_owned(), pressure));
     let constant = stages.constant_limits(scene);
     limits.extend(constant.into_iter().map(|(name, dt)| (name.to_owned(), dt)));
+    if scene.order.is_some()
+        && let Ok(order) = order_of(scene, &stages)
+    {
+        let of_kernels = limits_of(&order.with_kernels(), scene).into_iter();
+        limits.extend(
+            of_kernels.map(|(name, dt)| (format!("{name} with the kernel of the order"), dt)),
+        );
+    }
     limits.retain(|limit| limit.1.is_finite());
     limits
 }

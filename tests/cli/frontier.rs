@@ -10,7 +10,7 @@ use tempfile::TempDir;
 use crate::support::{assert_exit, folder_with, names, overfall, read_json, stderr, stdout};
 
 /// A coarse column that collapses; a step of a second fails.
-const STUDY: &str = r#"(
+pub(crate) const STUDY: &str = r#"(
     kind: Frontier,
     name: "fast",
     title: "Fast <and> right",
@@ -46,7 +46,7 @@ const FINE: &str = r#"(
 )
 "#;
 
-fn folder(study: &str) -> TempDir {
+pub(crate) fn folder(study: &str) -> TempDir {
     folder_with(&[("tiny.ron", SCENE), ("s.ron", study)])
 }
 

@@ -10,6 +10,8 @@ mod gauges;
 #[cfg(unix)]
 mod limits;
 mod picture;
+#[cfg(unix)]
+mod replaced;
 mod reports;
 mod resume;
 mod roll_back;

@@ -17,6 +17,7 @@ mod host_systems;
 mod lists;
 mod orders;
 mod orders_groups;
+mod orders_kernels;
 mod orders_refused;
 mod orders_resume;
 mod orders_stale;

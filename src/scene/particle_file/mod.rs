@@ -2,6 +2,7 @@
 
 mod csv;
 mod particles;
+#[cfg(feature = "ply")]
 mod ply;
 mod vtu;
 
@@ -17,7 +18,13 @@ impl Particles {
         let refuse = |message: String| format!("the particles {}: {message}", file.display());
         let extension = file.extension().unwrap_or_default().to_ascii_lowercase();
         let read = match extension.to_str() {
+            #[cfg(feature = "ply")]
             Some("ply") => ply::read,
+            #[cfg(not(feature = "ply"))]
+            Some("ply") => {
+                let message = "this program was built without the feature `ply`; build it with that, or write VTU";
+                return Err(refuse(message.to_owned()));
+            }
             Some("vtu") => vtu::read,
             Some("csv") => return csv::read(file).and_then(|found| found.proper(&refuse)),
             _ => {

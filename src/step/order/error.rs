@@ -178,6 +178,57 @@ pub enum OrderError {
     /// Forces in the iterations of a method without any.
     #[error("`InPressure` needs a pressure method that iterates; `Sesph` does not")]
     NoIterations,
+    /// A stage of `WithKernel` whose sums are tied to the density.
+    #[error(
+        "stage `{stage}` has the kernel of the scene: the pressure force is the gradient of the densities that the \
+         solve predicts, and with two kernels neither would energy be conserved nor would iterations converge; write \
+         `kernel` and `support` in the scene, or move the stage out of `WithKernel`"
+    )]
+    KernelOfDensity {
+        /// The stage.
+        stage: &'static str,
+    },
+    /// A stage of `WithKernel` without sums over pairs.
+    #[error(
+        "`{stage}` has no kernel of its own; `WithKernel` is for viscosity, surface_tension and a host's stages that \
+         declare one, each within one `WithKernel`"
+    )]
+    NoKernelOfItsOwn {
+        /// The stage.
+        stage: &'static str,
+    },
+    /// Viscosity has another kernel than the friction of the walls.
+    #[error(
+        "stage `viscosity` in `WithKernel`: the walls of the scene hold the fluid (`slip`) with a friction that is \
+         made for the scene's kernel; move the stage out, or let the fluid slip"
+    )]
+    KernelOfWalls,
+    /// The support of `WithKernel` is no support within the lists.
+    #[error(
+        "the support is {support} spacings; it must be from {least} (below, a particle has too few neighbours) to that \
+         of the scene, {most}, within which neighbours are found"
+    )]
+    Support {
+        /// The support in spacings.
+        support: f32,
+        /// The least.
+        least: f32,
+        /// That of the scene.
+        most: f32,
+    },
+    /// The kernel of a stage has a shorter time step than the scene allows.
+    #[error(
+        "with this kernel stage `{stage}` needs steps of {limit:.2e} s or less, and the least time step of the scene \
+         is {min:e} s; write a smaller `min` in `time_step`, or a larger `support` here"
+    )]
+    KernelNeedsShortSteps {
+        /// The stage.
+        stage: &'static str,
+        /// Limit of the time step \[s].
+        limit: f32,
+        /// Least time step of the scene \[s].
+        min: f32,
+    },
     /// The order lacks a stage that the scene asks for.
     #[error(
         "the order never runs `{stage}`, which the scene asks for; add `Run(\"{stage}\")`, or say `leave_out: \

@@ -6,10 +6,15 @@ use super::{
     item::{Order, OrderItem},
 };
 use crate::{
+    boundary::friction,
+    pairs::choice::KernelChoice,
     registry::Stages,
-    scene::Scene,
+    scene::{KernelFunction, Scene, TimeStep},
     state::{Phase, Product, Stage},
 };
+
+/// Least support of a stage's kernel in spacings, as that of a scene.
+const LEAST_SUPPORT: f32 = 1.2;
 
 /// An event in a step.
 #[derive(Debug, Clone)]
@@ -22,6 +27,8 @@ pub(crate) enum Event {
         due: Due,
         /// Numbers of the groups with conditions around it.
         groups: Vec<usize>,
+        /// The kernel of its sums, if it is not the scene's.
+        kernel: Option<KernelChoice>,
         /// Path of its item in the file.
         path: String,
     },
@@ -42,6 +49,8 @@ pub(crate) enum Kind {
     Repeat(u32, u32),
     /// Likewise, each for a part of the step.
     SubSteps(u32, u32),
+    /// Forces with another kernel.
+    WithKernel(KernelChoice),
     /// Stages within the iterations of `pressure`, which is the last of them.
     InPressure,
 }
@@ -54,6 +63,7 @@ impl Kind {
             Self::When(..) => "Group",
             Self::Repeat(..) => "Repeat",
             Self::SubSteps(..) => "SubSteps",
+            Self::WithKernel(_) => "WithKernel",
             Self::InPressure => "InPressure",
         }
     }
@@ -79,6 +89,7 @@ impl Order {
             due: Due::ALWAYS,
             groups: Vec::new(),
             forces: None,
+            kernel: None,
         };
         walk.items(&self.stages, &around, "stages")?;
         Ok(walk.events)
@@ -89,7 +100,9 @@ impl Order {
 fn count(items: &[OrderItem]) -> u64 {
     let of_item = |item: &OrderItem| match item {
         OrderItem::Run(_) => 1,
-        OrderItem::Every(_, items) | OrderItem::Group { stages: items, .. } => count(items),
+        OrderItem::Every(_, items)
+        | OrderItem::Group { stages: items, .. }
+        | OrderItem::WithKernel { stages: items, .. } => count(items),
         OrderItem::Repeat(times, items) | OrderItem::SubSteps(times, items) => {
             u64::from(*times).saturating_mul(count(items))
         }
@@ -105,6 +118,7 @@ struct Around {
     groups: Vec<usize>,
     /// Name of the group that only forces may be in.
     forces: Option<&'static str>,
+    kernel: Option<KernelChoice>,
 }
 
 struct Walk<'a> {
@@ -167,6 +181,15 @@ impl Walk<'_> {
                 self.events.extend(open.map(Event::End));
                 Ok(())
             }
+            OrderItem::WithKernel {
+                kernel,
+                support,
+                stages,
+            } => {
+                let (choice, inner) = self.choose((*kernel, *support), around, &path)?;
+                let kind = Kind::WithKernel(choice);
+                self.group(kind, stages, &inner, &format!("{path}.stages"))
+            }
             OrderItem::SubSteps(times, items) => {
                 let inner = self.forces_only("SubSteps", around, &path)?;
                 let times = times_of(*times, items);
@@ -207,6 +230,60 @@ impl Walk<'_> {
         inner.due.sometimes = true;
         self.events.push(Event::Begin(kind));
         Ok(kind)
+    }
+
+    /// A group for forces with another kernel.
+    fn choose(
+        &self,
+        (kernel, support): (Option<KernelFunction>, Option<f32>),
+        around: &Around,
+        path: &str,
+    ) -> Result<(KernelChoice, Around), Misplaced> {
+        if around.kernel.is_some() {
+            let stage = "WithKernel";
+            return Err((OrderError::NoKernelOfItsOwn { stage }, path.to_owned()));
+        }
+        let most = self.scene.support();
+        let choice = KernelChoice {
+            function: kernel.unwrap_or(self.scene.kernel()),
+            support: support.unwrap_or(most),
+        };
+        if !(LEAST_SUPPORT..=most).contains(&choice.support) {
+            let error = OrderError::Support {
+                support: choice.support,
+                least: LEAST_SUPPORT,
+                most,
+            };
+            return Err((error, format!("{path}.support")));
+        }
+        let kernel = Some(choice);
+        let inner = around.clone();
+        Ok((choice, Around { kernel, ..inner }))
+    }
+
+    /// Whether a stage may have a kernel.
+    fn may_have(&self, stage: &Stage, choice: KernelChoice) -> Result<(), OrderError> {
+        let name = stage.name;
+        if matches!(name, "density" | "divergence" | "pressure") {
+            return Err(OrderError::KernelOfDensity { stage: name });
+        }
+        if !stage.has_own_kernel {
+            return Err(OrderError::NoKernelOfItsOwn { stage: name });
+        }
+        if name == "viscosity" && friction::is_wanted(self.scene) {
+            return Err(OrderError::KernelOfWalls);
+        }
+        let limits = (stage.limits)(&choice.scene(self.scene)).into_iter();
+        let limit = limits.map(|limit| limit.1).fold(f32::INFINITY, f32::min);
+        match self.scene.time_step {
+            TimeStep::Cfl(cfl) if cfl.min > limit => Some(cfl.min),
+            TimeStep::Adaptive(scheme) if scheme.min > limit => Some(scheme.min),
+            _ => None,
+        }
+        .map_or(Ok(()), |min| {
+            let stage = name;
+            Err(OrderError::KernelNeedsShortSteps { stage, limit, min })
+        })
     }
 
     /// A group for forces.
@@ -278,11 +355,21 @@ impl Walk<'_> {
         }
         if (stage.wanted)(self.scene) {
             let stage = *stage;
-            let Around { due, groups, .. } = around.clone();
+            let choice = around.kernel;
+            if let Err(error) = choice.map_or(Ok(()), |choice| self.may_have(&stage, choice)) {
+                return Err((error, path));
+            }
+            let Around {
+                due,
+                groups,
+                kernel,
+                ..
+            } = around.clone();
             self.events.push(Event::Run {
                 stage,
                 due,
                 groups,
+                kernel,
                 path,
             });
         }

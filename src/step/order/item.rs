@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::{condition::Condition, error::OrderError};
 use crate::{
     loading::read,
-    scene::{Place, SceneError},
+    scene::{KernelFunction, Place, SceneError},
 };
 
 /// An order file.
@@ -44,6 +44,17 @@ pub enum OrderItem {
         /// A condition that must hold, too.
         #[serde(default)]
         when: Option<Condition>,
+        /// The stages.
+        stages: Vec<OrderItem>,
+    },
+    /// Forces between particles that are summed with another kernel: viscosity and surface tension.
+    WithKernel {
+        /// The function; the scene's if absent.
+        #[serde(default)]
+        kernel: Option<KernelFunction>,
+        /// Its support radius in spacings \[-], at most the scene's; the scene's if absent.
+        #[serde(default)]
+        support: Option<f32>,
         /// The stages.
         stages: Vec<OrderItem>,
     },

@@ -17,7 +17,7 @@ pub(crate) use file::check_order;
 pub(super) use file::order_of;
 pub use item::{Order, OrderItem};
 pub use plan::Flow;
-pub(super) use plan::PlannedOrder;
+pub(super) use plan::{PlannedOrder, limits_of};
 
 #[cfg(test)]
 mod tests {

@@ -8,9 +8,10 @@ use super::{
     item::Order,
 };
 use crate::{
+    pairs::choice::KernelChoice,
     registry::Stages,
     scene::Scene,
-    state::{Phase, Product, Stage},
+    state::{Limit, Phase, Product, Stage},
 };
 
 /// A checked order.
@@ -67,6 +68,15 @@ impl PlannedOrder {
         self.reads.iter().flatten().any(|read| read.age > 0)
     }
 
+    /// Stages with another kernel than the scene's, and that kernel.
+    pub(crate) fn with_kernels(&self) -> Vec<(Stage, KernelChoice)> {
+        let of = |event: &Event| match event {
+            Event::Run { stage, kernel, .. } => kernel.map(|kernel| (*stage, kernel)),
+            Event::Begin(_) | Event::End(_) => None,
+        };
+        self.events.iter().filter_map(of).collect()
+    }
+
     /// Names of the stages with what decides when they run, for comparison with another order.
     pub(crate) fn names(&self) -> Vec<(String, u64)> {
         let mut open: Vec<Kind> = Vec::new();
@@ -87,6 +97,7 @@ impl PlannedOrder {
                                 name.push_str(&format!(" in {times} sub-steps"));
                             }
                             Kind::InPressure => name.push_str(" in pressure"),
+                            Kind::WithKernel(_) => name.push_str(&format!(" {}", label_of(kind))),
                             Kind::Every(..) | Kind::Repeat(..) => {}
                         }
                     }
@@ -178,6 +189,7 @@ impl PlannedOrder {
                         Kind::Repeat(times, 0) => format!("{times} times"),
                         Kind::SubSteps(times, 0) => format!("in {times} sub-steps"),
                         Kind::InPressure => "in every iteration".to_owned(),
+                        Kind::WithKernel(_) => label_of(kind),
                         // Described at its first repetition.
                         Kind::Repeat(..) | Kind::SubSteps(..) => continue,
                     };
@@ -206,6 +218,22 @@ impl PlannedOrder {
         };
         self.stages().zip(&self.reads).map(of).collect()
     }
+}
+
+/// A kernel in words.
+fn label_of(kind: &Kind) -> String {
+    match kind {
+        Kind::WithKernel(KernelChoice { function, support }) => {
+            format!("with {function:?} of {support} spacings")
+        }
+        _ => String::new(),
+    }
+}
+
+/// Limits on the time step by stages with kernels of their own, which do not change in a run.
+pub(in crate::step) fn limits_of(stages: &[(Stage, KernelChoice)], scene: &Scene) -> Vec<Limit> {
+    let of = |(stage, kernel): &(Stage, KernelChoice)| (stage.limits)(&kernel.scene(scene));
+    stages.iter().flat_map(of).collect()
 }
 
 /// What a stage reads and writes.

@@ -1,15 +1,10 @@
 //! A step after warm-up allocates no memory.
 
-mod common;
-
-use std::alloc::System;
-
-use common::{dam, methods, run, simulation};
 use overfall::scene::{Executor, Neighbours};
-use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
+use stats_alloc::Region;
 
-#[global_allocator]
-static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
+use crate::common::{dam, methods, run, simulation};
+use crate::{ALLOCATOR, alone};
 
 /// The queue of the thread pool occasionally allocates a block for 63 jobs.
 const QUEUE_BLOCK: usize = 1520;
@@ -17,9 +12,9 @@ const QUEUE_BLOCK: usize = 1520;
 /// Steps that are observed.
 const STEPS: usize = 30;
 
-/// A single test, so that nothing else allocates at the same time.
 #[test]
 fn a_warm_step_allocates_nothing_but_the_queue_of_the_thread_pool() {
+    let _alone = alone();
     for pressure in methods() {
         for neighbours in [Neighbours::Stored, Neighbours::Recomputed] {
             let mut scene = dam();
