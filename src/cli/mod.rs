@@ -21,6 +21,7 @@ mod kinds;
 mod looks;
 mod manifest;
 mod movie;
+mod numbers;
 mod options;
 mod picture;
 mod plan_json;
