@@ -86,7 +86,7 @@ pub struct RestPose {
 #[derive(Resource, Debug, Clone)]
 pub struct MovingWalls {
     /// Their motions; boundaries that move alike have one.
-    pub courses: Vec<WallCourse>,
+    pub(crate) courses: Vec<WallCourse>,
     /// The course of each boundary of the scene, by its number.
     of_boundary: Vec<Option<u32>>,
     /// Rows of the samples that move.

@@ -9,10 +9,11 @@ use super::owners::{NOBODY, Owners, SampleOf};
 use super::volume::VolumeRule;
 use crate::{
     index::{self, BoundarySamples},
+    kernel::Kernel,
     sampling::{BoundarySample, layer_depth},
     scene::{BoundaryHandling, Scene},
     state::{
-        DomainTooLarge, Execution, SENTINEL, TOO_LARGE, in_order,
+        DomainTooLarge, Execution, Material, SENTINEL, TOO_LARGE, in_order,
         particle::{Boundary, BoundaryDepth, BoundaryNormal, BoundaryVolume, Position},
     },
 };
@@ -58,6 +59,20 @@ pub enum BoundaryError {
     /// No scene is installed.
     #[error("no scene is installed in this world; call `install` first")]
     NotInstalled,
+    /// The scene is another than the one that is installed.
+    #[error(
+        "this scene is another than the one that is installed: its {differs} differs; pass the scene that was installed"
+    )]
+    OtherScene {
+        /// What differs.
+        differs: &'static str,
+    },
+    /// The scene was installed without boundaries.
+    #[error(
+        "the scene was installed without boundaries, so its step has no walls; give it one at least (a `Plane` \
+         far from the fluid will do), and install it again"
+    )]
+    NoWalls,
     /// A particle lacks a component that every boundary particle has.
     #[error(
         "the boundary particle {particle} lacks the component `{component}`; insert it again, or remove `Boundary` \
@@ -127,6 +142,18 @@ fn check(world: &mut World) -> Result<(), BoundaryError> {
     Ok(())
 }
 
+/// Refuses a scene that is not the one that is installed.
+fn check_scene(scene: &Scene, material: &Material) -> Result<(), BoundaryError> {
+    let differs = match material {
+        _ if material.spacing != scene.spacing => "spacing",
+        _ if material.dimension != scene.dimension => "dimension",
+        _ if material.kernel != Kernel::of(scene) => "kernel",
+        _ if material.period != scene.period() => "period",
+        _ => return Ok(()),
+    };
+    Err(BoundaryError::OtherScene { differs })
+}
+
 /// What the tables say of all boundary particles, in one order.
 #[derive(Default)]
 struct Found {
@@ -171,9 +198,15 @@ impl Found {
 /// Takes the boundary particles of a world over again, after a host has spawned, moved or despawned some. After an
 /// error the walls stay as they were for the fluid.
 pub fn refresh_boundary(world: &mut World, scene: &Scene) -> Result<(), BoundaryError> {
-    let Some(execution) = world.get_resource::<Execution>().cloned() else {
+    let execution = world.get_resource::<Execution>().cloned();
+    let material = world.get_resource::<Material>().copied();
+    let (Some(execution), Some(material)) = (execution, material) else {
         return Err(BoundaryError::NotInstalled);
     };
+    check_scene(scene, &material)?;
+    if !world.contains_resource::<BoundarySamples>() {
+        return Err(BoundaryError::NoWalls);
+    }
     check(world)?;
     let Found {
         samples,

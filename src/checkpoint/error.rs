@@ -2,7 +2,11 @@
 
 use std::io;
 
-use crate::{output::OutputError, scene::SceneError, step::InstallError};
+use crate::{
+    output::OutputError,
+    scene::SceneError,
+    step::{InstallError, NotBetweenSteps},
+};
 
 /// Version of the format, increased when a part changes its meaning.
 pub const FORMAT_VERSION: u32 = 2;
@@ -75,6 +79,9 @@ pub enum CheckpointError {
     /// The scene in the checkpoint could not be installed.
     #[error("the checkpoint's scene: {0}")]
     Install(#[from] InstallError),
+    /// A step is being taken, or a part of the scene is gone.
+    #[error(transparent)]
+    NotBetweenSteps(#[from] NotBetweenSteps),
     /// The world has no scene.
     #[error("no scene is installed in this world; call `install` first")]
     NotInstalled,

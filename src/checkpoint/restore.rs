@@ -22,7 +22,7 @@ use crate::{
         Rows, from_bytes,
         particle::{Fluid, ParticleId, give_number_back},
     },
-    step::{Installed, NamedFile},
+    step::{Installed, NamedFile, between_steps},
 };
 
 /// Sets the state of a world that has the same scene to that of a checkpoint.
@@ -52,6 +52,7 @@ impl Checkpoint {
     pub fn restore(&self, world: &mut World) -> Result<(), CheckpointError> {
         let installed = world.get_resource::<Installed>();
         let installed = installed.ok_or(CheckpointError::NotInstalled)?.clone();
+        between_steps(world)?;
         self.check(world, &installed)?;
         let numbers: Vec<u32> = self.part(NUMBERS)?;
         let particles = gather_particles(world, &numbers);

@@ -16,7 +16,7 @@ use crate::{
         particle::{Boundary, BoundaryNormal, BoundaryVolume, Fluid, ParticleId, Position},
         to_bytes,
     },
-    step::Installed,
+    step::{Installed, between_steps},
 };
 
 /// Names of parts.
@@ -158,6 +158,7 @@ impl Checkpoint {
     pub fn of(world: &mut World) -> Result<Self, CheckpointError> {
         let installed = world.get_resource::<Installed>();
         let installed = installed.ok_or(CheckpointError::NotInstalled)?.clone();
+        between_steps(world)?;
         let steps = steps_until_possible(world);
         if steps == u64::MAX {
             return Err(CheckpointError::NeverPossible);

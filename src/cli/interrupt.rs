@@ -7,7 +7,8 @@ use super::exit::{EXIT_STATUS, Failure};
 
 static ASKED: AtomicBool = AtomicBool::new(false);
 
-/// Handles SIGINT, SIGTERM and SIGHUP: [`asked`] then returns true, and `say` tells the user.
+/// Handles SIGINT, SIGTERM, SIGHUP and SIGXCPU (`ulimit -S -t`): [`asked`] then returns true, and `say` tells the
+/// user.
 ///
 /// Before this is called, a signal kills the process, which is right as long as there is nothing to save. Signals that
 /// the process was started to ignore stay ignored: `nohup` starts programs like that, and so does a shell in the
@@ -31,9 +32,9 @@ pub(super) fn asked() -> bool {
 
 #[cfg(unix)]
 fn on_signals(answer: impl Fn() + Send + 'static) -> io::Result<()> {
-    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXCPU};
     let ignored = ignored();
-    let wanted = [SIGINT, SIGTERM, SIGHUP].into_iter();
+    let wanted = [SIGINT, SIGTERM, SIGHUP, SIGXCPU].into_iter();
     let heard = wanted.filter(|signal| ignored & (1 << (signal - 1)) == 0);
     let mut signals = signal_hook::iterator::Signals::new(heard)?;
     std::thread::Builder::new()

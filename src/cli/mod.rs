@@ -23,6 +23,7 @@ mod lock;
 mod looks;
 mod manifest;
 mod movie;
+mod numbers;
 mod options;
 mod picture;
 mod plan_json;

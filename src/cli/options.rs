@@ -16,9 +16,7 @@ use super::checkpoints::Every;
 use super::exit::Failure;
 use super::kinds::{Kind, with_kind};
 use super::looks::Looks;
-
-/// A larger number of threads is a typing error.
-const MAX_THREADS: u64 = 4096;
+use super::numbers::{not_negative, percent, positive, resolution, threads, whole_number};
 
 /// The scene file, and overrides of its values.
 #[derive(Args, Debug)]
@@ -55,7 +53,7 @@ pub(super) struct Reporting {
 #[derive(Args, Debug)]
 pub(super) struct Threads {
     /// Number of threads that compute and draw; all cores by default.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_THREADS))]
+    #[arg(long, value_name = "N", value_parser = threads, allow_negative_numbers = true)]
     threads: Option<u64>,
 }
 
@@ -65,10 +63,10 @@ pub(super) struct Run {
     #[command(flatten)]
     pub(super) scene: SceneOptions,
     /// Simulated time \[s] instead of the scene's.
-    #[arg(long, value_name = "S", value_parser = positive, conflicts_with = "steps")]
+    #[arg(long, value_name = "S", value_parser = positive, conflicts_with = "steps", allow_negative_numbers = true)]
     duration: Option<f32>,
     /// Take exactly this number of steps, whatever the duration.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = whole_number, allow_negative_numbers = true)]
     pub(super) steps: Option<u64>,
     /// Output folder; out/<scene name> by default. An older run in it is moved into a subfolder older_1, older_2, …
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
@@ -77,7 +75,7 @@ pub(super) struct Run {
     #[arg(long)]
     pub(super) force: bool,
     /// Frames per simulated second; 0 writes the first and the last only.
-    #[arg(long, value_name = "F", value_parser = not_negative)]
+    #[arg(long, value_name = "F", value_parser = not_negative, allow_negative_numbers = true)]
     frames_per_second: Option<f32>,
     /// Shorten steps so that frames are at multiples of their interval exactly, not at the step ends nearest to them.
     #[arg(long)]
@@ -136,7 +134,7 @@ pub(super) struct Advise {
     #[arg(long, value_name = "NAME", default_value = "energy")]
     pub(super) measure: String,
     /// Simulated time of a trial \[s]; a fall through the fluid's height by default.
-    #[arg(long, value_name = "S", value_parser = positive)]
+    #[arg(long, value_name = "S", value_parser = positive, allow_negative_numbers = true)]
     pub(super) time: Option<f32>,
     #[command(flatten)]
     pub(super) reporting: Reporting,
@@ -218,7 +216,7 @@ pub(super) struct Validate {
     pub(super) methods: Vec<&'static Method>,
     /// Particles over the characteristic length of each case, instead of the case's own number (see --list).
     #[arg(long, value_name = "N", conflicts_with = "convergence")]
-    #[arg(value_parser = clap::value_parser!(u32).range(2..=10_000))]
+    #[arg(value_parser = resolution, allow_negative_numbers = true)]
     pub(super) resolution: Option<u32>,
     /// Run every case at three resolutions and fit the order of its errors.
     #[arg(long)]
@@ -340,44 +338,4 @@ impl Run {
 
 fn refused(error: SceneError) -> Failure {
     Failure::Refused(caret::of_scene(&error))
-}
-
-/// A part: `1%`, `0.5 %`, or the same without the sign.
-fn percent(text: &str) -> Result<f64, String> {
-    let digits = text.trim().trim_end_matches('%').trim_end();
-    let value = f64::from(number(digits)?);
-    (value > 0.0)
-        .then_some(value / 100.0)
-        .ok_or_else(|| "it must be above 0, such as 1%".to_owned())
-}
-
-fn positive(text: &str) -> Result<f32, String> {
-    let value = number(text)?;
-    (value > 0.0)
-        .then_some(value)
-        .ok_or_else(|| "it must be a number above 0".to_owned())
-}
-
-fn not_negative(text: &str) -> Result<f32, String> {
-    let value = number(text)?;
-    (value >= 0.0)
-        .then_some(value)
-        .ok_or_else(|| "it must be a number, 0 or above".to_owned())
-}
-
-fn number(text: &str) -> Result<f32, String> {
-    if let Some(value) = text.parse().ok().filter(|value: &f32| value.is_finite()) {
-        return Ok(value);
-    }
-    let (point, digits) = (
-        text.replace(',', "."),
-        text.trim_end_matches(|c: char| c.is_alphabetic() || c.is_whitespace()),
-    );
-    Err(if point != text && point.parse::<f32>().is_ok() {
-        format!("a number has a decimal point: {point}")
-    } else if digits != text && digits.parse::<f32>().is_ok() {
-        "a number stands alone, in SI units: seconds".to_owned()
-    } else {
-        "it must be a number, and finite".to_owned()
-    })
 }

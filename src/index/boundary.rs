@@ -27,7 +27,7 @@ pub struct BoundarySamples {
 impl BoundarySamples {
     /// The particles without the sentinel.
     pub fn points(&self) -> &[Vec4] {
-        &self.packed[..self.packed.len() - 1]
+        &self.packed[..self.packed.len().saturating_sub(1)]
     }
 
     /// Depth of a particle behind the face of its wall \[m].

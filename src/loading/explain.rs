@@ -120,9 +120,16 @@ fn foreign_sign(code: &Error, before: &str, rest: &str) -> Option<&'static str> 
         (_, '#') => Some("a comment begins with `//`"),
         (_, '*' | '+') => Some("numbers are written out: there is no arithmetic"),
         (_, ';') => Some("fields and values are separated by commas"),
-        (Some('(' | ','), '"' | '\'') if *code == Error::ExpectedIdentifier => {
-            Some("the name of a field has no quotes")
+        (Some('(' | ','), quote @ ('"' | '\'')) if *code == Error::ExpectedIdentifier => {
+            let mut parts = rest.trim_start().splitn(3, quote).skip(2);
+            match parts.next().map(str::trim_start) {
+                Some(behind) if !behind.starts_with(':') => {
+                    Some("expected the name of a field, and a colon, before this text")
+                }
+                _ => Some("the name of a field has no quotes"),
+            }
         }
+        (Some('(' | '[' | ','), ',') => Some("there is a comma too many, with nothing before it"),
         _ => None,
     }
 }
@@ -190,6 +197,7 @@ pub(super) fn explain(error: &Error) -> String {
             "unexpected `{found}` after `/`: numbers are written out, there is no division, and a comment begins with \
              `//`"
         ),
+        Error::ExpectedStringEnd => "the text that begins here has no closing quote".to_owned(),
         Error::ExpectedMapColon => "expected a colon after the field's name".to_owned(),
         Error::ExceededRecursionLimit => {
             "brackets lie in brackets more than 128 deep, deeper than any scene, study or order needs".to_owned()

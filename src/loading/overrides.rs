@@ -97,7 +97,13 @@ impl Override {
             Some(Lost::NoField { at, known }) => {
                 let of = at.name.or(Some(&here)).filter(|name| !name.is_empty());
                 let message = unknown_name("field", steps[done], of, &known);
-                let path = self.in_dots().or_else(|| {
+                // Variants are walked through: `time_step.factor`, not `time_step.Cfl.factor`.
+                let is_variant = at
+                    .name
+                    .is_some_and(|name| name.eq_ignore_ascii_case(steps[done]));
+                let without = (is_variant && done + 1 < steps.len())
+                    .then(|| [&steps[..done], &steps[done + 1..]].concat().join("."));
+                let path = self.in_dots().or(without).or_else(|| {
                     let meant = deeper(at, &steps[done..])?;
                     let shown = [&steps[..done], &[meant.as_str()]].concat();
                     Some(shown.join("."))
@@ -110,6 +116,10 @@ impl Override {
                     None => message,
                 }))
             }
+            Some(Lost::NoEntry { length: 0 }) => Err(refuse(format!(
+                "`{here}` is empty: there is no entry `{}`",
+                steps[done]
+            ))),
             Some(Lost::NoEntry { length }) => Err(refuse(format!(
                 "`{here}` has no entry `{}`; it has {length}, numbered from 0",
                 steps[done]
@@ -156,6 +166,20 @@ impl Override {
         is_ours.then_some(message)
     }
 
+    /// What is wrong with a value that is no RON.
+    fn not_ron(&self) -> String {
+        let parts = self.value.split([',', ';']).map(str::trim);
+        let others: Vec<&str> = (parts.skip(1))
+            .filter(|part| part.split_once('=').is_some_and(|(path, _)| is_path(path)))
+            .collect();
+        match &others[..] {
+            [] => "the value is not RON".to_owned(),
+            [other, ..] => {
+                format!("an override replaces one value; write another for each: `--set {other}`")
+            }
+        }
+    }
+
     /// The path with dots for the brackets of another language, `bodies[0]`; none if it has no brackets.
     fn in_dots(&self) -> Option<String> {
         let has_brackets = self.path.contains('[');
@@ -171,7 +195,7 @@ impl Override {
         let first = if scan(&self.value).is_some() {
             splice(&self.value).map_err(|error| explain(&error.code))
         } else {
-            Err("the value is not RON".to_owned())
+            Err(self.not_ron())
         };
         first.or_else(|message| {
             let quoted = options()
@@ -180,6 +204,12 @@ impl Override {
             splice(&quoted).map_err(|_| message)
         })
     }
+}
+
+/// Whether a text may be the path of an override.
+fn is_path(text: &str) -> bool {
+    let is_part = |c: char| c.is_alphanumeric() || c == '_' || c == '.';
+    text.starts_with(|c: char| c.is_alphabetic()) && text.trim().chars().all(is_part)
 }
 
 /// The path within a value to the one place deeper in it that some steps lead to from somewhere; none if there are

@@ -21,7 +21,8 @@ pub(super) use place::Slip;
 pub(super) fn slip<T: DeserializeOwned>(text: &str, span: Range<usize>) -> Option<Slip> {
     let place = Place::of::<T>(text, span)?;
     let value = text[place.span.clone()].trim();
-    number(&place, value)
+    spelling::signs_of_print(&place, value)
+        .or_else(|| number(&place, value))
         .or_else(|| spelling::slip(&place, value))
         .or_else(|| quotes(&place, value))
         .or_else(|| brackets(&place, value))
@@ -56,8 +57,20 @@ pub(super) fn slip_around<T: DeserializeOwned>(text: &str, byte: usize) -> Optio
     let value = &rest[..rest.find(|c| !is_part(c)).unwrap_or(rest.len())];
     let start = start + value.len() - value.trim_start().len();
     let value = value.trim().trim_end_matches([',', ' ']);
+    if divides(value, &rest[rest.find(value)? + value.len()..]) {
+        let what = "numbers are written out: there is no division";
+        return Some((what.to_owned(), start));
+    }
     let place = Place::of::<T>(text, start..start + value.len())?;
-    Some((number(&place, value)?.in_file(value), start))
+    let found = number(&place, value).or_else(|| variants(&place, value))?;
+    Some((found.in_file(value), start))
+}
+
+/// Whether a number and what follows it are a division, `1/1000`.
+fn divides(value: &str, rest: &str) -> bool {
+    let by = rest.trim_start().strip_prefix('/').map(str::trim_start);
+    let is_number = |text: &str| text.starts_with(|c: char| c.is_ascii_digit() || c == '.');
+    is_number(value) && by.is_some_and(is_number)
 }
 
 /// A text in single quotes that begins there, and where.
@@ -70,42 +83,84 @@ fn in_single_quotes<T: DeserializeOwned>(text: &str, start: usize) -> Option<(St
     Some((spelling::text(&place, value)?.in_file(value), start))
 }
 
-/// Units that people write, and what they are in SI.
-const UNITS: [(&str, f64); 14] = [
+/// Units that people write, and what they are in SI. Of others nobody knows what was meant: 360deg are not 360 rad.
+const UNITS: [(&str, f64); 36] = [
     ("s", 1.0),
     ("m", 1.0),
     ("kg", 1.0),
     ("Pa", 1.0),
     ("Hz", 1.0),
+    ("N", 1.0),
+    ("J", 1.0),
+    ("rad", 1.0),
+    ("rad/s", 1.0),
+    ("1/s", 1.0),
+    ("m/s", 1.0),
+    ("m/s2", 1.0),
+    ("m/s^2", 1.0),
+    ("m/s²", 1.0),
+    ("m2/s", 1.0),
+    ("m^2/s", 1.0),
+    ("m²/s", 1.0),
+    ("kg/m3", 1.0),
+    ("kg/m^3", 1.0),
+    ("kg/m³", 1.0),
+    ("kg/m2", 1.0),
+    ("N/m", 1.0),
+    ("fps", 1.0),
+    ("GB", 1.0),
     ("ms", 1e-3),
     ("us", 1e-6),
     ("µs", 1e-6),
     ("min", 60.0),
+    ("h", 3600.0),
     ("mm", 1e-3),
     ("cm", 1e-2),
     ("km", 1e3),
     ("kPa", 1e3),
+    ("cm/s", 1e-2),
+    ("g/cm3", 1e3),
     ("%", 1e-2),
 ];
 
 /// A number with a decimal comma, a unit or quotes.
 fn number(place: &Place, value: &str) -> Option<Slip> {
-    let (what, meant) = number_meant(value)?;
-    place.takes(&meant).then(|| Slip::value(what, meant))
+    let number = number_meant(value)?;
+    if !place.takes(&number.plain) {
+        return None;
+    }
+    Some(match number.meant {
+        Some(meant) => Slip::value(number.what, meant),
+        None => Slip {
+            what: format!("{}, without `{}`", number.what, number.unit),
+            meant: None,
+        },
+    })
+}
+
+/// A number as another language or a person writes it.
+struct Number<'a> {
+    what: &'static str,
+    unit: &'a str,
+    /// Its figures alone.
+    plain: String,
+    /// What it is in SI units; none if its unit is not known here.
+    meant: Option<String>,
 }
 
 /// What is wrong with a number, and what it is in SI units.
-fn number_meant(value: &str) -> Option<(&'static str, String)> {
+fn number_meant(value: &str) -> Option<Number<'_>> {
     let bare = value.trim_matches('"').trim();
-    let digits = bare.trim_end_matches(|c: char| c.is_alphabetic() || c == '%');
-    let (digits, unit) = (digits.trim_end(), bare[digits.len()..].trim());
-    // Units may have digits themselves: `m/s2`.
-    let (digits, unit) = match bare.find(|c: char| c.is_alphabetic() && !matches!(c, 'e' | 'E')) {
-        Some(start) if digits.contains(['/', '^', '²', '³']) => {
-            (bare[..start].trim_end(), &bare[start..])
-        }
-        _ => (digits, unit),
+    let is_exponent = |start: usize| {
+        let rest = bare[start + 1..].trim_start_matches(['+', '-']);
+        rest.starts_with(|c: char| c.is_ascii_digit())
     };
+    let is_figure = |(k, c): (usize, char)| {
+        c.is_ascii_digit() || "+-.,".contains(c) || (matches!(c, 'e' | 'E') && is_exponent(k))
+    };
+    let end = bare.char_indices().find(|&figure| !is_figure(figure));
+    let (digits, unit) = bare.split_at(end.map_or(bare.len(), |(end, _)| end));
+    let unit = unit.trim();
     let (whole, part) = digits.split_once(',').unwrap_or((digits, ""));
     let plain = if part.is_empty() {
         whole.to_owned()
@@ -115,13 +170,11 @@ fn number_meant(value: &str) -> Option<(&'static str, String)> {
         return None;
     };
     let number: f64 = plain.parse().ok()?;
-    let factor = UNITS
-        .iter()
-        .find(|(name, _)| *name == unit)
-        .map(|unit| unit.1);
-    let meant = match factor {
-        Some(factor) if factor != 1.0 => (number * factor).to_string(),
-        _ => plain,
+    let factor = UNITS.iter().find(|(name, _)| *name == unit);
+    let meant = match factor.map(|unit| unit.1) {
+        Some(factor) if factor != 1.0 => Some((number * factor).to_string()),
+        None if !unit.is_empty() => None,
+        _ => Some(plain.clone()),
     };
     let what = if !unit.is_empty() {
         "a number stands alone, in SI units"
@@ -132,7 +185,12 @@ fn number_meant(value: &str) -> Option<(&'static str, String)> {
     } else {
         return None;
     };
-    Some((what, meant))
+    Some(Number {
+        what,
+        unit,
+        plain,
+        meant,
+    })
 }
 
 /// A variant or `true` in quotes, in capitals or not.
@@ -161,6 +219,13 @@ fn brackets(place: &Place, value: &str) -> Option<Slip> {
         what: format!("expected {what}, found `{value}`"),
         meant: None,
     };
+    if is_vector && value.starts_with('(') && value.contains(':') {
+        return Some(expected("a vector of three numbers, `(x, y, z)`"));
+    }
+    let rows = "((0, 0, 0), (0, 0, 0), (0, 0, 0))";
+    if !is_vector && !value.starts_with('(') && place.takes(rows) && !place.takes(NOBODY) {
+        return Some(expected("three rows of three numbers, `((…), (…), (…))`"));
+    }
     if is_vector && !value.starts_with('(') {
         let otherwise = || Some(expected("a vector of three numbers, `(x, y, z)`"));
         return spelling::signs(place, value).or_else(otherwise);
@@ -180,7 +245,7 @@ fn variants(place: &Place, value: &str) -> Option<Slip> {
     let is_name = value.starts_with(|c: char| c.is_alphabetic());
     let mut meant = None;
     // With its unit, or its quotes, a number is none yet.
-    let number = number_meant(value).map(|(_, meant)| meant);
+    let number = number_meant(value).and_then(|number| number.meant);
     let value_meant = number.as_deref().unwrap_or(value);
     for variant in expected.iter().filter(|_| !is_name) {
         let mut tried = vec![

@@ -113,11 +113,11 @@ impl<const N: usize> Columns<N> {
                 let parsed = text.parse().ok().filter(|value: &f64| value.is_finite());
                 *figure = parsed.ok_or_else(|| {
                     let name = names[place];
-                    malformed(
-                        file,
-                        line,
-                        format!("`{text}` in column `{name}` is not a number"),
-                    )
+                    let message = match text {
+                        "" => format!("there is no figure in column `{name}`"),
+                        _ => format!("`{text}` in column `{name}` is not a number"),
+                    };
+                    malformed(file, line, message)
                 })?;
             }
             rows.push((line, row));
@@ -168,6 +168,12 @@ fn header<'t>(text: &'t str, file: &Path) -> Result<(Vec<&'t str>, Lines<'t>), C
         let message = format!("the columns are separated by {sign:?}; write commas");
         return Err(malformed(file, number, message));
     }
+    if let [name] = names[..]
+        && lines_are_of_blanks(text, name)
+    {
+        let message = "the columns are separated by blanks; write commas";
+        return Err(malformed(file, number, message.to_owned()));
+    }
     if let [first, ..] = names[..]
         && first.parse::<f64>().is_ok()
     {
@@ -175,6 +181,18 @@ fn header<'t>(text: &'t str, file: &Path) -> Result<(Vec<&'t str>, Lines<'t>), C
         return Err(malformed(file, number, message.to_owned()));
     }
     Ok((names, Box::new(lines)))
+}
+
+/// Whether the figures of a text are separated by blanks, as many as the words of its header.
+fn lines_are_of_blanks(text: &str, header: &str) -> bool {
+    let words = header.split_whitespace().count();
+    let is_row = |line: &str| {
+        let mut figures = line.split_whitespace();
+        words > 1
+            && figures.clone().count() == words
+            && figures.all(|figure| figure.parse::<f64>().is_ok())
+    };
+    text.lines().any(is_row)
 }
 
 /// Names in a line of names.
@@ -231,7 +249,11 @@ fn places<const N: usize>(
     if others == Others::Refused {
         let is_known = |name: &&&str| wanted.iter().any(|column| column.is(name));
         if let Some(name) = names.iter().find(|name| !is_known(name)) {
-            let meant = wanted.iter().find(|c| c.is(&name.to_lowercase()));
+            // `T`, or `t [s]` and `t_s`: a name with its unit.
+            let lower = name.to_lowercase();
+            let bare = lower.split([' ', '[', '(', '/', '_']).next();
+            let of = |name: &str| wanted.iter().find(|column| column.is(name));
+            let meant = of(&lower).or_else(|| of(bare?));
             let meant = meant.map_or_else(String::new, |column| {
                 format!("; did you mean `{}`?", column.name)
             });

@@ -78,7 +78,7 @@ pub(crate) fn unknown_name(what: &str, found: &str, of: Option<&str>, known: &[&
 }
 
 /// Words of other programs and of formulas, and what they are called here.
-const SYNONYMS: [(&str, &str); 34] = [
+const SYNONYMS: [(&str, &str); 61] = [
     ("density", "rest_density"),
     ("rho", "rest_density"),
     ("rho0", "rest_density"),
@@ -113,6 +113,33 @@ const SYNONYMS: [(&str, &str); 34] = [
     ("lists", "Stored"),
     ("list", "Stored"),
     ("grid", "UniformGrid"),
+    ("body", "bodies"),
+    ("obstacles", "boundaries"),
+    ("colliders", "boundaries"),
+    ("solids", "boundaries"),
+    ("inflow", "emitters"),
+    ("inlets", "emitters"),
+    ("inlet", "emitters"),
+    ("sources", "emitters"),
+    ("outlets", "outflow"),
+    ("outlet", "outflow"),
+    ("drain", "outflow"),
+    ("drains", "outflow"),
+    ("sinks", "outflow"),
+    ("probes", "gauges"),
+    ("sensors", "gauges"),
+    ("cfl", "time_step"),
+    ("type", "kind"),
+    ("path", "file"),
+    ("filename", "file"),
+    ("from", "start"),
+    ("to", "end"),
+    ("direction", "normal"),
+    ("interval", "every"),
+    ("seconds", "Time"),
+    ("translation", "Velocity"),
+    ("sine", "Oscillation"),
+    ("slit", "Rectangle"),
 ];
 
 /// The known name nearest to `found`, if one is near enough to be meant.

@@ -80,12 +80,18 @@ pub(crate) fn begin(mut clock: ResMut<Clock>, mut failure: ResMut<Failure>) {
         return;
     }
     clock.dt = clock.shortened(dt);
+    let (time, dt_now) = (clock.time, clock.dt);
+    // False of a time that is infinite or no number, too.
+    let advances = time + f64::from(dt_now) > time;
+    if !advances {
+        failure.record(FailureCause::Time { time, dt: dt_now }, None);
+    }
     clock.shortened_to = (clock.dt != dt).then(|| clock.dt / dt);
 }
 
 /// Counts the step (phase `Integrate`, when nothing went wrong).
 pub(crate) fn advance_clock(mut clock: ResMut<Clock>) {
-    clock.step += 1;
+    clock.step = clock.step.saturating_add(1);
     clock.time += f64::from(clock.dt);
     // The length of the step is rounded, and so is the sum; the time where it ends is not.
     let rounding = f64::from(f32::EPSILON * clock.dt).max(2.0 * f64::EPSILON * clock.time);

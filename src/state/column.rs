@@ -215,17 +215,19 @@ pub(crate) fn refuse_lack<C: Component>(
     component: &'static str,
 ) {
     let tables = fluid.contiguous_iter().into_iter().flatten();
-    for (entities, present) in in_order(tables, |table| table.0) {
-        if let Some(&first) = entities.first().filter(|_| !present) {
-            let at = places.get(first).map_or(Vec3::NAN, |x| x.0);
-            let particles = entities.len();
-            let cause = FailureCause::LacksComponent {
-                component,
-                particles,
-            };
-            failure.record_of(cause, (first, at));
-            return;
-        }
+    let mut first = None;
+    let mut particles = 0;
+    for (entities, _) in in_order(tables, |table| table.0).filter(|table| !table.1) {
+        first = first.or(entities.first().copied());
+        particles += entities.len();
+    }
+    if let Some(first) = first {
+        let at = places.get(first).map_or(Vec3::NAN, |x| x.0);
+        let cause = FailureCause::LacksComponent {
+            component,
+            particles,
+        };
+        failure.record_of(cause, (first, at));
     }
 }
 

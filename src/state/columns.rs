@@ -78,12 +78,12 @@ impl Default for Positions {
 impl Positions {
     /// The positions without the sentinel.
     pub fn points(&self) -> &[Vec4] {
-        &self.0[..self.0.len() - 1]
+        &self.0[..self.rows()]
     }
 
     /// Number of fluid particles.
     pub fn rows(&self) -> usize {
-        self.0.len() - 1
+        self.0.len().saturating_sub(1)
     }
 }
 
@@ -266,7 +266,7 @@ impl StateColumn for MeanPressure {
 
 impl GatheredColumn for MeanPressure {
     type Start = MeanPressures;
-    const QUANTITY: &'static str = "pressure";
+    const QUANTITY: &'static str = "mean pressure";
 
     fn resize(start: &mut MeanPressures, rows: usize) {
         start.means.resize(rows, 0.0);

@@ -3,6 +3,7 @@
 use bevy_ecs::prelude::*;
 use glam::Vec3;
 
+pub use super::too_large::{DomainTooLarge, ListsTooLong, MAX_CELLS};
 use super::{
     failure_text::{boundaries, others, place},
     particle::Position,
@@ -43,6 +44,10 @@ impl Failure {
                 | FailureCause::DomainTooLarge(_)
                 | FailureCause::ListsTooLong(_)
                 | FailureCause::NotInstalled { .. }
+                | FailureCause::LacksResource { .. }
+                | FailureCause::Resized { .. }
+                | FailureCause::Constant { .. }
+                | FailureCause::Time { .. }
                 | FailureCause::TimeStep { .. }
                 | FailureCause::LacksComponent { .. }
                 | FailureCause::ParticlesChanged { .. }
@@ -133,6 +138,49 @@ pub enum FailureCause {
         /// What is missing, and what brings it back.
         reason: &'static str,
     },
+    /// A resource of the scene is gone.
+    #[error(
+        "the world lacks the resource `{resource}` of the scene, which a host removed; insert it again, or `uninstall` \
+         the scene and install it anew"
+    )]
+    LacksResource {
+        /// Name of the resource.
+        resource: String,
+    },
+    /// A system changed the length of a column in the middle of the step.
+    #[error(
+        "a system changed the length of `{column}` in the middle of the step, to {found} of {expected} entries; a host \
+         may add to its values, by row, and not to its rows"
+    )]
+    Resized {
+        /// The column's resource.
+        column: &'static str,
+        /// Its length.
+        found: usize,
+        /// What it must be.
+        expected: usize,
+    },
+    /// A constant of the fluid that a host wrote is none.
+    #[error("`Material::{constant}` is {value}, which a host wrote; it must be {wanted}")]
+    Constant {
+        /// Name of the constant.
+        constant: &'static str,
+        /// Its value.
+        value: String,
+        /// What would be right.
+        wanted: &'static str,
+    },
+    /// The simulated time is none, or it stands still.
+    #[error(
+        "the simulated time is {time:e} s, to which a step of {dt:e} s adds nothing; `Clock::time` must be finite, \
+             and small enough for the step"
+    )]
+    Time {
+        /// The time \[s].
+        time: f64,
+        /// The time step \[s].
+        dt: f32,
+    },
     /// The time step that a host chose is none.
     #[error("the time step is {dt:e} s; `Clock::next_dt` must be finite and above 0")]
     TimeStep {
@@ -148,7 +196,7 @@ pub enum FailureCause {
     LacksComponent {
         /// Name of the component.
         component: &'static str,
-        /// Particles in the same table, which all lack it.
+        /// All particles that lack it.
         particles: usize,
     },
     /// Particles came, went or moved to another table while the step was computed.
@@ -288,54 +336,6 @@ pub enum FailureCause {
          small"
     )]
     Shock(Shock),
-}
-
-/// Most cells of a dense structure: a table of 4 bytes per cell is then 512 MiB, and writing it takes a tenth of a
-/// second a step. A box that needs more is refused.
-pub const MAX_CELLS: u64 = 1 << 27;
-
-/// A dense structure would need more cells than [`MAX_CELLS`].
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[error(
-    "the box around all particles has {} × {} × {} cells of {cell_size:.4} m, and the spatial index needs memory for \
-     each of them, at most {MAX_CELLS}; the structures CompactHashing and SpatialHashing need none for empty cells, \
-     and a `domain` in the scene stops particles that fly away", .cells[0], .cells[1], .cells[2]
-)]
-pub struct DomainTooLarge {
-    /// Cells along x, y and z.
-    pub cells: [u64; 3],
-    /// Their edge \[m].
-    pub cell_size: f64,
-    /// The point furthest from the middle of all others.
-    pub row: usize,
-}
-
-/// Lists that would be longer than their spans can say.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum ListsTooLong {
-    /// One of them.
-    #[error(
-        "a particle has {count} neighbours, and a list holds {max}; particles lie on top of each other",
-        max = u16::MAX
-    )]
-    OfRow {
-        /// The particle's row.
-        row: usize,
-        /// Its neighbours.
-        count: usize,
-    },
-    /// All together.
-    #[error(
-        "there are {pairs} pairs of neighbours, and lists hold {most} in the memory of this machine; particles lie on \
-         top of each other, or there are too many: with `neighbours: Recomputed` there is no limit"
-    )]
-    Together {
-        /// Pairs of a row and a neighbour.
-        pairs: usize,
-        /// Pairs that lists can hold.
-        most: usize,
-    },
 }
 
 /// Steps taken back.

@@ -17,6 +17,7 @@ mod residual;
 mod rows;
 mod stage;
 mod task_threads;
+mod too_large;
 pub mod transfer;
 pub mod wrap;
 

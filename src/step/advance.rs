@@ -50,8 +50,10 @@ pub fn advance(world: &mut World, seconds: f64) -> Result<Advance, StepError> {
         };
         let dt = f64::from(next_dt);
         done.rest = end - time;
-        // A clock whose next step has no length takes a step, too: it fails and reports the reason.
-        if done.rest < dt * (1.0 - ROUNDING) || done.rest <= 0.0 {
+        // A clock whose next step has no length, or whose time is none, takes a step, too: it fails and reports the
+        // reason.
+        let waits = done.rest < dt * (1.0 - ROUNDING) || done.rest <= 0.0;
+        if waits && dt.is_finite() && time.is_finite() {
             break Ok(());
         }
         match take_step(world) {

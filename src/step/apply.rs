@@ -5,6 +5,7 @@ use bevy_ecs::prelude::*;
 use super::{
     install::{Installed, step_limits},
     simulation::Simulation,
+    uninstall::{NotBetweenSteps, between_steps},
 };
 use crate::{
     boundary::friction::WallFriction,
@@ -28,6 +29,9 @@ pub enum ApplyError {
     /// No scene is installed in the world.
     #[error("no scene is installed in this world; call `install` first")]
     NotInstalled,
+    /// A step is being taken, or a part of the scene is gone.
+    #[error(transparent)]
+    NotBetweenSteps(#[from] NotBetweenSteps),
     /// The override is none, or the changed scene makes no sense.
     #[error(transparent)]
     Scene(#[from] SceneError),
@@ -54,11 +58,13 @@ impl ApplyError {
 /// The next step is taken with them, and checkpoints hold the changed scene. All overrides apply, or none.
 ///
 /// # Errors
-/// When an override is none, the changed scene makes no sense, or something else would change.
+/// When an override is none, the changed scene makes no sense, something else would change, or a system of the step
+/// called it.
 pub fn apply(world: &mut World, overrides: &[Override]) -> Result<(), ApplyError> {
     let installed = world
         .get_resource::<Installed>()
         .ok_or(ApplyError::NotInstalled)?;
+    between_steps(world)?;
     let before = installed.scene.clone();
     let mut scene = before.clone();
     for change in overrides {

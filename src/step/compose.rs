@@ -3,6 +3,7 @@
 use bevy_ecs::prelude::*;
 
 use super::{
+    constants::check_accelerations,
     order::{Compared, Condition, Decisions, Due, Event, Kind, PlannedOrder},
     timer::lap,
 };
@@ -80,6 +81,11 @@ fn run(event: &Event, scene: &Scene) -> Systems {
     };
     let (stage, due, groups): (&Stage, Due, Vec<usize>) = (stage, *due, groups.clone());
     let mut systems = (stage.systems)(scene).in_set(stage.phase);
+    if stage.name == "pressure" {
+        // Hosts add forces right before.
+        let check = check_accelerations.in_set(stage.phase);
+        systems = (check, systems.run_if(healthy)).chain();
+    }
     if due.every > 1 {
         systems = systems
             .run_if(move |clock: Res<Clock>, rows: Res<Rows>| due.is_now(&clock, rows.changed));

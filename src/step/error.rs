@@ -95,6 +95,14 @@ pub enum InstallError {
     /// The world already has a scene.
     #[error("a scene is installed in this world already; a world holds one")]
     Occupied,
+    /// The schedule of the step has systems already, which it would lose.
+    #[error(
+        "the schedule `Step` has {systems} systems from before; add them after `install`, which makes this schedule"
+    )]
+    StepHasSystems {
+        /// Their number.
+        systems: usize,
+    },
     /// The scene contradicts itself.
     #[error(transparent)]
     Scene(#[from] SceneError),

@@ -1,6 +1,9 @@
 //! Setting a scene up in a world.
 
-use std::path::Path;
+use std::{
+    panic::{AssertUnwindSafe, catch_unwind, resume_unwind},
+    path::Path,
+};
 
 use bevy_ecs::prelude::*;
 
@@ -11,11 +14,11 @@ use super::{
     memory,
     order::{Due, limits_of, order_of},
     report::StepOutcome,
-    schedule::build_schedules,
+    schedule::{Step, build_schedules},
     start::{FluidStart, Walls},
     start_density, start_slabs,
     timer::PhaseTimer,
-    uninstall::{note_installed, resources},
+    uninstall::{Before, is_installed, note_installed},
 };
 use crate::{
     flow, gauge, input,
@@ -36,10 +39,20 @@ use crate::{
 ///
 /// [`uninstall`](super::uninstall()) removes the scene again.
 ///
-/// After an error the world holds nothing of the scene, and another one may be installed.
+/// After an error, and after the panic of a host's observer or stage, the world holds nothing of the scene, and another
+/// one may be installed.
+///
+/// # Panics
+///
+/// If an observer or a stage of the host panics.
 pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
-    if world.contains_resource::<Clock>() {
+    if is_installed(world) {
         return Err(InstallError::Occupied);
+    }
+    let schedules = world.get_resource::<Schedules>();
+    let systems = schedules.and_then(|schedules| schedules.get(Step));
+    if let Some(systems) = systems.map(Schedule::systems_len).filter(|&len| len > 0) {
+        return Err(InstallError::StepHasSystems { systems });
     }
     let size = scene.checked_size()?;
     let stages = world.get_resource::<Stages>().cloned().unwrap_or_default();
@@ -62,44 +75,53 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
         let samples = walls.as_ref().map_or(&[][..], |walls| &walls.sampled);
         start_slabs::of_large(scene, &size, Some(samples), &execution)?;
     }
-    let before = resources(world);
+    let before = Before::of(world);
     let schedules = build_schedules(world, scene, &order, execution.threads())?;
-    world.insert_resource(execution);
-    warm_start::require_means(world, scene);
-    flow::require_held(world, scene);
-    number_particles(world);
-    let spare = spare_entities(world);
     let with_kernels = order.with_kernels();
     let limits = step_limits(scene, &stages, &with_kernels);
-    fluid.spawn(world, &material);
-    let insert = |world: &mut World| {
-        spare.into_iter().for_each(|entity| {
-            world.despawn(entity);
+    let mut spare = Vec::new();
+    let put = |world: &mut World, spare: &mut Vec<Entity>| {
+        world.insert_resource(execution);
+        warm_start::require_means(world, scene);
+        flow::require_held(world, scene);
+        number_particles(world);
+        *spare = spare_entities(world);
+        fluid.spawn(world, &material);
+        let mut insert = |world: &mut World| {
+            spare.drain(..).for_each(|entity| {
+                world.despawn(entity);
+            });
+            insert_resources(world, scene, &material, &limits);
+        };
+        match walls {
+            Some(walls) => walls.spawn(world, scene, insert),
+            None => insert(world),
+        }
+        if !scene.body_forces.is_empty() {
+            world.insert_resource(body_forces);
+        }
+        for stage in order.installed() {
+            (stage.install)(world, scene);
+        }
+        compose::install(world, &order);
+        gauge::install(world, scene);
+        world.insert_resource(Installed {
+            scene: scene.clone(),
+            files,
+            material,
+            stages: order.names(),
+            due: order.stages().map(|planned| planned.due).collect(),
+            reads_stale: order.reads_stale(),
+            with_kernels,
         });
-        insert_resources(world, scene, &material, &limits);
+        schedules.add(world);
+        note_installed(world, &before.resources);
     };
-    match walls {
-        Some(walls) => walls.spawn(world, scene, insert),
-        None => insert(world),
+    // An observer or a stage of the host may panic.
+    if let Err(panic) = catch_unwind(AssertUnwindSafe(|| put(world, &mut spare))) {
+        before.restore(world, spare);
+        resume_unwind(panic);
     }
-    if !scene.body_forces.is_empty() {
-        world.insert_resource(body_forces);
-    }
-    for stage in order.installed() {
-        (stage.install)(world, scene);
-    }
-    compose::install(world, &order);
-    gauge::install(world, scene);
-    world.insert_resource(Installed {
-        scene: scene.clone(),
-        files,
-        stages: order.names(),
-        due: order.stages().map(|planned| planned.due).collect(),
-        reads_stale: order.reads_stale(),
-        with_kernels,
-    });
-    schedules.add(world);
-    note_installed(world, &before);
     Ok(())
 }
 
@@ -134,6 +156,8 @@ fn fingerprints(scene: &Scene) -> Vec<NamedFile> {
 pub(crate) struct Installed {
     /// The scene as the host passed it.
     pub(crate) scene: Scene,
+    /// The constants of the fluid as the scene has them.
+    pub(crate) material: Material,
     /// The files that the scene names, as they were read.
     pub(crate) files: Vec<NamedFile>,
     /// The stages of a step in their order, with their conditions, and the number of steps between two runs of each.

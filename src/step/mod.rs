@@ -3,6 +3,7 @@
 mod advance;
 mod apply;
 mod compose;
+mod constants;
 mod error;
 mod executor;
 mod install;
@@ -40,7 +41,8 @@ pub use schedule::Step;
 pub use simulation::Simulation;
 pub use take::take_step;
 pub use timer::PhaseTimer;
-pub use uninstall::{UninstallError, uninstall};
+pub(crate) use uninstall::between_steps;
+pub use uninstall::{NotBetweenSteps, UninstallError, uninstall};
 pub use warnings::warnings;
 
 pub use crate::{

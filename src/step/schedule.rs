@@ -10,6 +10,7 @@ use bevy_ecs::{
 
 use super::{
     compose::compose,
+    constants::check_constants,
     error::InstallError,
     executor::StepExecutor,
     order::PlannedOrder,
@@ -77,7 +78,7 @@ pub(super) fn build_schedules(
         start_task_threads(threads).map_err(InstallError::TaskThreads)?;
     }
     step.set_executor(StepExecutor::new(parallel));
-    let mut configs = vec![(clock::begin, start_timer).chain()];
+    let mut configs = vec![(clock::begin, check_constants.run_if(healthy), start_timer).chain()];
     if gauge::measures_energy(scene) {
         configs.push(gauge::note_start.run_if(healthy));
     }

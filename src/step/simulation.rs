@@ -119,9 +119,10 @@ impl Simulation {
         }
     }
 
-    /// Simulated time \[s].
+    /// Simulated time \[s]; 0 if a host has uninstalled the scene.
     pub fn time(&self) -> f64 {
-        self.world.resource::<Clock>().time
+        let clock = self.world.get_resource::<Clock>();
+        clock.map_or(0.0, |clock| clock.time)
     }
 
     /// The world that holds the particles.

@@ -5,9 +5,10 @@ use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use bevy_ecs::prelude::*;
 
 use super::{
+    constants::resized,
     report::{StepOutcome, StepReport},
     schedule::{Labels, SingleThreadedStep, Step},
-    uninstall::set_running,
+    uninstall::{is_running, lost_resource, set_running},
 };
 use crate::state::{Clock, Execution, FailureCause, StepError};
 
@@ -24,8 +25,8 @@ use crate::state::{Clock, Execution, FailureCause, StepError};
 /// is the one before the step; with parallel systems it is the one after it, because the engine's own systems run to
 /// the end.
 pub fn take_step(world: &mut World) -> Result<StepReport, StepError> {
-    if let Some(reason) = what_is_missing(world) {
-        return Err(refused(world, FailureCause::NotInstalled { reason }));
+    if let Some(cause) = what_is_missing(world) {
+        return Err(refused(world, cause));
     }
     if world.contains_resource::<SingleThreadedStep>() && world.storages().non_sends.is_empty() {
         let execution = world.resource::<Execution>().clone();
@@ -60,22 +61,36 @@ fn run_step(world: &mut World) -> Result<(), StepError> {
     });
     set_running(world, false);
     match ran {
-        Ok(Ok(Err(panic))) => resume_unwind(panic),
+        // The engine's own systems panic where a host's system has taken their data away.
+        Ok(Ok(Err(panic))) => match what_is_missing(world).or_else(|| resized(world)) {
+            Some(cause) => Err(refused(world, cause)),
+            None => resume_unwind(panic),
+        },
         Ok(Err(error)) => Err(error),
         _ => Ok(()),
     }
 }
 
 /// The reason why no step can be taken in this world, if there is one.
-fn what_is_missing(world: &World) -> Option<&'static str> {
+fn what_is_missing(world: &World) -> Option<FailureCause> {
+    let because = |reason| Some(FailureCause::NotInstalled { reason });
+    if is_running(world) {
+        return because("a system cannot take a step in the middle of one; take it between steps");
+    }
     let Some(labels) = world.get_resource::<Labels>() else {
-        return Some("no scene is installed in this world; call `install` first");
+        return because("no scene is installed in this world; call `install` first");
     };
+    if let Some(resource) = lost_resource(world) {
+        return Some(FailureCause::LacksResource { resource });
+    }
     let schedules = world.get_resource::<Schedules>();
     let present = |label| schedules.is_some_and(|schedules| schedules.contains(label));
     let all = labels.0.iter().all(|&label| present(label));
     let lost = !all || !world.contains_resource::<Execution>();
-    lost.then_some(
+    if !lost {
+        return None;
+    }
+    because(
         "a panic or the host took a part of the scene out of the world; install it in a new one, and run steps by \
          `take_step`, which keeps them through a panic",
     )

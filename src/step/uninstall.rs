@@ -1,10 +1,13 @@
 //! Removes a scene from a world.
 
-use std::collections::HashSet;
+use std::{
+    collections::HashSet,
+    panic::{AssertUnwindSafe, catch_unwind},
+};
 
 use bevy_ecs::{component::ComponentId, entity_disabling::Disabled, prelude::*};
 
-use super::schedule::Labels;
+use super::schedule::{Labels, Step};
 use crate::state::particle::{Boundary, Fluid};
 
 /// What [`install`](super::install) added to a world.
@@ -28,9 +31,50 @@ pub enum UninstallError {
     WithinStep,
 }
 
+type Particle = (Or<(With<Fluid>, With<Boundary>)>, Allow<Disabled>);
+
 /// Ids of the resources of a world.
-pub(super) fn resources(world: &World) -> HashSet<ComponentId> {
+fn resources(world: &World) -> HashSet<ComponentId> {
     world.iter_resources().map(|(id, ..)| id).collect()
+}
+
+fn particles(world: &mut World) -> Vec<Entity> {
+    let mut particles = world.query_filtered::<Entity, Particle>();
+    particles.iter(world).collect()
+}
+
+/// What a world holds before a scene is installed.
+pub(super) struct Before {
+    pub(super) resources: HashSet<ComponentId>,
+    particles: HashSet<Entity>,
+}
+
+impl Before {
+    pub(super) fn of(world: &mut World) -> Self {
+        Self {
+            resources: resources(world),
+            particles: particles(world).into_iter().collect(),
+        }
+    }
+
+    /// Removes what a scene has put into the world since, `others` of its entities included. The host's observers may
+    /// panic again.
+    pub(super) fn restore(&self, world: &mut World, mut others: Vec<Entity>) {
+        others.extend(particles(world));
+        for entity in others
+            .into_iter()
+            .filter(|entity| !self.particles.contains(entity))
+        {
+            let gone = || world.try_despawn(entity).ok();
+            catch_unwind(AssertUnwindSafe(gone)).ok();
+        }
+        for resource in resources(world).difference(&self.resources) {
+            world.remove_resource_by_id(*resource);
+        }
+        if let Some(mut schedules) = world.get_resource_mut::<Schedules>() {
+            schedules.remove(Step);
+        }
+    }
 }
 
 /// Records the resources that were added to the world since `before`.
@@ -66,11 +110,7 @@ pub fn uninstall(world: &mut World) -> Result<(), UninstallError> {
         return Err(UninstallError::WithinStep);
     }
     let resources = installed.resources.clone();
-    world.remove_resource::<Installed>();
-    type Particle = (Or<(With<Fluid>, With<Boundary>)>, Allow<Disabled>);
-    let mut particles = world.query_filtered::<Entity, Particle>();
-    let particles: Vec<Entity> = particles.iter(world).collect();
-    for particle in particles {
+    for particle in particles(world) {
         // Despawning a particle also despawns its children, which may be particles, too.
         world.try_despawn(particle).ok();
     }
@@ -84,5 +124,52 @@ pub fn uninstall(world: &mut World) -> Result<(), UninstallError> {
     for resource in resources {
         world.remove_resource_by_id(resource);
     }
+    // Last: after the panic of a host's observer the rest can still be removed.
+    world.remove_resource::<Installed>();
     Ok(())
+}
+
+/// Whether a scene is installed in a world.
+pub(super) fn is_installed(world: &World) -> bool {
+    world.contains_resource::<Installed>()
+}
+
+/// Why nothing may be read or changed as a whole, as between steps.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum NotBetweenSteps {
+    /// A system of the step called it.
+    #[error("a system cannot do this in the middle of a step; do it between steps")]
+    WithinStep,
+    /// A resource of the scene is gone.
+    #[error(
+        "the world lacks the resource `{0}` of the scene, which a host removed; insert it again"
+    )]
+    LacksResource(String),
+}
+
+/// Fails unless a world is between two steps, with all that the scene has put into it.
+pub(crate) fn between_steps(world: &World) -> Result<(), NotBetweenSteps> {
+    if is_running(world) {
+        return Err(NotBetweenSteps::WithinStep);
+    }
+    match lost_resource(world) {
+        Some(name) => Err(NotBetweenSteps::LacksResource(name)),
+        None => Ok(()),
+    }
+}
+
+/// Whether a step is being taken.
+pub(super) fn is_running(world: &World) -> bool {
+    let installed = world.get_resource::<Installed>();
+    installed.is_some_and(|installed| installed.running)
+}
+
+/// Name of a resource of the scene that the world lacks, if there is one.
+pub(super) fn lost_resource(world: &World) -> Option<String> {
+    let installed = world.get_resource::<Installed>()?;
+    let mut ids = installed.resources.iter();
+    let lost = *ids.find(|&&id| !world.contains_resource_by_id(id))?;
+    let name = world.components().get_name(lost)?;
+    Some(name.shortname().to_string())
 }

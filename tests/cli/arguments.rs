@@ -55,6 +55,27 @@ fn options_that_make_no_sense_are_refused() {
     assert!(!folder.path().join("out").exists());
 }
 
+/// A number that is none is answered in words, a negative one, too.
+#[test]
+fn numbers_that_make_no_sense_are_answered_in_words() {
+    let folder = folder_with_tiny();
+    for (option, value, part) in [
+        ("--steps", "1.5", "whole number"),
+        ("--steps", "-1", "whole number, 0 or above"),
+        ("--threads", "all", "whole number"),
+        ("--threads", "-1", "whole number"),
+        ("--threads", "0", "from 1 to 4096"),
+        ("--duration", "-1", "above 0"),
+        ("--frames-per-second", "-5", "0 or above"),
+        ("--frames-per-second", "25fps", "without `fps`"),
+    ] {
+        let output = overfall(&folder, &["run", "tiny.ron", option, value]);
+        assert_exit(&output, 2);
+        let text = stderr(&output);
+        assert!(text.contains(part), "{option} {value}: {text}");
+    }
+}
+
 #[test]
 fn a_wrong_scene_is_refused_with_its_place() {
     let folder = folder_with_tiny();

@@ -147,3 +147,137 @@ fn overrides_are_answered_as_files_are() {
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
+
+/// A number with a unit that is not known here is not given another meaning, and one that is known keeps its own.
+#[test]
+fn only_units_that_are_known_are_converted() {
+    let mut wrong = Vec::new();
+    for (value, meant) in [
+        ("2ms", Some("0.002")),
+        ("5 %", Some("0.05")),
+        ("3 m/s", Some("3")),
+        ("2e-3s", Some("2e-3")),
+        ("360deg", None),
+        ("36 km/h", None),
+        ("2in", None),
+        ("1e", None),
+        ("0.001 Pa s", None),
+    ] {
+        let said = refusal(&SCENE.replacen("duration: 1", &format!("duration: {value}"), 1));
+        let right = match meant {
+            Some(meant) => said.contains(&format!("did you mean `{meant}`?")),
+            None => said.contains("in SI units, without `") && !said.contains("did you mean"),
+        };
+        if !right {
+            wrong.push(format!("{value}: {said}"));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// Lines of a file, and a part of the answer.
+#[rustfmt::skip]
+const LINES: [(&str, &str); 16] = [
+    ("gravity: (0, −9.81, 0)", "did you mean `-9.81`?"),
+    ("order: “o.ron”", "did you mean `\"o.ron\"`?"),
+    ("gravity: (y: -9.81)", "expected a vector of three numbers, `(x, y, z)`, found `(y: -9.81)`"),
+    ("fluid: (viscosity: 0.001 Pa s)", "expected one of None, Laminar, Artificial, found `0.001 Pa s`"),
+    ("support: 2,, kernel: CubicSpline", "a comma too many"),
+    ("order: \"o.ron, support: 2", "no closing quote"),
+    ("gauges: [(\"e\", kind: Energy)]", "before"),
+    ("body: []", "did you mean `bodies`?"),
+    ("obstacles: []", "did you mean `boundaries`?"),
+    ("drain: []", "did you mean `outflow`?"),
+    ("inlets: []", "did you mean `emitters`?"),
+    ("probes: []", "did you mean `gauges`?"),
+    ("cfl: 0.4", "did you mean `time_step`?"),
+    ("gauges: [(name: \"e\", type: Energy)]", "did you mean `kind`?"),
+    ("gauges: [(name: \"e\", kind: Energy, interval: 0.1)]", "did you mean `every`?"),
+    ("emitters: [(shape: Slit(center: (0, 0, 0)), speed: 1)]", "did you mean `Rectangle`?"),
+];
+
+#[test]
+fn slips_in_lines_are_answered_with_what_was_meant() {
+    let without: Vec<&str> = SCENE
+        .lines()
+        .filter(|line| !line.trim_start().starts_with("fluid:"))
+        .collect();
+    let without = without.join("\n");
+    let mut wrong = Vec::new();
+    for (line, part) in LINES {
+        let said = refusal(&without.replacen("duration:", &format!("{line}, duration:"), 1));
+        if !said.contains(part) {
+            wrong.push(format!("{line}: {said}"));
+        }
+    }
+    let line =
+        "bodies: [(shape: Box(min: (0, 0, 0), max: (1, 1, 1)), velocity_gradient: 1)], bodies";
+    let said = refusal(&SCENE.replacen("bodies", line, 1));
+    if !said.contains("three rows of three numbers") {
+        wrong.push(said);
+    }
+    let said = refusal(&SCENE.replacen("Fixed(0.001)", "1/1000", 1));
+    if !said.contains("there is no division") {
+        wrong.push(said);
+    }
+    let mesh = "[Mesh(\"a.obj\", side: Inside)]";
+    let said = refusal(&SCENE.replacen("[Tank(min: (0, 0, 0), max: (2, 2, 1))]", mesh, 1));
+    if !said.contains("before this text") {
+        wrong.push(said);
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn slips_in_overrides_are_answered_with_what_was_meant() {
+    let mut wrong = Vec::new();
+    for (change, part) in [
+        ("time_step.Fixed.x=1", "has no"),
+        (
+            "pressure.Pcisph.max_density_error=0.1",
+            "did you mean `pressure.max_density_error=0.1`?",
+        ),
+        (
+            "bodies.0.shape.box.max=(1, 1, 1)",
+            "did you mean `bodies.0.shape.max=(1, 1, 1)`?",
+        ),
+        ("gauges.0.every=Steps(1)", "`gauges` is empty"),
+        ("spacing=0.05,dimension=3", "`--set dimension=3`"),
+        (
+            "gravity=(0 -9.81 0)",
+            "did you mean `gravity=(0, -9.81, 0)`?",
+        ),
+        ("gravity=(0, −9.81, 0)", "did you mean"),
+    ] {
+        let change = Override::parse(change).expect("an override");
+        let said = Scene::parse(SCENE, "s.ron", &[change])
+            .expect_err("refused")
+            .to_string();
+        if !said.contains(part) {
+            wrong.push(said);
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// Tables as other programs write them.
+#[test]
+fn slips_in_tables_are_answered_with_what_was_meant() {
+    use overfall::scene::MotionTable;
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("motion.csv");
+    for (text, part) in [
+        ("t x\n0 0\n1 0.1\n", "separated by blanks; write commas"),
+        (
+            "t [s],x [m]\n0,0\n",
+            "unknown column `t [s]`; did you mean `t`?",
+        ),
+        ("t_s,x\n0,0\n", "unknown column `t_s`; did you mean `t`?"),
+        ("t,x\n0,0\n1\n", ":3: there is no figure in column `x`"),
+        ("t,x\n0,\n", ":2: there is no figure in column `x`"),
+    ] {
+        std::fs::write(&file, text).expect("a table");
+        let said = MotionTable::load(&file).expect_err("refused").to_string();
+        assert!(said.contains(part), "{text}: {said}");
+    }
+}

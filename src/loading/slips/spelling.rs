@@ -8,6 +8,20 @@ use crate::loading::spans::{Kind, is_name, scan};
 const TRUE: [&str; 5] = ["true", "yes", "on", "1", "t"];
 const FALSE: [&str; 6] = ["false", "no", "off", "0", "none", "f"];
 
+/// Signs of printed text in place of those of a keyboard: `−5`, `“name”`.
+pub(super) fn signs_of_print(place: &Place, value: &str) -> Option<Slip> {
+    let plain: String = (value.chars())
+        .map(|c| match c {
+            '−' | '–' | '—' => '-',
+            '“' | '”' | '„' | '«' | '»' | '‘' | '’' | '‚' => '"',
+            other => other,
+        })
+        .collect();
+    let sign = value.chars().zip(plain.chars()).find(|(a, b)| a != b)?;
+    let what = format!("`{}` is another sign than `{}`", sign.0, sign.1);
+    place.takes(&plain).then(|| Slip::value(what, plain))
+}
+
 pub(super) fn slip(place: &Place, value: &str) -> Option<Slip> {
     truth(place, value)
         .or_else(|| whole_number(place, value))
@@ -122,6 +136,13 @@ pub(super) fn signs(place: &Place, value: &str) -> Option<Slip> {
         .filter(|word| !word.is_empty())
         .collect();
     let mut tried = vec![value.replace('=', ": "), format!("({})", words.join(", "))];
+    if let Some(inner) = value
+        .strip_prefix('(')
+        .and_then(|rest| rest.strip_suffix(')'))
+    {
+        let words: Vec<&str> = inner.split_whitespace().collect();
+        tried.push(format!("({})", words.join(", ")));
+    }
     if value.starts_with(['(', '[']) {
         tried.push(value.replace(';', ","));
     }

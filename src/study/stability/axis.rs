@@ -23,16 +23,19 @@ impl Axis {
             }
             _ => {}
         }
+        if let Values::Range { from, .. } = self.values
+            && self.scale == Scale::Log
+            && from <= 0.0
+        {
+            return wrong(no_place(from));
+        }
         let values = self.known_values();
         let ascend = values.windows(2).all(|pair| pair[0] < pair[1]);
         if values.is_empty() || !ascend || !values.iter().all(|value| value.is_finite()) {
             return wrong("values have to be numbers, one at least, and to ascend".to_owned());
         }
         if self.scale == Scale::Log && values[0] <= 0.0 {
-            return wrong(format!(
-                "{} has no place on a logarithmic scale; begin above 0, or write `scale: Linear`",
-                values[0]
-            ));
+            return wrong(no_place(values[0]));
         }
         for (k, text) in self.set.iter().enumerate() {
             let filled = values.iter().find_map(|&v| template::fill(text, v).err());
@@ -47,4 +50,8 @@ impl Axis {
             "no override has the value in it; write `{v}` where it belongs, as in `spacing={v}`";
         Err(("set".to_owned(), message.to_owned()))
     }
+}
+
+fn no_place(value: f64) -> String {
+    format!("{value} has no place on a logarithmic scale; begin above 0, or write `scale: Linear`")
 }
