@@ -158,6 +158,7 @@ fn only_units_that_are_known_are_converted() {
         ("3 m/s", Some("3")),
         ("2e-3s", Some("2e-3")),
         ("360deg", None),
+        ("2.0h", None),
         ("36 km/h", None),
         ("2in", None),
         ("1e", None),
@@ -210,7 +211,8 @@ fn slips_in_lines_are_answered_with_what_was_meant() {
             wrong.push(format!("{line}: {said}"));
         }
     }
-    let line = "bodies: [(shape: Box(min: (0, 0, 0), max: (1, 1, 1)), velocity_gradient: 1)], bodies";
+    let line =
+        "bodies: [(shape: Box(min: (0, 0, 0), max: (1, 1, 1)), velocity_gradient: 1)], bodies";
     let said = refusal(&SCENE.replacen("bodies", line, 1));
     if !said.contains("three rows of three numbers") {
         wrong.push(said);
@@ -232,15 +234,26 @@ fn slips_in_overrides_are_answered_with_what_was_meant() {
     let mut wrong = Vec::new();
     for (change, part) in [
         ("time_step.Fixed.x=1", "has no"),
-        ("pressure.Pcisph.max_density_error=0.1", "did you mean `pressure.max_density_error=0.1`?"),
-        ("bodies.0.shape.box.max=(1, 1, 1)", "did you mean `bodies.0.shape.max=(1, 1, 1)`?"),
+        (
+            "pressure.Pcisph.max_density_error=0.1",
+            "did you mean `pressure.max_density_error=0.1`?",
+        ),
+        (
+            "bodies.0.shape.box.max=(1, 1, 1)",
+            "did you mean `bodies.0.shape.max=(1, 1, 1)`?",
+        ),
         ("gauges.0.every=Steps(1)", "`gauges` is empty"),
         ("spacing=0.05,dimension=3", "`--set dimension=3`"),
-        ("gravity=(0 -9.81 0)", "did you mean `gravity=(0, -9.81, 0)`?"),
+        (
+            "gravity=(0 -9.81 0)",
+            "did you mean `gravity=(0, -9.81, 0)`?",
+        ),
         ("gravity=(0, −9.81, 0)", "did you mean"),
     ] {
         let change = Override::parse(change).expect("an override");
-        let said = Scene::parse(SCENE, "s.ron", &[change]).expect_err("refused").to_string();
+        let said = Scene::parse(SCENE, "s.ron", &[change])
+            .expect_err("refused")
+            .to_string();
         if !said.contains(part) {
             wrong.push(said);
         }
@@ -256,7 +269,10 @@ fn slips_in_tables_are_answered_with_what_was_meant() {
     let file = folder.path().join("motion.csv");
     for (text, part) in [
         ("t x\n0 0\n1 0.1\n", "separated by blanks; write commas"),
-        ("t [s],x [m]\n0,0\n", "unknown column `t [s]`; did you mean `t`?"),
+        (
+            "t [s],x [m]\n0,0\n",
+            "unknown column `t [s]`; did you mean `t`?",
+        ),
         ("t_s,x\n0,0\n", "unknown column `t_s`; did you mean `t`?"),
         ("t,x\n0,0\n1\n", ":3: there is no figure in column `x`"),
         ("t,x\n0,\n", ":2: there is no figure in column `x`"),

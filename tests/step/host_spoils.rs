@@ -145,10 +145,7 @@ fn systems_that_the_step_would_lose_are_refused() {
     let mut schedules = world.resource_mut::<Schedules>();
     schedules.add_systems(Step, || {});
     let error = install(&mut world, &small()).expect_err("a system");
-    assert!(matches!(
-        error,
-        InstallError::StepHasSystems { systems: 1 }
-    ));
+    assert!(matches!(error, InstallError::StepHasSystems { systems: 1 }));
     // A clock of the host's is no scene.
     world.resource_mut::<Schedules>().remove(Step);
     world.insert_resource(Clock::default());
@@ -160,11 +157,27 @@ fn systems_that_the_step_would_lose_are_refused() {
 fn a_constant_that_is_none_is_named() {
     type Spoil = fn(&mut Material, f32);
     let constants: [(&str, Spoil, &[f32]); 5] = [
-        ("particle_mass", |m, x| m.particle_mass = x, &[f32::NAN, f32::INFINITY, 0.0, -1.0]),
-        ("rest_density", |m, x| m.rest_density = x, &[f32::NAN, f32::INFINITY, 0.0, -1.0]),
-        ("gravity", |m, x| m.gravity.y = x, &[f32::NAN, f32::NEG_INFINITY, 1e30]),
+        (
+            "particle_mass",
+            |m, x| m.particle_mass = x,
+            &[f32::NAN, f32::INFINITY, 0.0, -1.0],
+        ),
+        (
+            "rest_density",
+            |m, x| m.rest_density = x,
+            &[f32::NAN, f32::INFINITY, 0.0, -1.0],
+        ),
+        (
+            "gravity",
+            |m, x| m.gravity.y = x,
+            &[f32::NAN, f32::NEG_INFINITY, 1e30],
+        ),
         ("spacing", |m, x| m.spacing = x, &[f32::NAN, 0.0, 1.0]),
-        ("kernel", |m, x| m.kernel.support_radius = x, &[f32::NAN, 0.0, 1.0]),
+        (
+            "kernel",
+            |m, x| m.kernel.support_radius = x,
+            &[f32::NAN, 0.0, 1.0],
+        ),
     ];
     for pressure in methods() {
         let mut simulation = simulation(&Scene { pressure, ..dam() });
@@ -173,10 +186,16 @@ fn a_constant_that_is_none_is_named() {
         for (name, spoil, values) in constants {
             for &value in values {
                 let before = bits(simulation.world_mut());
-                spoil(&mut simulation.world_mut().resource_mut::<Material>(), value);
+                spoil(
+                    &mut simulation.world_mut().resource_mut::<Material>(),
+                    value,
+                );
                 let error = simulation.step().expect_err("a constant that is none");
                 let is_named = matches!(error.cause, FailureCause::Constant { constant, .. } if constant == name);
-                assert!(is_named && error.particle.is_none(), "{name}, {value}: {error}");
+                assert!(
+                    is_named && error.particle.is_none(),
+                    "{name}, {value}: {error}"
+                );
                 assert!(bits(simulation.world_mut()) == before);
                 *simulation.world_mut().resource_mut::<Material>() = good;
             }
@@ -202,7 +221,10 @@ fn a_time_that_is_none_or_stands_still_is_an_error() {
     }
     simulation.world_mut().resource_mut::<Clock>().next_dt = f32::INFINITY;
     let error = simulation.advance(0.01).expect_err("no time step");
-    assert!(matches!(error.cause, FailureCause::TimeStep { .. }), "{error}");
+    assert!(
+        matches!(error.cause, FailureCause::TimeStep { .. }),
+        "{error}"
+    );
     *simulation.world_mut().resource_mut::<Clock>() = good;
     run(&mut simulation, 1);
     uninstall(simulation.world_mut()).expect("a scene");
@@ -223,7 +245,9 @@ fn what_is_done_between_steps_is_refused_within_one() {
             let said = vec![
                 take_step(world).expect_err("within a step").to_string(),
                 advance(world, 1.0).expect_err("within a step").to_string(),
-                apply(world, &[gravity]).expect_err("within a step").to_string(),
+                apply(world, &[gravity])
+                    .expect_err("within a step")
+                    .to_string(),
                 checkpoint::write(world, &mut Vec::new())
                     .expect_err("within a step")
                     .to_string(),
@@ -235,7 +259,10 @@ fn what_is_done_between_steps_is_refused_within_one() {
     run(&mut simulation, 1);
     let said = &simulation.world().resource::<Said>().0;
     assert_eq!(said.len(), 4);
-    assert!(said.iter().all(|said| said.contains("in the middle of")), "{said:?}");
+    assert!(
+        said.iter().all(|said| said.contains("in the middle of")),
+        "{said:?}"
+    );
     assert!(bits(simulation.world_mut()) == bits_after(&dam(), 2, 1));
 }
 
@@ -245,17 +272,28 @@ fn walls_are_taken_over_for_the_installed_scene_alone() {
     let mut simulation = simulation(&scene);
     run(&mut simulation, 1);
     for spacing in [0.0, -1.0, f32::NAN, f32::INFINITY, 1e-30, 0.04] {
-        let other = Scene { spacing, ..scene.clone() };
+        let other = Scene {
+            spacing,
+            ..scene.clone()
+        };
         let error = refresh_boundary(simulation.world_mut(), &other).expect_err("another scene");
-        assert!(matches!(error, BoundaryError::OtherScene { differs: "spacing" }), "{error}");
+        assert!(
+            matches!(error, BoundaryError::OtherScene { differs: "spacing" }),
+            "{error}"
+        );
     }
     refresh_boundary(simulation.world_mut(), &scene).expect("the scene that is installed");
     run(&mut simulation, 1);
     assert!(bits(simulation.world_mut()) == bits_after(&scene, 2, 2));
     // A step without walls cannot take any.
-    let open = Scene { boundaries: Vec::new(), ..scene };
+    let open = Scene {
+        boundaries: Vec::new(),
+        ..scene
+    };
     let mut simulation = Simulation::with_threads(&open, 1).expect("a scene");
-    simulation.world_mut().spawn((Boundary, Position(Vec3::ZERO)));
+    simulation
+        .world_mut()
+        .spawn((Boundary, Position(Vec3::ZERO)));
     let error = refresh_boundary(simulation.world_mut(), &open).expect_err("no walls");
     assert_eq!(error, BoundaryError::NoWalls);
 }
@@ -264,7 +302,11 @@ fn walls_are_taken_over_for_the_installed_scene_alone() {
 fn accelerations_and_columns_that_a_host_spoilt_are_named() {
     for executor in [Executor::SingleThreaded, Executor::Parallel] {
         for pressure in methods() {
-            spoils_columns(&Scene { executor, pressure, ..dam() });
+            spoils_columns(&Scene {
+                executor,
+                pressure,
+                ..dam()
+            });
         }
     }
 }
@@ -286,18 +328,26 @@ fn spoils_columns(scene: &Scene) {
         }),
         ("Positions", |step| {
             let spoil = |mut x: ResMut<Positions>| x.0.clear();
-            step.add_systems(spoil.after(Phase::RebuildIndex).before(Phase::FindNeighbours));
+            step.add_systems(
+                spoil
+                    .after(Phase::RebuildIndex)
+                    .before(Phase::FindNeighbours),
+            );
         }),
     ];
     for (name, add) in add {
         let mut simulation = simulation(scene);
         run(&mut simulation, 1);
         let before = bits(simulation.world_mut());
-        simulation.world_mut().schedule_scope(Step, |_, step| add(step));
+        simulation
+            .world_mut()
+            .schedule_scope(Step, |_, step| add(step));
         let error = simulation.step().expect_err("a column that is none");
         match error.cause {
             FailureCause::Resized { column, .. } => assert_eq!(column, name),
-            FailureCause::NotFinite { quantity: "acceleration" } => {
+            FailureCause::NotFinite {
+                quantity: "acceleration",
+            } => {
                 let row = simulation.world().resource::<Rows>().entity_of(77);
                 assert_eq!(error.particle.map(|particle| particle.0), row, "{name}");
             }
@@ -319,7 +369,10 @@ fn all_particles_that_lack_a_component_are_counted() {
     }
     world.entity_mut(victim).insert(Tag).remove::<Velocity>();
     let error = simulation.step().expect_err("no velocity");
-    let counted = matches!(error.cause, FailureCause::LacksComponent { particles: 4, .. });
+    let counted = matches!(
+        error.cause,
+        FailureCause::LacksComponent { particles: 4, .. }
+    );
     assert!(counted, "{error}");
 }
 
@@ -337,7 +390,10 @@ fn a_mean_pressure_is_not_called_a_pressure() {
         };
         mean.0 = f32::NAN;
         let error = simulation.step().expect_err("no pressure");
-        assert!(error.to_string().contains("mean pressure is not finite"), "{error}");
+        assert!(
+            error.to_string().contains("mean pressure is not finite"),
+            "{error}"
+        );
         assert_eq!(error.particle.map(|particle| particle.0), Some(victim));
     }
 }
