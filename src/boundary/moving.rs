@@ -228,7 +228,8 @@ pub fn move_walls(
         };
         return failure.record(cause, None);
     }
-    let points = &boundary.packed[..boundary.packed.len() - 1];
+    let points = boundary.packed.len().saturating_sub(1);
+    let points = &boundary.packed[..points];
     if let Err(error) = boundary.index.update(points, &execution) {
         return failure.record(FailureCause::DomainTooLarge(error), None);
     }

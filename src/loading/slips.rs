@@ -84,7 +84,7 @@ fn in_single_quotes<T: DeserializeOwned>(text: &str, start: usize) -> Option<(St
 }
 
 /// Units that people write, and what they are in SI. Of others nobody knows what was meant: 360deg are not 360 rad.
-const UNITS: [(&str, f64); 36] = [
+const UNITS: [(&str, f64); 35] = [
     ("s", 1.0),
     ("m", 1.0),
     ("kg", 1.0),
@@ -113,7 +113,6 @@ const UNITS: [(&str, f64); 36] = [
     ("us", 1e-6),
     ("µs", 1e-6),
     ("min", 60.0),
-    ("h", 3600.0),
     ("mm", 1e-3),
     ("cm", 1e-2),
     ("km", 1e3),
@@ -161,6 +160,10 @@ fn number_meant(value: &str) -> Option<Number<'_>> {
     let end = bare.char_indices().find(|&figure| !is_figure(figure));
     let (digits, unit) = bare.split_at(end.map_or(bare.len(), |(end, _)| end));
     let unit = unit.trim();
+    let is_unit = |c: char| c.is_alphanumeric() || "/^%°·* ".contains(c);
+    if !unit.chars().all(is_unit) {
+        return None;
+    }
     let (whole, part) = digits.split_once(',').unwrap_or((digits, ""));
     let plain = if part.is_empty() {
         whole.to_owned()

@@ -35,7 +35,7 @@ pub struct Points<'a> {
 impl Points<'_> {
     /// Number of rows of the fluid.
     fn rows(&self) -> usize {
-        self.fluid.len() - 1
+        self.fluid.len().saturating_sub(1)
     }
 
     /// Number of chunks.

@@ -97,7 +97,7 @@ pub enum InstallError {
     Occupied,
     /// The schedule of the step has systems already, which it would lose.
     #[error(
-        "the schedule `Step` has {systems} systems from before; add them after `install`, which makes this schedule"
+        "the schedule `Step` has systems already ({systems}); add them after `install`, which makes this schedule"
     )]
     StepHasSystems {
         /// Their number.

@@ -62,7 +62,7 @@ fn run_step(world: &mut World) -> Result<(), StepError> {
     set_running(world, false);
     match ran {
         // The engine's own systems panic where a host's system has taken their data away.
-        Ok(Ok(Err(panic))) => match what_is_missing(world).or_else(|| resized(world)) {
+        Ok(Ok(Err(panic))) => match resized(world).or_else(|| what_is_missing(world)) {
             Some(cause) => Err(refused(world, cause)),
             None => resume_unwind(panic),
         },

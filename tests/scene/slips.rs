@@ -158,6 +158,7 @@ fn only_units_that_are_known_are_converted() {
         ("3 m/s", Some("3")),
         ("2e-3s", Some("2e-3")),
         ("360deg", None),
+        ("2.0h", None),
         ("36 km/h", None),
         ("2in", None),
         ("1e", None),
