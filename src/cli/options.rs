@@ -351,7 +351,7 @@ fn percent(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "it must be above 0, such as 1%".to_owned())
 }
 
-fn positive(text: &str) -> Result<f32, String> {
+pub(super) fn positive(text: &str) -> Result<f32, String> {
     let value = number(text)?;
     (value > 0.0)
         .then_some(value)

@@ -1,4 +1,4 @@
-//! Pictures of frames: particles as shaded spheres, drawn in software.
+//! Pictures of frames: particles as shaded spheres, or the fluid's surface, drawn in software.
 //!
 //! A picture is drawn in passes over samples, two by two per pixel: the nearest surface of every sample ([`raster`]);
 //! the same from the direction of the light, for shadows; colour and light ([`shade`]); finally the edges of tanks, the
@@ -19,10 +19,11 @@ mod shade;
 mod sheet;
 mod solid;
 mod text;
+mod triangles;
 mod view;
 
 pub use colour::ColourMap;
-pub use drawing::{draw, draw_after};
+pub use drawing::{draw, draw_after, draw_surface};
 pub use image::Image;
 pub use quantity::Quantity;
 pub use sheet::{contact_sheet, evenly_spaced};

@@ -7,6 +7,8 @@ use rayon::prelude::*;
 
 use super::projection::{Projection, Ray};
 use super::solid::Solid;
+use super::triangles::Faces;
+use crate::output::surface::SurfaceMesh;
 
 /// Samples along an edge of a pixel.
 pub(super) const SAMPLES: usize = 2;
@@ -19,12 +21,21 @@ const SMALLEST_RADIUS: f32 = 0.75;
 pub(super) const NOTHING: u32 = u32::MAX;
 /// [`Layer::surface`] of the floor.
 pub(super) const FLOOR: u32 = u32::MAX - 1;
-/// [`Layer::surface`] of the first solid; further solids count down from it. Smaller numbers are rows of particles.
+/// [`Layer::surface`] of the first solid; further solids count down from it. Smaller numbers are rows of particles or
+/// triangles of the fluid's surface.
 const FIRST_SOLID: u32 = u32::MAX - 2;
 /// Largest number of solids that are drawn.
 const MAX_SOLIDS: usize = 1 << 16;
 
+/// What is drawn of the fluid.
+#[derive(Clone, Copy)]
+pub(super) enum Fluid<'a> {
+    Spheres(Spheres<'a>),
+    Surface(&'a SurfaceMesh),
+}
+
 /// Particles to draw.
+#[derive(Clone, Copy)]
 pub(super) struct Spheres<'a> {
     /// Centres \[m].
     pub(super) positions: &'a [Vec3],
@@ -39,7 +50,7 @@ pub(super) struct Splat {
     /// \[samples]; 0 if it is outside the picture.
     pub(super) radius: f32,
     /// Depth of the centre \[m].
-    depth: f32,
+    pub(super) depth: f32,
 }
 
 /// The nearest surface of every sample, rows from the top.
@@ -48,9 +59,9 @@ pub(super) struct Layer {
     pub(super) height: usize,
     /// \[m]; infinity where there is no surface.
     pub(super) depth: Vec<f32>,
-    /// Row of a particle, [`FLOOR`], [`NOTHING`], or a solid (see [`Layer::solid`]).
+    /// Row of a particle or number of a triangle, [`FLOOR`], [`NOTHING`], or a solid (see [`Layer::solid`]).
     pub(super) surface: Vec<u32>,
-    /// One per particle.
+    /// One per particle; of a surface, one around each triangle.
     pub(super) splats: Vec<Splat>,
 }
 
@@ -58,15 +69,20 @@ impl Layer {
     pub(super) fn draw(
         projection: &Projection,
         (width, height): (usize, usize),
-        spheres: &Spheres<'_>,
+        fluid: Fluid<'_>,
         solids: &[Solid],
         floor: Option<f32>,
     ) -> Self {
-        let splats: Vec<Splat> = spheres
-            .positions
-            .par_iter()
-            .map(|&centre| splat(projection, (width, height), centre, spheres.radius))
-            .collect();
+        let (splats, faces) = match fluid {
+            Fluid::Spheres(Spheres { positions, radius }) => {
+                let splat = |&centre| splat(projection, (width, height), centre, radius);
+                (positions.par_iter().map(splat).collect(), None)
+            }
+            Fluid::Surface(mesh) => {
+                let faces = Faces::new(projection, mesh);
+                (faces.splats((width, height)), Some(faces))
+            }
+        };
         let bands = Bands::new(&splats, height);
         let windows: Vec<Window> = solids
             .iter()
@@ -97,7 +113,13 @@ impl Layer {
                     target.solid(projection, solid, window, FIRST_SOLID - k as u32);
                 }
                 for &row in bands.rows(band) {
-                    target.sphere(&splats[row as usize], row, spheres.radius);
+                    match (fluid, &faces) {
+                        (Fluid::Spheres(spheres), _) => {
+                            target.sphere(&splats[row as usize], row, spheres.radius);
+                        }
+                        (_, Some(faces)) => faces.draw(row, projection, &mut target),
+                        _ => {}
+                    }
                 }
             });
         Self {
@@ -206,11 +228,11 @@ impl Window {
 }
 
 /// A band of rows while it is drawn.
-struct Target<'a> {
-    first_row: usize,
-    width: usize,
-    depth: &'a mut [f32],
-    surface: &'a mut [u32],
+pub(super) struct Target<'a> {
+    pub(super) first_row: usize,
+    pub(super) width: usize,
+    pub(super) depth: &'a mut [f32],
+    pub(super) surface: &'a mut [u32],
 }
 
 impl Target<'_> {

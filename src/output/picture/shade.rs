@@ -10,8 +10,10 @@ use rayon::prelude::*;
 use super::canvas::Canvas;
 use super::colour::{Colours, linear};
 use super::projection::Projection;
-use super::raster::{FLOOR, Layer, NOTHING, SAMPLES};
+use super::raster::{FLOOR, Fluid, Layer, NOTHING, SAMPLES};
+use super::triangles;
 use super::view::View;
+use crate::output::surface::SurfaceMesh;
 
 /// Depths that are sampled around a pixel, distributed over its samples.
 const OCCLUSION_TAPS: usize = 16;
@@ -30,6 +32,8 @@ const PARTICLE_SHADOW_BIAS: f32 = 3.5;
 const SOLID_SHADOW_BIAS: f32 = 2.5;
 /// [`Surface::shadow_bias`] of the floor, which is flat and directly below its particles.
 const FLOOR_SHADOW_BIAS: f32 = 0.8;
+/// Part of the light that water reflects at right angles.
+const REFLECTED: f32 = 0.02;
 /// Fraction of the key light that a shadow removes.
 const SHADOW_STRENGTH: f32 = 0.75;
 
@@ -53,12 +57,15 @@ struct Surface {
     normal: Vec3,
     colour: Vec3,
     gloss: f32,
+    /// Whether it mirrors the sky as water does, more at flat angles.
+    mirrors: bool,
     /// Least distance in front of the surface at which another surface casts a shadow on it \[particle radii].
     shadow_bias: f32,
 }
 
 struct Shader<'a> {
-    /// What colours show, by particle.
+    fluid: Fluid<'a>,
+    /// What colours show, by particle or by vertex of the surface.
     values: &'a [f32],
     view: &'a View,
     projection: &'a Projection,
@@ -87,13 +94,14 @@ struct Place {
 
 /// The picture without lines and text, as linear light.
 pub(super) fn shade(
-    values: &[f32],
+    (fluid, values): (Fluid<'_>, &[f32]),
     view: &View,
     projection: &Projection,
     layer: &Layer,
     shadow: Option<&Shadow>,
 ) -> Canvas {
     let shader = Shader {
+        fluid,
         values,
         view,
         projection,
@@ -170,7 +178,22 @@ impl Shader<'_> {
         let half = (self.light + towards_eye).normalize_or(self.light);
         let shine = surface.normal.dot(half).max(0.0).powi(48) * lit * open;
         let light = 0.66 * ambient + 0.74 * key * (0.35 + 0.65 * open);
-        surface.colour * light + surface.gloss * shine
+        let seen = surface.colour * light + surface.gloss * shine;
+        if surface.mirrors {
+            seen.lerp(
+                self.mirrored(surface, towards_eye) * open,
+                fresnel(surface, towards_eye),
+            )
+        } else {
+            seen
+        }
+    }
+
+    /// The surroundings as the surface mirrors them: the floor below, the sky above.
+    fn mirrored(&self, surface: &Surface, towards_eye: Vec3) -> Vec3 {
+        let away = 2.0 * surface.normal.dot(towards_eye) * surface.normal - towards_eye;
+        let up = (0.5 + 1.5 * away.y).clamp(0.0, 1.0);
+        self.colours.floor.lerp(self.colours.sky_bottom, up)
     }
 
     fn sky(&self, at: Vec2) -> Vec3 {
@@ -193,6 +216,7 @@ impl Shader<'_> {
                 normal: Vec3::Y,
                 colour: self.colours.floor,
                 gloss: 0.0,
+                mirrors: false,
                 shadow_bias: FLOOR_SHADOW_BIAS,
             };
         }
@@ -202,8 +226,12 @@ impl Shader<'_> {
                 normal: solid.normal(position, self.projection.ray(at).direction),
                 colour: self.colours.solid,
                 gloss: 0.05,
+                mirrors: false,
                 shadow_bias: SOLID_SHADOW_BIAS,
             };
+        }
+        if let Fluid::Surface(mesh) = self.fluid {
+            return self.of_triangle(mesh, id, position);
         }
         let splat = &self.layer.splats[id as usize];
         let offset = (at - splat.at) / splat.radius;
@@ -214,6 +242,26 @@ impl Shader<'_> {
             normal: self.projection.direction(offset.x, offset.y, -bulge),
             colour: self.colours.values.at(self.view.place_in_range(value)),
             gloss: 0.25,
+            mirrors: false,
+            shadow_bias: PARTICLE_SHADOW_BIAS,
+        }
+    }
+
+    fn of_triangle(&self, mesh: &SurfaceMesh, triangle: u32, at: Vec3) -> Surface {
+        let (corners, shares) = triangles::shares(mesh, triangle, at);
+        let values = corners.map(|i| self.values.get(i).copied().unwrap_or_default());
+        let normals = corners.map(|i| mesh.normals.get(i).copied().unwrap_or(Vec3::Y));
+        let shares_of = shares.to_array();
+        let normal: Vec3 = (normals.iter().zip(shares_of))
+            .map(|(normal, share)| share * *normal)
+            .sum();
+        let value = shares.dot(Vec3::from(values));
+        Surface {
+            at,
+            normal: normal.normalize_or(Vec3::Y),
+            colour: self.colours.values.at(self.view.place_in_range(value)),
+            gloss: 0.5,
+            mirrors: true,
             shadow_bias: PARTICLE_SHADOW_BIAS,
         }
     }
@@ -264,6 +312,13 @@ impl Shader<'_> {
         });
         blocked.count() as f32 / taps.len() as f32
     }
+}
+
+/// Part of the light that the surface mirrors (C. Schlick, "An inexpensive BRDF model for physically-based rendering",
+/// 1994).
+fn fresnel(surface: &Surface, towards_eye: Vec3) -> f32 {
+    let facing = surface.normal.dot(towards_eye).clamp(0.0, 1.0);
+    REFLECTED + (1.0 - REFLECTED) * (1.0 - facing).powi(5)
 }
 
 fn index(at: Vec2, width: usize, height: usize) -> Option<usize> {
