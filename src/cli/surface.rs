@@ -54,6 +54,9 @@ pub(super) struct Surface {
     /// The colours.
     #[arg(long, value_enum, default_value_t, value_name = "MAP")]
     colours: Map,
+    /// Draw obstacles that are meshes or surfaces of revolution as glass.
+    #[arg(long)]
+    pub(super) glass: bool,
     /// Join the pictures to surface.mp4 with ffmpeg; if that is not installed, print the command.
     #[arg(long)]
     pub(super) movie: bool,

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 use overfall::output::picture::{View, draw_surface};
 use overfall::output::surface::{SurfaceError, SurfaceFormat, SurfaceMesh, Surfacing};
-use overfall::output::{Frame, Series};
+use overfall::output::{Frame, OutputError, Series};
 use overfall::scene::{Dimension, Scene};
 use overfall::state::Execution;
 
@@ -19,6 +19,7 @@ use super::claims::Claims;
 use super::console;
 use super::exit::{Exit, Failure, cannot_write};
 use super::folder::{RunFolder, STEM, numbered_files};
+use super::interrupt;
 use super::manifest::{create_folder, failed};
 use super::movie::{self, Movie};
 use super::picture::{cannot_read, written_frames};
@@ -44,6 +45,7 @@ struct Work<'a> {
 
 /// A surface that is written.
 struct Written {
+    number: u64,
     time: f64,
     triangles: usize,
 }
@@ -72,7 +74,7 @@ pub(super) fn write(options: &Surface) -> Result<Exit, Failure> {
         .map_err(|error| Failure::Refused(error.to_string()))?;
     prepare(&folder, &claims, &frames, !options.no_pictures)?;
     let view = (!options.no_pictures)
-        .then(|| options.looks().of(View::from_scene(&scene), &frames))
+        .then(|| options.looks().of(view_of(options, &scene), &frames))
         .transpose()
         .map_err(cannot_read)?;
     let work = Work {
@@ -82,12 +84,24 @@ pub(super) fn write(options: &Surface) -> Result<Exit, Failure> {
         claims: &claims,
     };
     let progress = Progress::start(frames.len(), options.quiet);
-    let written = work.all(&frames, options.threads.count(), progress)?;
-    if work.formats.contains(&SurfaceFormat::Vtu) {
-        work.list(&frames, &written).map_err(cannot_write)?;
-    }
-    tell(options, &scene, &folder, &claims, &written)?;
-    Ok(Exit::Done)
+    interrupt::listen(progress.announcer())?;
+    let (written, failed) = work.all(&frames, options.threads.count(), progress);
+    // Also of a call that ends early: what is there can be opened.
+    let listed = if work.formats.contains(&SurfaceFormat::Vtu) {
+        work.list(&written).map_err(cannot_write)
+    } else {
+        Ok(())
+    };
+    // On a full disk both fail, and the frame is what failed first.
+    failed.map_or(Ok(()), Err)?;
+    listed?;
+    let is_whole = written.len() == frames.len();
+    tell(options, &scene, &folder, &claims, &written, is_whole)?;
+    Ok(if is_whole {
+        Exit::Done
+    } else {
+        Exit::Interrupted
+    })
 }
 
 /// The surface of a frame, relative to the folder.
@@ -125,6 +139,15 @@ fn prepare(
     Ok(())
 }
 
+fn view_of(options: &Surface, scene: &Scene) -> View {
+    let view = View::from_scene(scene);
+    if options.glass {
+        view.with_glass()
+    } else {
+        view
+    }
+}
+
 /// The library's recommendation for the scene's spacing, with the options of the command.
 fn surfacing(options: &Surface, scene: &Scene) -> Surfacing {
     let recommended = Surfacing::for_spacing(scene.spacing);
@@ -147,8 +170,9 @@ fn tell(
     folder: &RunFolder,
     claims: &Claims,
     written: &[Written],
+    is_whole: bool,
 ) -> Result<(), Failure> {
-    if options.movie {
+    if options.movie && is_whole {
         let to = claims.claim(MOVIE).map_err(cannot_write)?;
         let pictures = folder.path(SURFACE_PICTURES);
         match movie::write(&pictures, &to, scene.output.frames_per_second)? {
@@ -173,17 +197,20 @@ fn tell(
 }
 
 impl Work<'_> {
-    /// Writes the surfaces of all frames. A surface is found by one thread, so each thread has frames of its own.
+    /// Writes the surfaces of all frames, or of some if that fails or is interrupted. Returns those that are written, in
+    /// the order of their frames, and the failure of the first frame that failed.
+    ///
+    /// A surface is found by one thread, so each thread has frames of its own.
     fn all(
         &self,
         frames: &[(u64, PathBuf)],
         threads: usize,
         mut progress: Progress,
-    ) -> Result<Vec<Written>, Failure> {
+    ) -> (Vec<Written>, Option<Failure>) {
         let (next, stopped) = (AtomicUsize::new(0), AtomicBool::new(false));
         let (sender, receiver) = channel();
         let mut written: Vec<Option<Written>> = frames.iter().map(|_| None).collect();
-        let mut failed = None;
+        let mut failed: Option<(usize, Failure)> = None;
         thread::scope(|scope| {
             for _ in 0..threads.clamp(1, frames.len()) {
                 let (sender, next, stopped) = (sender.clone(), &next, &stopped);
@@ -192,7 +219,8 @@ impl Work<'_> {
                     .spawn_scoped(scope, move || self.several(frames, next, stopped, &sender));
                 if let Err(error) = started {
                     stopped.store(true, Ordering::Relaxed);
-                    failed = Some(Failure::Failed(format!("cannot start a thread: {error}")));
+                    let failure = Failure::Failed(format!("cannot start a thread: {error}"));
+                    failed = Some((0, failure));
                     break;
                 }
             }
@@ -205,17 +233,19 @@ impl Work<'_> {
                     }
                     Err(failure) => {
                         stopped.store(true, Ordering::Relaxed);
-                        // The first frame's failure, whichever thread is first.
-                        failed.get_or_insert(failure);
+                        if failed.as_ref().is_none_or(|(first, _)| index < *first) {
+                            failed = Some((index, failure));
+                        }
                     }
                 }
             }
         });
         progress.finish();
-        failed.map_or_else(|| Ok(written.into_iter().flatten().collect()), Err)
+        let written = written.into_iter().flatten().collect();
+        (written, failed.map(|(_, failure)| failure))
     }
 
-    /// Writes surfaces until there are no more frames, or something failed.
+    /// Writes surfaces until there are no more frames, something failed, or the user interrupts.
     fn several(
         &self,
         frames: &[(u64, PathBuf)],
@@ -223,7 +253,7 @@ impl Work<'_> {
         stopped: &AtomicBool,
         done: &Sender<(usize, Result<Written, Failure>)>,
     ) {
-        while !stopped.load(Ordering::Relaxed) {
+        while !stopped.load(Ordering::Relaxed) && !interrupt::asked() {
             let index = next.fetch_add(1, Ordering::Relaxed);
             let Some((number, path)) = frames.get(index) else {
                 return;
@@ -249,6 +279,7 @@ impl Work<'_> {
             self.draw(&surface, view, number)?;
         }
         Ok(Written {
+            number,
             time: surface.time,
             triangles: surface.triangles.len(),
         })
@@ -266,14 +297,13 @@ impl Work<'_> {
     }
 
     /// Lists the surfaces as one animation.
-    fn list(
-        &self,
-        frames: &[(u64, PathBuf)],
-        written: &[Written],
-    ) -> Result<(), overfall::output::OutputError> {
+    fn list(&self, written: &[Written]) -> Result<(), OutputError> {
+        if written.is_empty() {
+            return Ok(());
+        }
         let mut series = Series::new(self.claims.claim(SERIES)?);
-        for ((number, _), surface) in frames.iter().zip(written) {
-            series.push(surface.time, &file(*number, SurfaceFormat::Vtu))?;
+        for surface in written {
+            series.push(surface.time, &file(surface.number, SurfaceFormat::Vtu))?;
         }
         Ok(())
     }
@@ -303,6 +333,22 @@ impl Progress {
             done: 0,
             all,
             shown: Instant::now(),
+        }
+    }
+
+    /// Tells the user what an interruption does.
+    fn announcer(&self) -> impl Fn(&str) + Send + 'static {
+        let bar = self.bar.clone();
+        move |_| {
+            let say = || {
+                console::note(
+                    "interrupted: finishing the frames that are begun; again to leave at once",
+                );
+            };
+            match &bar {
+                Some(bar) => bar.suspend(say),
+                None => say(),
+            }
         }
     }
 

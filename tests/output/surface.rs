@@ -65,10 +65,6 @@ fn a_ball_has_its_volume_and_area_and_normals() {
         let r = f64::from(RADIUS);
         let volume = mesh.volume() / (4.0 / 3.0 * PI * r.powi(3)) - 1.0;
         let area = mesh.area() / (4.0 * PI * r * r) - 1.0;
-        println!(
-            "{spacing}: volume {volume:.4}, area {area:.4}, {} triangles",
-            mesh.triangles.len()
-        );
         // A shell of a fifth of a spacing.
         assert!(volume.abs() < 3.0 * 0.2 * relative, "{volume}");
         assert!(area.abs() < 2.0 * 0.2 * relative, "{area}");
@@ -93,7 +89,6 @@ fn vertices_of_a_body_that_turns_move_with_it() {
         let most = errors
             .map(|(at, v)| (of(*at) - *v).length())
             .fold(0.0, f32::max);
-        println!("{spacing}: velocity {most}, of {}", turn.length() * spacing);
         assert!(most < 0.1 * turn.length() * spacing, "{most}");
     }
 }
@@ -124,7 +119,6 @@ fn a_block_fills_its_corner_of_the_tank() {
         );
     }
     let volume = f64::from(8.0 * half.x * half.y * half.z);
-    println!("block: {}", mesh.volume() / volume);
     assert!(
         (mesh.volume() / volume - 1.0).abs() < 0.08,
         "{}",

@@ -10,6 +10,7 @@
 mod canvas;
 mod colour;
 mod drawing;
+mod glass;
 mod image;
 mod legend;
 mod projection;
@@ -21,6 +22,7 @@ mod solid;
 mod text;
 mod triangles;
 mod view;
+mod window;
 
 pub use colour::ColourMap;
 pub use drawing::{draw, draw_after, draw_surface};

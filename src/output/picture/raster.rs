@@ -1,13 +1,12 @@
 //! The nearest surface of every sample: spheres, solids, the floor.
 
-use std::ops::Range;
-
 use glam::{Vec2, Vec3, vec2};
 use rayon::prelude::*;
 
 use super::projection::{Projection, Ray};
 use super::solid::Solid;
 use super::triangles::Faces;
+use super::window::Window;
 use crate::output::surface::SurfaceMesh;
 
 /// Samples along an edge of a pixel.
@@ -87,7 +86,7 @@ impl Layer {
         let windows: Vec<Window> = solids
             .iter()
             .take(MAX_SOLIDS)
-            .map(|solid| Window::new(projection, solid, width, height))
+            .map(|solid| Window::new(projection, solid, (width, height)))
             .collect();
 
         let mut depth = vec![f32::INFINITY; width * height];
@@ -196,34 +195,6 @@ impl Bands {
 
     fn rows(&self, band: usize) -> &[u32] {
         &self.rows[self.starts[band]..self.starts[band + 1]]
-    }
-}
-
-/// The samples in which a solid may be visible.
-struct Window {
-    columns: Range<usize>,
-    rows: Range<usize>,
-}
-
-impl Window {
-    fn new(projection: &Projection, solid: &Solid, width: usize, height: usize) -> Self {
-        let corners = solid.corners().map(|corner| projection.project(corner));
-        let mut window = Self {
-            columns: 0..width,
-            rows: 0..height,
-        };
-        // If a corner is behind the eye, the extent in the picture is unknown.
-        if corners.iter().all(|corner| projection.sees(corner.depth)) {
-            let (mut low, mut high) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
-            for corner in corners {
-                low = low.min(corner.at);
-                high = high.max(corner.at);
-            }
-            // The casts turn negative numbers into 0.
-            window.columns = low.x as usize..(high.x.ceil() as usize).min(width);
-            window.rows = low.y as usize..(high.y.ceil() as usize).min(height);
-        }
-        window
     }
 }
 

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use super::canvas::Canvas;
 use super::colour::{Colours, linear};
+use super::glass::{Glass, lamp};
 use super::projection::Projection;
 use super::raster::{FLOOR, Fluid, Layer, NOTHING, SAMPLES};
 use super::triangles;
@@ -34,6 +35,8 @@ const SOLID_SHADOW_BIAS: f32 = 2.5;
 const FLOOR_SHADOW_BIAS: f32 = 0.8;
 /// Part of the light that water reflects at right angles.
 const REFLECTED: f32 = 0.02;
+/// How far the fluid may be in front of the glass that holds it \[particle radii]: its surface is around its particles.
+const GLASS_BIAS: f32 = 2.0;
 /// Fraction of the key light that a shadow removes.
 const SHADOW_STRENGTH: f32 = 0.75;
 
@@ -72,6 +75,7 @@ struct Shader<'a> {
     layer: &'a Layer,
     shadow: Option<&'a Shadow>,
     colours: Palette,
+    glass: Glass,
     /// Direction towards the key light.
     light: Vec3,
     /// Depth of the first sample of every pixel, for occlusion. It has a quarter of the layer's size and stays in the
@@ -115,6 +119,7 @@ pub(super) fn shade(
             floor: linear([172, 178, 184]),
             solid: linear([178, 172, 164]),
         },
+        glass: Glass::new(&view.glass, projection, (layer.width, layer.height)),
         light: view.light(),
         pixel_depth: first_samples(layer),
         occlusion_taps: spirals(OCCLUSION_TAPS),
@@ -146,6 +151,23 @@ impl Shader<'_> {
             at: vec2(x as f32 + 0.5, y as f32 + 0.5),
             index: y * self.layer.width + x,
         };
+        let behind = self.opaque(place);
+        if self.view.glass.is_empty() {
+            return behind;
+        }
+        let ray = self.projection.ray(place.at);
+        let towards_eye = -ray.direction.normalize();
+        let depth = self.layer.depth[place.index] + GLASS_BIAS * self.view.particle_radius;
+        let crossings = self.glass.crossings(place.at, &ray, depth);
+        crossings.iter().fold(behind, |behind, crossing| {
+            let from = crossing.mirrored_from(towards_eye);
+            let mirrored = lamp(from, self.light).unwrap_or_else(|| self.surroundings(from));
+            crossing.over(behind, mirrored, towards_eye)
+        })
+    }
+
+    /// The nearest surface that is not of glass.
+    fn opaque(&self, place: Place) -> Vec3 {
         let sky = self.sky(place.at);
         if self.layer.surface[place.index] == NOTHING {
             return sky;
@@ -191,8 +213,11 @@ impl Shader<'_> {
 
     /// The surroundings as the surface mirrors them: the floor below, the sky above.
     fn mirrored(&self, surface: &Surface, towards_eye: Vec3) -> Vec3 {
-        let away = 2.0 * surface.normal.dot(towards_eye) * surface.normal - towards_eye;
-        let up = (0.5 + 1.5 * away.y).clamp(0.0, 1.0);
+        self.surroundings(2.0 * surface.normal.dot(towards_eye) * surface.normal - towards_eye)
+    }
+
+    fn surroundings(&self, direction: Vec3) -> Vec3 {
+        let up = (0.5 + 1.5 * direction.y).clamp(0.0, 1.0);
         self.colours.floor.lerp(self.colours.sky_bottom, up)
     }
 
