@@ -181,7 +181,8 @@ def read_run(folder):
         )
         require(len(counts) == summary["frames"], f"{series}: {len(counts)} frames, the summary says {summary['frames']}")
         read += len(counts)
-        if pysplashsurf is not None:
+        # Of no particles there is no surface.
+        if pysplashsurf is not None and counts[-1] > 0:
             last = list(ET.parse(series).getroot().iter("DataSet"))[-1]
             make_surface(series.parent / last.attrib["file"], counts[-1])
     plies = sorted(folder.rglob("frames/*.ply"))
@@ -212,7 +213,9 @@ def main(arguments):
             found = f"{read_ply(path)} particles"
         else:
             found = f"{read_vtu(path)[0]} particles"
-        others = [name for name, library in [("vtk", vtk), ("splashsurf", pysplashsurf)] if library]
+        # splashsurf reads what a run wrote, not single files.
+        others = [("vtk", vtk), ("splashsurf", pysplashsurf and path.is_dir())]
+        others = [name for name, reads in others if reads]
         print(f"{path}: {found}; read by {' and '.join(['meshio', *others])}")
 
 
