@@ -92,7 +92,7 @@
 //! | [`input`] | reading a user's files with a size limit |
 //! | [`measure`] | quantities of experiments and analytic solutions: front, height, semi-axes, pressure profile |
 //! | [`gauge`] | instruments of a scene: pressure, velocity, height, front, flux, force, energies |
-//! | [`output`] | frames, series, history, summary, pictures |
+//! | [`output`] | frames, boundary particles, series, history, summary, pictures, surfaces |
 //! | [`checkpoint`] | the state of a run in a file, from which it resumes bit for bit |
 //! | [`study`] | variants of a scene measured side by side: the paper's tables, speed over accuracy |
 //! | [`validate`] | cases with known answers, run with every pressure method |

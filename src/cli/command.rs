@@ -7,7 +7,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 use super::{
     advise, check, console,
     exit::{Exit, Failure},
-    fields, interrupt, options, picture, run, study, validate,
+    fields, interrupt, options, picture, run, study, surface, validate,
 };
 
 /// Smoothed particle hydrodynamics as entities and systems, driven by RON scene files.
@@ -34,6 +34,8 @@ enum Command {
     Validate(options::Validate),
     /// Draw the pictures of a run again, from the frames it wrote.
     Picture(options::Picture),
+    /// Find the fluid's surface in the frames of a run; write meshes and draw them (feature `surface`).
+    Surface(surface::Surface),
     /// List the fields of a scene file: type, default, unit and meaning.
     Fields(options::Fields),
     /// Print the JSON schema of scene files, from which editors complete and check.
@@ -57,6 +59,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Study(options) => study::study(&options),
         Command::Validate(options) => validate::validate(&options),
         Command::Picture(options) => picture::picture(&options),
+        Command::Surface(options) => surface::surface(&options),
         Command::Fields(options) => fields::fields(&options),
         Command::Schema => fields::schema(),
         Command::Completions(options) => completions(&options),

@@ -25,6 +25,17 @@ const RESERVE: &str = ".overfall_reserve";
 const FRAMES: &str = "frames";
 const PICTURES: &str = "pictures";
 const GAUGES: &str = "gauges";
+pub(super) const BOUNDARY: &str = "boundary";
+pub(super) const BOUNDARY_FILE: &str = "boundary.vtu";
+pub(super) const BOUNDARY_SERIES: &str = "boundary.pvd";
+
+/// Folders of files with the numbers of frames, and the suffixes of these.
+const NUMBERED: [(&str, &str); 4] = [
+    (FRAMES, "vtu"),
+    (FRAMES, "ply"),
+    (PICTURES, "png"),
+    (BOUNDARY, "vtu"),
+];
 
 /// Disk space that is reserved for the summary in case the disk is full at the end \[bytes]; a summary has about 1500.
 const RESERVE_BYTES: usize = 1 << 12;
@@ -46,9 +57,11 @@ pub(super) fn root(out: Option<&Path>, name: &str) -> PathBuf {
 ///   summary.json        results
 ///   checkpoint.overfall state to resume from, if requested or if the run was interrupted
 ///   dam_break.pvd       the frames as one animation
+///   boundary.vtu        the boundary particles; where walls move, boundary.pvd and boundary/frame_00000.vtu
 ///   contact_sheet.png   a dozen pictures on one sheet
 ///   frames/frame_00000.vtu
 ///   pictures/frame_00000.png
+///   surfaces/, surface_pictures/, surface.pvd   what `overfall surface` wrote
 ///   scene/              the scene as it ran, overrides applied, and the files that it names
 /// ```
 #[derive(Debug, Clone, PartialEq)]
@@ -85,6 +98,8 @@ impl RunFolder {
             RESERVE.into(),
             CHECKPOINT.into(),
             self.series(),
+            BOUNDARY_FILE.into(),
+            BOUNDARY_SERIES.into(),
         ];
         planned.extend(copy.names().map(str::to_owned));
         if scene.output.pictures {
@@ -94,7 +109,7 @@ impl RunFolder {
             planned.extend([gauge(name), gauge_chart(name)]);
         }
         // The number of frames is not known yet: no file with the name of a frame may exist.
-        for (folder, extension) in [(FRAMES, "vtu"), (FRAMES, "ply"), (PICTURES, "png")] {
+        for (folder, extension) in NUMBERED {
             for extension in [extension, &format!("{extension}.partial")] {
                 let files = numbered_files(&self.root.join(folder), extension)?;
                 let names = files
@@ -123,7 +138,7 @@ impl RunFolder {
         frames: usize,
     ) -> Result<Claims, Failure> {
         let claims = Claims::go_on(&self.root, writer)?;
-        for (folder, extension) in [(FRAMES, "vtu"), (FRAMES, "ply"), (PICTURES, "png")] {
+        for (folder, extension) in NUMBERED {
             for (number, path) in numbered_files(&self.root.join(folder), extension)? {
                 let name = format!("{folder}/{STEM}{number:05}.{extension}");
                 if number >= frames as u64 && claims.is_ours(&name) {
@@ -195,6 +210,11 @@ pub(super) fn frame(number: u64, format: FrameFormat) -> String {
     format!("{FRAMES}/{STEM}{number:05}.{}", format.extension())
 }
 
+/// The boundary particles at the time of a frame, relative to the folder.
+pub(super) fn boundary_frame(number: u64) -> String {
+    format!("{BOUNDARY}/{STEM}{number:05}.vtu")
+}
+
 /// The picture of a frame, relative to the folder.
 pub(super) fn picture(number: u64) -> String {
     format!("{PICTURES}/{STEM}{number:05}.png")
@@ -232,7 +252,7 @@ impl Reserve {
 }
 
 /// Prefix of the names of frames and pictures.
-const STEM: &str = "frame_";
+pub(super) const STEM: &str = "frame_";
 
 /// The number in the name of a frame or a picture; `None` if the name has another form.
 fn number(name: &str, extension: &str) -> Option<u64> {
@@ -245,7 +265,10 @@ fn number(name: &str, extension: &str) -> Option<u64> {
 }
 
 /// The files named like ours in a folder, by number. A missing folder has none.
-fn numbered_files(folder: &Path, extension: &str) -> Result<Vec<(u64, PathBuf)>, Failure> {
+pub(super) fn numbered_files(
+    folder: &Path,
+    extension: &str,
+) -> Result<Vec<(u64, PathBuf)>, Failure> {
     let read = || -> io::Result<Vec<(u64, PathBuf)>> {
         let mut files = Vec::new();
         for entry in fs::read_dir(folder)? {

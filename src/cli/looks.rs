@@ -54,9 +54,11 @@ pub(super) enum Map {
     Spectrum,
     /// Dark to light.
     Grey,
+    /// Dark red to rose.
+    Wine,
 }
 
-fn size(text: &str) -> Result<(u32, u32), String> {
+pub(super) fn size(text: &str) -> Result<(u32, u32), String> {
     let sizes = text.split_once(['x', 'X', '×']);
     let sizes = sizes.and_then(|(a, b)| Some((a.trim().parse().ok()?, b.trim().parse().ok()?)));
     match sizes {
@@ -68,7 +70,7 @@ fn size(text: &str) -> Result<(u32, u32), String> {
     }
 }
 
-fn range(text: &str) -> Result<(f32, f32), String> {
+pub(super) fn range(text: &str) -> Result<(f32, f32), String> {
     let ends = text.split_once("..");
     let ends = ends.and_then(|(a, b)| Some((a.trim().parse().ok()?, b.trim().parse().ok()?)));
     let ends = ends.filter(|(low, high): &(f32, f32)| low.is_finite() && high.is_finite());
@@ -95,6 +97,7 @@ impl Looks {
             Map::Fire => ColourMap::Fire,
             Map::Spectrum => ColourMap::Spectrum,
             Map::Grey => ColourMap::Grey,
+            Map::Wine => ColourMap::Wine,
         };
         let (low, high) = match (self.range, quantity) {
             (Some(range), _) => range,

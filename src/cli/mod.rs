@@ -1,4 +1,5 @@
-//! The command line: `run`, `check`, `advise`, `study`, `validate`, `picture`, `fields`, `schema`, `completions`.
+//! The command line: `run`, `check`, `advise`, `study`, `validate`, `picture`, `surface`, `fields`, `schema`,
+//! `completions`.
 //!
 //! Results go to standard output, progress and errors to standard error. The exit status tells success from failure
 //! ([`Exit`](exit::Exit)).
@@ -37,8 +38,12 @@ mod spent;
 mod stability;
 mod stages;
 mod study;
+mod surface;
+#[cfg(feature = "surface")]
+mod surfaces;
 mod validate;
 mod waiting;
+mod walls;
 mod writer;
 
 pub(crate) use command::main;

@@ -5,7 +5,6 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use super::exit::Failure;
-use super::folder::RunFolder;
 
 /// Name of the movie in the folder of the run.
 pub(super) const MOVIE: &str = "movie.mp4";
@@ -18,9 +17,9 @@ pub(super) enum Movie {
     Command(String),
 }
 
-/// Joins the pictures of a run to a movie \[frames a second].
-pub(super) fn write(folder: &RunFolder, to: &Path, rate: f32) -> Result<Movie, Failure> {
-    let pictures = folder.pictures().join("frame_%05d.png");
+/// Joins the pictures in a folder to a movie \[frames a second].
+pub(super) fn write(pictures: &Path, to: &Path, rate: f32) -> Result<Movie, Failure> {
+    let pictures = pictures.join("frame_%05d.png");
     let rate = if rate > 0.0 { rate } else { 25.0 };
     let arguments = [
         "-y",

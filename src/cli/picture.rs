@@ -91,7 +91,7 @@ pub(super) fn picture(options: &options::Picture) -> Result<Exit, Failure> {
     sheet(painter, &frames, &claims)?;
     if options.movie {
         let to = claims.claim(MOVIE).map_err(cannot_write)?;
-        match movie::write(&folder, &to, scene.output.frames_per_second)? {
+        match movie::write(&folder.pictures(), &to, scene.output.frames_per_second)? {
             Movie::Written => console::print(&format!("the movie is {}\n", to.display()))?,
             Movie::Command(command) => console::note(&format!(
                 "there is no ffmpeg on the path, so no movie; with it: {command}"
@@ -146,7 +146,7 @@ fn sheet(painter: Painter, frames: &[(u64, PathBuf)], claims: &Claims) -> Result
 }
 
 /// The frames of a run by number, in any format that it wrote.
-fn written_frames(folder: &RunFolder) -> Result<Vec<(u64, PathBuf)>, Failure> {
+pub(super) fn written_frames(folder: &RunFolder) -> Result<Vec<(u64, PathBuf)>, Failure> {
     let frames = folder.written_frames(FrameFormat::Vtu)?;
     if frames.is_empty() {
         return folder.written_frames(FrameFormat::Ply);
@@ -154,6 +154,6 @@ fn written_frames(folder: &RunFolder) -> Result<Vec<(u64, PathBuf)>, Failure> {
     Ok(frames)
 }
 
-fn cannot_read(error: OutputError) -> Failure {
+pub(super) fn cannot_read(error: OutputError) -> Failure {
     Failure::Failed(format!("cannot read {error}"))
 }

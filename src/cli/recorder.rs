@@ -7,7 +7,8 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant};
 
-use overfall::output::{Frame, OutputError, Series, write_durably};
+use bevy_ecs::prelude::World;
+use overfall::output::{Frame, OutputError, Series, WallFrame, write_durably};
 use overfall::scene::{FrameFormat, Scene};
 use overfall::state::Execution;
 
@@ -16,6 +17,7 @@ use super::exit::{Failure, cannot_write};
 use super::folder::{self, CHECKPOINT, RunFolder};
 use super::manifest::is_absent;
 use super::picture::Painter;
+use super::walls::{WallFiles, Wanted};
 
 /// Frames that may wait to be written. One is enough to overlap writing with computing; a slow writer then slows the
 /// run down instead of filling the memory.
@@ -24,12 +26,14 @@ const WAITING: usize = 1;
 /// Writes frames in a thread of its own.
 pub(super) struct Recorder {
     sender: SyncSender<Task>,
+    walls: Wanted,
     writer: JoinHandle<Recorded>,
 }
 
 /// A task for the writer.
 enum Task {
-    Write(Frame),
+    /// A frame; with the boundary particles, if they are wanted with it.
+    Write(Frame, Option<WallFrame>),
     /// The run went back to this time \[s]: frames after it are removed.
     WithdrawAfter(f64),
     /// A checkpoint, to be written after the frames that it counts.
@@ -74,6 +78,7 @@ impl Recorder {
             series: go_on(series, &formats, written)?,
             formats,
             painter,
+            walls: WallFiles::start(folder.root(), claims, scene, written.last().copied())?,
             times: written.to_vec(),
             spent: [Duration::ZERO; 3],
         };
@@ -83,12 +88,18 @@ impl Recorder {
             .map_err(|error| {
                 Failure::Failed(format!("cannot start the frame writer's thread: {error}"))
             })?;
-        Ok(Self { sender, writer })
+        Ok(Self {
+            sender,
+            walls: Wanted::by(scene),
+            writer,
+        })
     }
 
-    /// Passes a frame to the writer; blocks while an earlier one is still waiting.
-    pub(super) fn record(&self, frame: Frame) -> Result<(), GaveUp> {
-        self.sender.send(Task::Write(frame)).map_err(|_| GaveUp)
+    /// Passes the state of a world to the writer; blocks while an earlier one is still waiting.
+    pub(super) fn record(&mut self, world: &mut World) -> Result<(), GaveUp> {
+        let walls = self.walls.take(world);
+        let task = Task::Write(Frame::from_world(world), walls);
+        self.sender.send(task).map_err(|_| GaveUp)
     }
 
     /// Removes the frames after a time \[s], with their files.
@@ -131,6 +142,7 @@ struct Writer {
     formats: Vec<FrameFormat>,
     series: Series,
     painter: Option<Painter>,
+    walls: WallFiles,
     /// Times of the written frames \[s], by number.
     times: Vec<f64>,
     /// Time spent on files of frames, on pictures, and on checkpoints.
@@ -143,7 +155,7 @@ impl Writer {
         // Returning drops the receiver, which tells the run to stop.
         while let Ok(task) = tasks.recv() {
             let done = match task {
-                Task::Write(frame) => self.write(&frame),
+                Task::Write(frame, walls) => self.write(&frame, walls.as_ref()),
                 Task::WithdrawAfter(time) => self.withdraw_after(time),
                 Task::Checkpoint(bytes) => {
                     let started = Instant::now();
@@ -167,6 +179,7 @@ impl Writer {
 
     fn withdraw_after(&mut self, time: f64) -> Result<(), OutputError> {
         self.series.withdraw_after(time)?;
+        let frames = self.times.len() as u64;
         while self.times.pop_if(|last| *last > time).is_some() {
             let number = self.times.len() as u64;
             let frames = (self.formats.iter()).map(|&format| folder::frame(number, format));
@@ -180,10 +193,11 @@ impl Writer {
                 }
             }
         }
-        Ok(())
+        let gone = self.times.len() as u64..frames;
+        self.walls.withdraw_after(time, gone)
     }
 
-    fn write(&mut self, frame: &Frame) -> Result<(), OutputError> {
+    fn write(&mut self, frame: &Frame, walls: Option<&WallFrame>) -> Result<(), OutputError> {
         let number = self.times.len() as u64;
         let started = Instant::now();
         for &format in &self.formats {
@@ -193,6 +207,9 @@ impl Writer {
             if format == FrameFormat::Vtu {
                 self.series.push(frame.time, &file)?;
             }
+        }
+        if let Some(walls) = walls {
+            self.walls.write(number, walls)?;
         }
         let painting = Instant::now();
         self.spent[0] += painting - started;

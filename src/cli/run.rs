@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use bevy_ecs::prelude::With;
 use overfall::checkpoint::{Checkpoint, CheckpointError, steps_until_possible};
-use overfall::output::{Frame, History, OutputError, Provenance, RunTotals, Status, Summary};
+use overfall::output::{History, OutputError, Provenance, RunTotals, Status, Summary};
 use overfall::scene::Scene;
 use overfall::state::particle::{Boundary, Fluid};
 use overfall::state::{Clock, Execution};
@@ -292,8 +292,7 @@ impl Run {
         }
         self.frames.push((self.simulation.time(), step));
         let started = Instant::now();
-        let frame = Frame::from_world(self.simulation.world_mut());
-        let recorded = self.recorder.record(frame);
+        let recorded = self.recorder.record(self.simulation.world_mut());
         self.spent.waiting += started.elapsed();
         recorded
     }

@@ -44,6 +44,14 @@ pub enum OutputError {
         /// Particles of the frame.
         particles: usize,
     },
+    /// More vertices or corners of a surface than its file can number.
+    #[error(
+        "a surface of {vertices} vertices or corners is more than a file can number (2147483647); make its cubes larger"
+    )]
+    TooManyVertices {
+        /// Vertices or corners of the surface.
+        vertices: usize,
+    },
 }
 
 impl OutputError {

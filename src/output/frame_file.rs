@@ -21,8 +21,8 @@ impl Frame {
         }
     }
 
-    /// Writes a VTK XML unstructured grid with one vertex per particle and raw appended data, little endian. Time \[s]
-    /// and step are the field data `TimeValue` and `step`.
+    /// Writes a VTK XML unstructured grid with one vertex per particle; data are base64, little endian. Time \[s] and
+    /// step are the field data `TimeValue` and `step`.
     ///
     /// # Errors
     /// As [`write`](Self::write).

@@ -115,7 +115,7 @@ pub enum Shape {
     },
     /// What a closed triangle mesh (`.obj`, `.stl`) bounds, filled with a lattice along its file's axes; 3-D only.
     Mesh(FileShape),
-    /// The particles of a file: PLY (ASCII or binary), VTU (raw appended data or ASCII) or CSV, with positions and, if
+    /// The particles of a file: PLY (ASCII or binary), VTU (base64, raw or ASCII) or CSV, with positions and, if
     /// the file has them, velocities, to which `velocity` is added. No lattice is made.
     Particles(FileShape),
 }

@@ -6,6 +6,47 @@ use crate::support::{
     TINY, assert_exit, folder_with, folder_with_tiny, names, overfall, read_json, stderr, stdout,
 };
 
+/// Boundary particles are in one file if walls stand, and in one per frame if a wall moves; also after going on.
+#[test]
+fn boundary_particles_have_files_of_their_own() {
+    let moving = TINY.replace("name: \"tiny\"", "name: \"moving\"").replace(
+        "max: (0.2, 0.2, 0.1))]",
+        "max: (0.2, 0.2, 0.1)), Box(min: (0.15, 0.0, 0.0), max: (0.17, 0.1, 0.1), \
+         motion: Velocity(velocity: (0.0, 0.5, 0.0)))]",
+    );
+    assert_ne!(moving, TINY);
+    let folder = folder_with(&[("tiny.ron", TINY), ("moving.ron", &moving)]);
+    let out = |name: &str| folder.path().join("out").join(name);
+    for name in ["tiny", "moving"] {
+        let scene = format!("{name}.ron");
+        let run = [
+            "run",
+            &scene,
+            "--quiet",
+            "--duration=0.01",
+            "--checkpoint=1",
+        ];
+        assert_exit(&overfall(&folder, &run), 0);
+    }
+    assert!(out("tiny").join("boundary.vtu").exists() && !out("tiny").join("boundary").exists());
+    assert!(!out("moving").join("boundary.vtu").exists());
+    let on = [
+        "run",
+        "moving.ron",
+        "--quiet",
+        "--duration=0.02",
+        "--resume=out/moving",
+    ];
+    assert_exit(&overfall(&folder, &on), 0);
+    let out = out("moving");
+    let files = names(&out.join("boundary"));
+    assert_eq!((files.len(), &files), (9, &names(&out.join("frames"))));
+    let series = fs::read_to_string(out.join("boundary.pvd")).expect("a series");
+    assert_eq!(series.matches("boundary/frame_").count(), 9);
+    let [first, last] = [0, 8].map(|i| fs::read(out.join("boundary").join(&files[i])).ok());
+    assert_ne!(first, last, "the box rises");
+}
+
 #[test]
 fn a_second_run_moves_the_first_aside_or_replaces_it_and_touches_nothing_else() {
     let folder = folder_with_tiny();

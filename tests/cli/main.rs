@@ -24,4 +24,5 @@ mod stability;
 mod stability_errors;
 mod study;
 mod study_resume;
+mod surface;
 mod trials;

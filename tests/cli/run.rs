@@ -20,6 +20,7 @@ fn a_run_writes_what_it_says_it_writes() {
         names(&out),
         [
             ".overfall_lock",
+            "boundary.vtu",
             "frames",
             "history.csv",
             "overfall_manifest.txt",

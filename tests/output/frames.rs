@@ -36,6 +36,61 @@ fn frames_are_read_back_bit_for_bit() -> Result<(), OutputError> {
     Ok(())
 }
 
+/// Earlier versions wrote raw data after the head.
+#[test]
+fn frames_with_raw_data_are_read() -> Result<(), OutputError> {
+    let folder = tempfile::tempdir().unwrap();
+    let frame = some_frame(3);
+    let fields: [(&str, &str, u8, Vec<u8>); 5] = [
+        ("position", "Float32", 3, vectors(&frame.positions)),
+        ("velocity", "Float32", 3, vectors(&frame.velocities)),
+        ("density", "Float32", 1, scalars(&frame.densities)),
+        ("pressure", "Float32", 1, scalars(&frame.pressures)),
+        (
+            "id",
+            "UInt32",
+            1,
+            frame.ids.iter().flat_map(|id| id.to_le_bytes()).collect(),
+        ),
+    ];
+    let (mut head, mut data) = (String::new(), Vec::new());
+    for (name, kind, components, bytes) in fields {
+        let offset = data.len();
+        head += &format!(
+            "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\" \
+             format=\"appended\" offset=\"{offset}\"/>\n"
+        );
+        data.extend((bytes.len() as u64).to_le_bytes());
+        data.extend(bytes);
+    }
+    let head = format!(
+        "<VTKFile type=\"UnstructuredGrid\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n\
+         <DataArray Name=\"TimeValue\" format=\"ascii\">{}</DataArray>\n\
+         <DataArray Name=\"step\" format=\"ascii\">{}</DataArray>\n\
+         <Piece NumberOfPoints=\"3\">\n{head}<AppendedData encoding=\"raw\">\n_",
+        frame.time, frame.step
+    );
+    let path = folder.path().join("a.vtu");
+    let file = [head.as_bytes(), &data, b"\n</AppendedData>\n</VTKFile>\n"];
+    fs::write(&path, file.concat()).unwrap();
+    assert_eq!(Frame::read(&path)?, frame);
+    Ok(())
+}
+
+fn scalars(values: &[f32]) -> Vec<u8> {
+    values
+        .iter()
+        .flat_map(|value| value.to_le_bytes())
+        .collect()
+}
+
+fn vectors(values: &[Vec3]) -> Vec<u8> {
+    values
+        .iter()
+        .flat_map(|value| scalars(&value.to_array()))
+        .collect()
+}
+
 #[test]
 fn values_that_are_not_numbers_survive() -> Result<(), OutputError> {
     let folder = tempfile::tempdir().unwrap();

@@ -4,3 +4,5 @@ mod frames;
 mod history;
 #[cfg(feature = "cli")]
 mod pictures;
+#[cfg(feature = "surface")]
+mod surface;

@@ -6,7 +6,7 @@ use overfall::output::Frame;
 use overfall::output::picture::{
     ColourMap, Image, Quantity, Solid, View, contact_sheet, draw, evenly_spaced,
 };
-use overfall::scene::{Bounds, Camera, Dimension};
+use overfall::scene::{Bounds, Camera, Dimension, Scene};
 
 fn frame(particles: &[(Vec3, f32)]) -> Frame {
     let rows = particles.len();
@@ -45,6 +45,7 @@ fn view() -> View {
         floor: None,
         edges: Vec::new(),
         solids: Vec::new(),
+        glass: Vec::new(),
         legend: false,
     }
 }
@@ -172,6 +173,58 @@ fn a_solid_hides_a_particle_behind_it_and_a_wall_only_from_its_front() {
         b > 2 * red,
         "the particle is seen through the back of a wall"
     );
+}
+
+/// A glass is seen, and so is what is in it and behind it; stone hides what is behind.
+#[test]
+fn glass_is_seen_through() -> Result<(), Box<dyn std::error::Error>> {
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes");
+    let scene = Scene::load(&root.join("glass_small.ron"), &[])?;
+    let glass = View {
+        legend: false,
+        particle_radius: 0.01,
+        ..View::from_scene(&scene).with_size(120, 160).with_glass()
+    };
+    let without = View {
+        glass: Vec::new(),
+        ..glass.clone()
+    };
+    let stone = View {
+        floor: glass.floor,
+        legend: false,
+        ..View::from_scene(&scene).with_size(120, 160)
+    };
+    assert_eq!(glass.solids.len() + glass.glass.len(), stone.solids.len());
+    let drop = frame(&[(vec3(0.0, 0.12, 0.0), 0.0)]);
+    let [glass, without, stone] = [glass, without, stone].map(|view| draw(&drop, &view));
+    let mut changed = [0_u32; 2];
+    for y in 0..160 {
+        for x in 0..120 {
+            let pixel = |image: &Image| image.pixel(x, y).expect("a pixel").map(i32::from);
+            let bare = pixel(&without);
+            for (changed, image) in changed.iter_mut().zip([&glass, &stone]) {
+                let difference = (0..3).map(|i| (pixel(image)[i] - bare[i]).unsigned_abs());
+                *changed += difference.sum::<u32>();
+            }
+        }
+    }
+    let [by_glass, by_stone] = changed;
+    assert!(by_glass > 0 && 2 * by_glass < by_stone, "{changed:?}");
+    // The drop is blue, through the wall of the glass.
+    let (x, y) = (0..160)
+        .flat_map(|y| (0..120).map(move |x| (x, y)))
+        .max_by_key(|&(x, y)| {
+            let [red, _, blue] = without.pixel(x, y).expect("a pixel").map(i32::from);
+            blue - red
+        })
+        .expect("a picture");
+    let [red, _, blue] = glass.pixel(x, y).expect("a pixel");
+    assert!(blue > red + 60, "{red} {blue}");
+    // No ground is of glass.
+    let river = Scene::load(&root.join("river_small.ron"), &[])?;
+    let view = View::from_scene(&river);
+    assert_eq!(view.clone().with_glass(), view);
+    Ok(())
 }
 
 #[test]

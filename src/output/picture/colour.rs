@@ -14,6 +14,8 @@ pub enum ColourMap {
     Spectrum,
     /// From dark to light grey.
     Grey,
+    /// Red wine, from depth to foam: dark red to rose.
+    Wine,
 }
 
 /// Lightness, chroma and hue \[°] in OKLCh, evenly spaced.
@@ -49,6 +51,13 @@ impl ColourMap {
                 [0.62, 0.20, 25.0],
             ],
             Self::Grey => &[[0.30, 0.0, 0.0], [0.95, 0.0, 0.0]],
+            Self::Wine => &[
+                [0.30, 0.115, 18.0],
+                [0.40, 0.145, 17.0],
+                [0.52, 0.160, 15.0],
+                [0.68, 0.130, 12.0],
+                [0.88, 0.050, 10.0],
+            ],
         }
     }
 }

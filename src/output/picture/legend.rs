@@ -6,10 +6,9 @@ use super::canvas::Canvas;
 use super::colour::{Colours, linear};
 use super::text;
 use super::view::View;
-use crate::output::Frame;
 
 /// Writes the time on the left and the colours of the range on the right.
-pub(super) fn draw(canvas: &mut Canvas, frame: &Frame, view: &View) {
+pub(super) fn draw(canvas: &mut Canvas, time: f64, view: &View) {
     if !view.legend {
         return;
     }
@@ -19,7 +18,7 @@ pub(super) fn draw(canvas: &mut Canvas, frame: &Frame, view: &View) {
     let ink = linear([52, 62, 74]);
     let base = height - margin - letter;
 
-    let time = format!("t = {:.3} s", frame.time);
+    let time = format!("t = {time:.3} s");
     plate(
         canvas,
         [margin, margin + text::width(&time, letter)],

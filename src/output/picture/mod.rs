@@ -1,4 +1,4 @@
-//! Pictures of frames: particles as shaded spheres, drawn in software.
+//! Pictures of frames: particles as shaded spheres, or the fluid's surface, drawn in software.
 //!
 //! A picture is drawn in passes over samples, two by two per pixel: the nearest surface of every sample ([`raster`]);
 //! the same from the direction of the light, for shadows; colour and light ([`shade`]); finally the edges of tanks, the
@@ -10,6 +10,7 @@
 mod canvas;
 mod colour;
 mod drawing;
+mod glass;
 mod image;
 mod legend;
 mod projection;
@@ -19,10 +20,12 @@ mod shade;
 mod sheet;
 mod solid;
 mod text;
+mod triangles;
 mod view;
+mod window;
 
 pub use colour::ColourMap;
-pub use drawing::{draw, draw_after};
+pub use drawing::{draw, draw_after, draw_surface};
 pub use image::Image;
 pub use quantity::Quantity;
 pub use sheet::{contact_sheet, evenly_spaced};

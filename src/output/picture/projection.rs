@@ -124,6 +124,15 @@ impl Projection {
         }
     }
 
+    /// Depth within a triangle, from its corners' depths and their shares of the place in the picture.
+    pub(super) fn depth_within(&self, depths: Vec3, shares: Vec3) -> f32 {
+        if self.perspective {
+            1.0 / shares.dot(depths.recip())
+        } else {
+            shares.dot(depths)
+        }
+    }
+
     /// Depth at fraction `t` of the distance between two points in the picture.
     pub(super) fn depth_between(&self, from: f32, to: f32, t: f32) -> f32 {
         if self.perspective {

@@ -1,12 +1,13 @@
 //! The nearest surface of every sample: spheres, solids, the floor.
 
-use std::ops::Range;
-
 use glam::{Vec2, Vec3, vec2};
 use rayon::prelude::*;
 
 use super::projection::{Projection, Ray};
 use super::solid::Solid;
+use super::triangles::Faces;
+use super::window::Window;
+use crate::output::surface::SurfaceMesh;
 
 /// Samples along an edge of a pixel.
 pub(super) const SAMPLES: usize = 2;
@@ -19,12 +20,21 @@ const SMALLEST_RADIUS: f32 = 0.75;
 pub(super) const NOTHING: u32 = u32::MAX;
 /// [`Layer::surface`] of the floor.
 pub(super) const FLOOR: u32 = u32::MAX - 1;
-/// [`Layer::surface`] of the first solid; further solids count down from it. Smaller numbers are rows of particles.
+/// [`Layer::surface`] of the first solid; further solids count down from it. Smaller numbers are rows of particles or
+/// triangles of the fluid's surface.
 const FIRST_SOLID: u32 = u32::MAX - 2;
 /// Largest number of solids that are drawn.
 const MAX_SOLIDS: usize = 1 << 16;
 
+/// What is drawn of the fluid.
+#[derive(Clone, Copy)]
+pub(super) enum Fluid<'a> {
+    Spheres(Spheres<'a>),
+    Surface(&'a SurfaceMesh),
+}
+
 /// Particles to draw.
+#[derive(Clone, Copy)]
 pub(super) struct Spheres<'a> {
     /// Centres \[m].
     pub(super) positions: &'a [Vec3],
@@ -39,7 +49,7 @@ pub(super) struct Splat {
     /// \[samples]; 0 if it is outside the picture.
     pub(super) radius: f32,
     /// Depth of the centre \[m].
-    depth: f32,
+    pub(super) depth: f32,
 }
 
 /// The nearest surface of every sample, rows from the top.
@@ -48,9 +58,9 @@ pub(super) struct Layer {
     pub(super) height: usize,
     /// \[m]; infinity where there is no surface.
     pub(super) depth: Vec<f32>,
-    /// Row of a particle, [`FLOOR`], [`NOTHING`], or a solid (see [`Layer::solid`]).
+    /// Row of a particle or number of a triangle, [`FLOOR`], [`NOTHING`], or a solid (see [`Layer::solid`]).
     pub(super) surface: Vec<u32>,
-    /// One per particle.
+    /// One per particle; of a surface, one around each triangle.
     pub(super) splats: Vec<Splat>,
 }
 
@@ -58,20 +68,25 @@ impl Layer {
     pub(super) fn draw(
         projection: &Projection,
         (width, height): (usize, usize),
-        spheres: &Spheres<'_>,
+        fluid: Fluid<'_>,
         solids: &[Solid],
         floor: Option<f32>,
     ) -> Self {
-        let splats: Vec<Splat> = spheres
-            .positions
-            .par_iter()
-            .map(|&centre| splat(projection, (width, height), centre, spheres.radius))
-            .collect();
+        let (splats, faces) = match fluid {
+            Fluid::Spheres(Spheres { positions, radius }) => {
+                let splat = |&centre| splat(projection, (width, height), centre, radius);
+                (positions.par_iter().map(splat).collect(), None)
+            }
+            Fluid::Surface(mesh) => {
+                let faces = Faces::new(projection, mesh);
+                (faces.splats((width, height)), Some(faces))
+            }
+        };
         let bands = Bands::new(&splats, height);
         let windows: Vec<Window> = solids
             .iter()
             .take(MAX_SOLIDS)
-            .map(|solid| Window::new(projection, solid, width, height))
+            .map(|solid| Window::new(projection, solid, (width, height)))
             .collect();
 
         let mut depth = vec![f32::INFINITY; width * height];
@@ -97,7 +112,13 @@ impl Layer {
                     target.solid(projection, solid, window, FIRST_SOLID - k as u32);
                 }
                 for &row in bands.rows(band) {
-                    target.sphere(&splats[row as usize], row, spheres.radius);
+                    match (fluid, &faces) {
+                        (Fluid::Spheres(spheres), _) => {
+                            target.sphere(&splats[row as usize], row, spheres.radius);
+                        }
+                        (_, Some(faces)) => faces.draw(row, projection, &mut target),
+                        _ => {}
+                    }
                 }
             });
         Self {
@@ -177,40 +198,12 @@ impl Bands {
     }
 }
 
-/// The samples in which a solid may be visible.
-struct Window {
-    columns: Range<usize>,
-    rows: Range<usize>,
-}
-
-impl Window {
-    fn new(projection: &Projection, solid: &Solid, width: usize, height: usize) -> Self {
-        let corners = solid.corners().map(|corner| projection.project(corner));
-        let mut window = Self {
-            columns: 0..width,
-            rows: 0..height,
-        };
-        // If a corner is behind the eye, the extent in the picture is unknown.
-        if corners.iter().all(|corner| projection.sees(corner.depth)) {
-            let (mut low, mut high) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
-            for corner in corners {
-                low = low.min(corner.at);
-                high = high.max(corner.at);
-            }
-            // The casts turn negative numbers into 0.
-            window.columns = low.x as usize..(high.x.ceil() as usize).min(width);
-            window.rows = low.y as usize..(high.y.ceil() as usize).min(height);
-        }
-        window
-    }
-}
-
 /// A band of rows while it is drawn.
-struct Target<'a> {
-    first_row: usize,
-    width: usize,
-    depth: &'a mut [f32],
-    surface: &'a mut [u32],
+pub(super) struct Target<'a> {
+    pub(super) first_row: usize,
+    pub(super) width: usize,
+    pub(super) depth: &'a mut [f32],
+    pub(super) surface: &'a mut [u32],
 }
 
 impl Target<'_> {

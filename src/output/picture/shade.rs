@@ -9,9 +9,12 @@ use rayon::prelude::*;
 
 use super::canvas::Canvas;
 use super::colour::{Colours, linear};
+use super::glass::{Glass, lamp};
 use super::projection::Projection;
-use super::raster::{FLOOR, Layer, NOTHING, SAMPLES};
+use super::raster::{FLOOR, Fluid, Layer, NOTHING, SAMPLES};
+use super::triangles;
 use super::view::View;
+use crate::output::surface::SurfaceMesh;
 
 /// Depths that are sampled around a pixel, distributed over its samples.
 const OCCLUSION_TAPS: usize = 16;
@@ -30,6 +33,10 @@ const PARTICLE_SHADOW_BIAS: f32 = 3.5;
 const SOLID_SHADOW_BIAS: f32 = 2.5;
 /// [`Surface::shadow_bias`] of the floor, which is flat and directly below its particles.
 const FLOOR_SHADOW_BIAS: f32 = 0.8;
+/// Part of the light that water reflects at right angles.
+const REFLECTED: f32 = 0.02;
+/// How far the fluid may be in front of the glass that holds it \[particle radii]: its surface is around its particles.
+const GLASS_BIAS: f32 = 2.0;
 /// Fraction of the key light that a shadow removes.
 const SHADOW_STRENGTH: f32 = 0.75;
 
@@ -53,18 +60,22 @@ struct Surface {
     normal: Vec3,
     colour: Vec3,
     gloss: f32,
+    /// Whether it mirrors the sky as water does, more at flat angles.
+    mirrors: bool,
     /// Least distance in front of the surface at which another surface casts a shadow on it \[particle radii].
     shadow_bias: f32,
 }
 
 struct Shader<'a> {
-    /// What colours show, by particle.
+    fluid: Fluid<'a>,
+    /// What colours show, by particle or by vertex of the surface.
     values: &'a [f32],
     view: &'a View,
     projection: &'a Projection,
     layer: &'a Layer,
     shadow: Option<&'a Shadow>,
     colours: Palette,
+    glass: Glass,
     /// Direction towards the key light.
     light: Vec3,
     /// Depth of the first sample of every pixel, for occlusion. It has a quarter of the layer's size and stays in the
@@ -87,13 +98,14 @@ struct Place {
 
 /// The picture without lines and text, as linear light.
 pub(super) fn shade(
-    values: &[f32],
+    (fluid, values): (Fluid<'_>, &[f32]),
     view: &View,
     projection: &Projection,
     layer: &Layer,
     shadow: Option<&Shadow>,
 ) -> Canvas {
     let shader = Shader {
+        fluid,
         values,
         view,
         projection,
@@ -107,6 +119,7 @@ pub(super) fn shade(
             floor: linear([172, 178, 184]),
             solid: linear([178, 172, 164]),
         },
+        glass: Glass::new(&view.glass, projection, (layer.width, layer.height)),
         light: view.light(),
         pixel_depth: first_samples(layer),
         occlusion_taps: spirals(OCCLUSION_TAPS),
@@ -138,6 +151,23 @@ impl Shader<'_> {
             at: vec2(x as f32 + 0.5, y as f32 + 0.5),
             index: y * self.layer.width + x,
         };
+        let behind = self.opaque(place);
+        if self.view.glass.is_empty() {
+            return behind;
+        }
+        let ray = self.projection.ray(place.at);
+        let towards_eye = -ray.direction.normalize();
+        let depth = self.layer.depth[place.index] + GLASS_BIAS * self.view.particle_radius;
+        let crossings = self.glass.crossings(place.at, &ray, depth);
+        crossings.iter().fold(behind, |behind, crossing| {
+            let from = crossing.mirrored_from(towards_eye);
+            let mirrored = lamp(from, self.light).unwrap_or_else(|| self.surroundings(from));
+            crossing.over(behind, mirrored, towards_eye)
+        })
+    }
+
+    /// The nearest surface that is not of glass.
+    fn opaque(&self, place: Place) -> Vec3 {
         let sky = self.sky(place.at);
         if self.layer.surface[place.index] == NOTHING {
             return sky;
@@ -170,7 +200,25 @@ impl Shader<'_> {
         let half = (self.light + towards_eye).normalize_or(self.light);
         let shine = surface.normal.dot(half).max(0.0).powi(48) * lit * open;
         let light = 0.66 * ambient + 0.74 * key * (0.35 + 0.65 * open);
-        surface.colour * light + surface.gloss * shine
+        let seen = surface.colour * light + surface.gloss * shine;
+        if surface.mirrors {
+            seen.lerp(
+                self.mirrored(surface, towards_eye) * open,
+                fresnel(surface, towards_eye),
+            )
+        } else {
+            seen
+        }
+    }
+
+    /// The surroundings as the surface mirrors them: the floor below, the sky above.
+    fn mirrored(&self, surface: &Surface, towards_eye: Vec3) -> Vec3 {
+        self.surroundings(2.0 * surface.normal.dot(towards_eye) * surface.normal - towards_eye)
+    }
+
+    fn surroundings(&self, direction: Vec3) -> Vec3 {
+        let up = (0.5 + 1.5 * direction.y).clamp(0.0, 1.0);
+        self.colours.floor.lerp(self.colours.sky_bottom, up)
     }
 
     fn sky(&self, at: Vec2) -> Vec3 {
@@ -193,6 +241,7 @@ impl Shader<'_> {
                 normal: Vec3::Y,
                 colour: self.colours.floor,
                 gloss: 0.0,
+                mirrors: false,
                 shadow_bias: FLOOR_SHADOW_BIAS,
             };
         }
@@ -202,8 +251,12 @@ impl Shader<'_> {
                 normal: solid.normal(position, self.projection.ray(at).direction),
                 colour: self.colours.solid,
                 gloss: 0.05,
+                mirrors: false,
                 shadow_bias: SOLID_SHADOW_BIAS,
             };
+        }
+        if let Fluid::Surface(mesh) = self.fluid {
+            return self.of_triangle(mesh, id, position);
         }
         let splat = &self.layer.splats[id as usize];
         let offset = (at - splat.at) / splat.radius;
@@ -214,6 +267,26 @@ impl Shader<'_> {
             normal: self.projection.direction(offset.x, offset.y, -bulge),
             colour: self.colours.values.at(self.view.place_in_range(value)),
             gloss: 0.25,
+            mirrors: false,
+            shadow_bias: PARTICLE_SHADOW_BIAS,
+        }
+    }
+
+    fn of_triangle(&self, mesh: &SurfaceMesh, triangle: u32, at: Vec3) -> Surface {
+        let (corners, shares) = triangles::shares(mesh, triangle, at);
+        let values = corners.map(|i| self.values.get(i).copied().unwrap_or_default());
+        let normals = corners.map(|i| mesh.normals.get(i).copied().unwrap_or(Vec3::Y));
+        let shares_of = shares.to_array();
+        let normal: Vec3 = (normals.iter().zip(shares_of))
+            .map(|(normal, share)| share * *normal)
+            .sum();
+        let value = shares.dot(Vec3::from(values));
+        Surface {
+            at,
+            normal: normal.normalize_or(Vec3::Y),
+            colour: self.colours.values.at(self.view.place_in_range(value)),
+            gloss: 0.5,
+            mirrors: true,
             shadow_bias: PARTICLE_SHADOW_BIAS,
         }
     }
@@ -264,6 +337,13 @@ impl Shader<'_> {
         });
         blocked.count() as f32 / taps.len() as f32
     }
+}
+
+/// Part of the light that the surface mirrors (C. Schlick, "An inexpensive BRDF model for physically-based rendering",
+/// 1994).
+fn fresnel(surface: &Surface, towards_eye: Vec3) -> f32 {
+    let facing = surface.normal.dot(towards_eye).clamp(0.0, 1.0);
+    REFLECTED + (1.0 - REFLECTED) * (1.0 - facing).powi(5)
 }
 
 fn index(at: Vec2, width: usize, height: usize) -> Option<usize> {

@@ -8,6 +8,7 @@ use super::colour::ColourMap;
 use super::projection::Projection;
 use super::quantity::Quantity;
 use super::solid::{Solid, Turned, around, corners};
+use crate::mesh::Mesh;
 use crate::scene::shapes::{Inlet, wall_axes};
 use crate::scene::{BoundaryShape, Bounds, Camera, Dimension, FluidBody, Frame, Scene, Shape};
 
@@ -49,6 +50,8 @@ pub struct View {
     pub edges: Vec<[Vec3; 2]>,
     /// Obstacles.
     pub solids: Vec<Solid>,
+    /// Obstacles of glass.
+    pub glass: Vec<Arc<Mesh>>,
     /// Whether time and colour bar are drawn.
     pub legend: bool,
 }
@@ -76,6 +79,7 @@ impl View {
             floor: None,
             edges: Vec::new(),
             solids: Vec::new(),
+            glass: Vec::new(),
             legend: true,
         };
         for body in &scene.bodies {
@@ -135,6 +139,24 @@ impl View {
     /// The same view of another quantity, in other colours; its range must be set.
     pub fn of(mut self, quantity: Quantity, colours: ColourMap) -> Self {
         (self.quantity, self.colours) = (quantity, colours);
+        self
+    }
+
+    /// The same view with meshes and surfaces of revolution as glass; grounds stay as they are. A scene without a floor
+    /// gets one under the glass.
+    pub fn with_glass(mut self) -> Self {
+        let mut low = f32::INFINITY;
+        self.solids.retain(|solid| match solid {
+            Solid::Mesh { mesh, .. } if mesh.heights.is_none() => {
+                low = low.min(mesh.bounds().0.y as f32);
+                self.glass.push(mesh.clone());
+                false
+            }
+            _ => true,
+        });
+        if low.is_finite() && !self.is_flat() {
+            self.floor.get_or_insert(low);
+        }
         self
     }
 

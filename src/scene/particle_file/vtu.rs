@@ -1,6 +1,8 @@
-//! Particles in a VTK XML unstructured grid: its points and, if it has them, the point data `velocity`. Data may be raw
-//! and appended, as frames of this program are, or ASCII.
+//! Particles in a VTK XML unstructured grid: its points and, if it has them, the point data `velocity`. Data may be
+//! base64, as frames of this program are, raw and appended, or ASCII.
 
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
 use glam::DVec3;
 
 use super::particles::{Particles, possible};
@@ -81,10 +83,19 @@ impl Parts<'_> {
         }
         let numbers = match attribute(tag, "format").unwrap_or("ascii") {
             "ascii" => self.numbers_of_text(text, what)?,
-            "appended" => self.numbers_of_data(tag, 3 * count, what)?,
+            "binary" => {
+                let bytes = STANDARD.decode(text.trim());
+                let bytes = bytes.map_err(|error| format!("its {what} are not base64: {error}"))?;
+                self.numbers_of_data(tag, &bytes, 0, (3 * count, what))?
+            }
+            "appended" => {
+                let offset = attribute(tag, "offset").and_then(|offset| offset.parse().ok());
+                let offset = offset.ok_or_else(|| format!("its {what} have no offset"))?;
+                self.numbers_of_data(tag, self.data, offset, (3 * count, what))?
+            }
             other => {
                 return Err(format!(
-                    "its {what} have the format `{other}`; write them `ascii`, or `appended` and raw"
+                    "its {what} have the format `{other}`; write them `ascii` or `binary`, or `appended` and raw"
                 ));
             }
         };
@@ -111,9 +122,13 @@ impl Parts<'_> {
         text.split_whitespace().map(number).collect()
     }
 
-    fn numbers_of_data(&self, tag: &str, count: usize, what: &str) -> Result<Vec<f64>, String> {
-        let offset = attribute(tag, "offset").and_then(|offset| offset.parse().ok());
-        let offset: usize = offset.ok_or_else(|| format!("its {what} have no offset"))?;
+    fn numbers_of_data(
+        &self,
+        tag: &str,
+        data: &[u8],
+        offset: usize,
+        (count, what): (usize, &str),
+    ) -> Result<Vec<f64>, String> {
         let size = match attribute(tag, "type") {
             Some("Float32") => 4,
             Some("Float64") => 8,
@@ -126,8 +141,7 @@ impl Parts<'_> {
         };
         let start = offset.saturating_add(self.length_bytes);
         let end = start.saturating_add(count.saturating_mul(size));
-        let block = self
-            .data
+        let block = data
             .get(start..end)
             .ok_or_else(|| format!("the file ends within its {what}; write it again"))?;
         let number = |bytes: &[u8]| {
