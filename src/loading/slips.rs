@@ -52,12 +52,14 @@ pub(super) fn slip_around<T: DeserializeOwned>(text: &str, byte: usize) -> Optio
     if let Some(found) = in_single_quotes::<T>(text, start) {
         return Some(found);
     }
-    let is_part = |c: char| c.is_alphanumeric() || ",.+-% µ".contains(c);
+    let is_part = |c: char| c.is_alphanumeric() || ",.+-% µ/^·".contains(c);
     let rest = &text[start..];
     let value = &rest[..rest.find(|c| !is_part(c)).unwrap_or(rest.len())];
+    // A comment is none of it.
+    let value = value.split("//").next().unwrap_or_default();
     let start = start + value.len() - value.trim_start().len();
     let value = value.trim().trim_end_matches([',', ' ']);
-    if divides(value, &rest[rest.find(value)? + value.len()..]) {
+    if divides(value) {
         let what = "numbers are written out: there is no division";
         return Some((what.to_owned(), start));
     }
@@ -66,11 +68,15 @@ pub(super) fn slip_around<T: DeserializeOwned>(text: &str, byte: usize) -> Optio
     Some((found.in_file(value), start))
 }
 
-/// Whether a number and what follows it are a division, `1/1000`.
-fn divides(value: &str, rest: &str) -> bool {
-    let by = rest.trim_start().strip_prefix('/').map(str::trim_start);
-    let is_number = |text: &str| text.starts_with(|c: char| c.is_ascii_digit() || c == '.');
-    is_number(value) && by.is_some_and(is_number)
+/// Whether a text is a division of numbers, `1/1000`.
+fn divides(value: &str) -> bool {
+    let is_number = |text: &str| {
+        text.trim()
+            .starts_with(|c: char| c.is_ascii_digit() || c == '.')
+    };
+    value
+        .split_once('/')
+        .is_some_and(|(a, b)| is_number(a) && is_number(b))
 }
 
 /// A text in single quotes that begins there, and where.

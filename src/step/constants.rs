@@ -55,13 +55,19 @@ fn refusal(now: &Material, before: &Material) -> Option<FailureCause> {
 /// Looks at what a host may have written to accelerations (before the stage `pressure`).
 pub(super) fn check_accelerations(
     accelerations: Res<Accelerations>,
+    positions: Res<Positions>,
     rows: Res<Rows>,
     execution: Res<Execution>,
     mut failure: ResMut<Failure>,
 ) {
-    let (found, expected) = (accelerations.0.len(), rows.entities.len());
-    if found != expected {
-        let column = "Accelerations";
+    // The engine gives accelerations as many rows as there are positions: those are the cause.
+    let rows = rows.entities.len();
+    let columns = [
+        ("Positions", positions.0.len(), rows + 1),
+        ("Accelerations", accelerations.0.len(), rows),
+    ];
+    let resized = columns.into_iter().find(|column| column.1 != column.2);
+    if let Some((column, found, expected)) = resized {
         let cause = FailureCause::Resized {
             column,
             found,

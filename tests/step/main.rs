@@ -12,6 +12,7 @@ mod embedding;
 mod flow;
 mod guard;
 mod host;
+mod host_columns;
 mod host_spoils;
 mod host_stages;
 mod host_systems;
