@@ -4,6 +4,10 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
 
+#[cfg(not(feature = "surface"))]
+use super::surface::refuse as surfaces;
+#[cfg(feature = "surface")]
+use super::surfaces::write as surfaces;
 use super::{
     advise, check, console,
     exit::{Exit, Failure},
@@ -59,7 +63,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Study(options) => study::study(&options),
         Command::Validate(options) => validate::validate(&options),
         Command::Picture(options) => picture::picture(&options),
-        Command::Surface(options) => surface::surface(&options),
+        Command::Surface(options) => surfaces(&options),
         Command::Fields(options) => fields::fields(&options),
         Command::Schema => fields::schema(),
         Command::Completions(options) => completions(&options),

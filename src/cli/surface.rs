@@ -6,6 +6,7 @@ use clap::{Args, ValueEnum, ValueHint};
 #[cfg(feature = "surface")]
 use overfall::output::surface::SurfaceFormat;
 
+#[cfg(not(feature = "surface"))]
 use super::exit::{Exit, Failure};
 use super::looks::{self, Map};
 #[cfg(feature = "surface")]
@@ -14,6 +15,10 @@ use super::{numbers::positive, options::Threads};
 
 /// Options of `overfall surface`.
 #[derive(Args, Debug)]
+#[cfg_attr(
+    not(feature = "surface"),
+    allow(dead_code, reason = "the help has all options in every build")
+)]
 pub(super) struct Surface {
     /// The folder of a run, e.g. out/glass_small.
     #[arg(value_name = "DIR", value_hint = ValueHint::DirPath)]
@@ -107,15 +112,9 @@ impl Surface {
     }
 }
 
-/// Writes the surfaces of a run.
-#[cfg(feature = "surface")]
-pub(super) fn surface(options: &Surface) -> Result<Exit, Failure> {
-    super::surfaces::write(options)
-}
-
 /// Says what the program lacks.
 #[cfg(not(feature = "surface"))]
-pub(super) fn surface(options: &Surface) -> Result<Exit, Failure> {
+pub(super) fn refuse(options: &Surface) -> Result<Exit, Failure> {
     let Surface { folder, .. } = options;
     Err(Failure::Refused(format!(
         "{}: this program was built without surfaces; build it with them: cargo build --release --features surface",

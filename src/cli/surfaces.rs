@@ -197,8 +197,8 @@ fn tell(
 }
 
 impl Work<'_> {
-    /// Writes the surfaces of all frames, or of some if that fails or is interrupted. Returns those that are written, in
-    /// the order of their frames, and the failure of the first frame that failed.
+    /// Writes the surfaces of all frames, or of some if that fails or is interrupted. Returns those that are written,
+    /// in the order of their frames, and the failure of the first frame that failed.
     ///
     /// A surface is found by one thread, so each thread has frames of its own.
     fn all(

@@ -19,6 +19,7 @@ mod raster;
 mod shade;
 mod sheet;
 mod solid;
+mod target;
 mod text;
 mod triangles;
 mod view;

@@ -1,10 +1,11 @@
 //! The nearest surface of every sample: spheres, solids, the floor.
 
-use glam::{Vec2, Vec3, vec2};
+use glam::{Vec3, vec2};
 use rayon::prelude::*;
 
 use super::projection::{Projection, Ray};
 use super::solid::Solid;
+use super::target::{Splat, Target};
 use super::triangles::Faces;
 use super::window::Window;
 use crate::output::surface::SurfaceMesh;
@@ -40,16 +41,6 @@ pub(super) struct Spheres<'a> {
     pub(super) positions: &'a [Vec3],
     /// Common radius \[m].
     pub(super) radius: f32,
-}
-
-/// A sphere, projected onto the picture.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Splat {
-    pub(super) at: Vec2,
-    /// \[samples]; 0 if it is outside the picture.
-    pub(super) radius: f32,
-    /// Depth of the centre \[m].
-    pub(super) depth: f32,
 }
 
 /// The nearest surface of every sample, rows from the top.
@@ -196,14 +187,6 @@ impl Bands {
     fn rows(&self, band: usize) -> &[u32] {
         &self.rows[self.starts[band]..self.starts[band + 1]]
     }
-}
-
-/// A band of rows while it is drawn.
-pub(super) struct Target<'a> {
-    pub(super) first_row: usize,
-    pub(super) width: usize,
-    pub(super) depth: &'a mut [f32],
-    pub(super) surface: &'a mut [u32],
 }
 
 impl Target<'_> {

@@ -4,7 +4,7 @@ use glam::{Vec2, Vec3, vec2};
 use rayon::prelude::*;
 
 use super::projection::{Projected, Projection};
-use super::raster::{Splat, Target};
+use super::target::{Splat, Target};
 use crate::output::surface::SurfaceMesh;
 
 /// Share of a corner below which a sample is outside of a triangle: slightly below 0, so that no sample falls between
