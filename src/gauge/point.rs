@@ -2,8 +2,8 @@
 //! (moving least squares: Lancaster & Salkauskas 1981, *Math. Comput.* 37, 141).
 //!
 //! It is exact for a linear field, also beside walls and surfaces, where all particles are on one side. In spray and
-//! films, where particles are too few or too flat for a slope, and in gaps between particles it is the mean `Σ_j f_j W(x
-//! − x_j) / Σ_j W(x − x_j)` (Shepard 1968). Points off the fluid have no value.
+//! films, where particles are too few or too flat for a slope, and in gaps between particles it is the mean
+//! `Σ_j f_j W(x − x_j) / Σ_j W(x − x_j)` (Shepard 1968). Points off the fluid have no value.
 
 use glam::{DMat3, DVec3, Vec3};
 use smallvec::SmallVec;

@@ -172,7 +172,12 @@ mod tests {
             ("", None, None, "f.csv:1: there is no line"),
             ("T,Z\n", None, None, "no row"),
             ("T,Z\n0,1\n1,x\n", None, None, "f.csv:3: `x` in column `Z`"),
-            ("T,Z\n0\n", None, None, "f.csv:2: `` in column `Z`"),
+            (
+                "T,Z\n0\n",
+                None,
+                None,
+                "f.csv:2: there is no figure in column `Z`",
+            ),
             (
                 "T,Z\n0,1\n",
                 Some("t"),

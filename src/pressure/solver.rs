@@ -86,8 +86,8 @@ pub(crate) trait PressureSolver {
         None
     }
 
-    /// Smallest support radius in spacings with which it is stable \[-]. Below 1.2, a particle has too few neighbours to
-    /// know its density.
+    /// Smallest support radius in spacings with which it is stable \[-]. Below 1.2, a particle has too few neighbours
+    /// to know its density.
     fn least_support(&self) -> f32 {
         1.2
     }

@@ -42,8 +42,8 @@ impl Scene {
             .fold(self.max_initial_speed(), f32::max)
     }
 
-    /// `sqrt(2 p/ρ)` \[m/s] of the pressure in fluid that its cohesion holds together, by the virial of pairs: `p/ρ = κ n
-    /// ∫ W r²/(2 d)`, with the mean square of the distance over d of 0.05 to 0.08 h².
+    /// `sqrt(2 p/ρ)` \[m/s] of the pressure in fluid that its cohesion holds together, by the virial of pairs:
+    /// `p/ρ = κ n ∫ W r²/(2 d)`, with the mean square of the distance over d of 0.05 to 0.08 h².
     fn cohesion_speed(&self) -> f32 {
         match self.fluid.surface_tension {
             SurfaceTension::None => 0.0,

@@ -3,20 +3,23 @@
 
 use bevy_ecs::prelude::*;
 
-use super::install::Installed;
 use crate::state::{
     Accelerations, CHUNK, Execution, Failure, FailureCause, Material, Positions, Rows, TOO_LARGE,
     Velocities,
 };
 use rayon::prelude::*;
 
+/// The constants of the fluid as the scene has them.
+#[derive(Resource, Debug, Clone, Copy)]
+pub(super) struct SceneMaterial(pub(super) Material);
+
 /// Looks at the constants of the fluid (before the first stage).
 pub(super) fn check_constants(
     material: Res<Material>,
-    installed: Res<Installed>,
+    of_scene: Res<SceneMaterial>,
     mut failure: ResMut<Failure>,
 ) {
-    if let Some(cause) = refusal(&material, &installed.material) {
+    if let Some(cause) = refusal(&material, &of_scene.0) {
         failure.record(cause, None);
     }
 }

@@ -10,6 +10,7 @@ use bevy_ecs::prelude::*;
 use super::{
     advance::Owed,
     compose,
+    constants::SceneMaterial,
     error::InstallError,
     memory,
     order::{Due, limits_of, order_of},
@@ -108,7 +109,6 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
         world.insert_resource(Installed {
             scene: scene.clone(),
             files,
-            material,
             stages: order.names(),
             due: order.stages().map(|planned| planned.due).collect(),
             reads_stale: order.reads_stale(),
@@ -156,8 +156,6 @@ fn fingerprints(scene: &Scene) -> Vec<NamedFile> {
 pub(crate) struct Installed {
     /// The scene as the host passed it.
     pub(crate) scene: Scene,
-    /// The constants of the fluid as the scene has them.
-    pub(crate) material: Material,
     /// The files that the scene names, as they were read.
     pub(crate) files: Vec<NamedFile>,
     /// The stages of a step in their order, with their conditions, and the number of steps between two runs of each.
@@ -193,6 +191,7 @@ fn insert_resources(world: &mut World, scene: &Scene, material: &Material, limit
         ..Clock::default()
     });
     world.insert_resource(*material);
+    world.insert_resource(SceneMaterial(*material));
     world.init_resource::<Failure>();
     world.init_resource::<PhaseTimer>();
     world.init_resource::<StepOutcome>();

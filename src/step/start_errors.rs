@@ -24,8 +24,8 @@ pub(super) fn allowed(scene: &Scene, found: StartDensity) -> Result<StartDensity
     }
 }
 
-/// Root of the mean square of a normally distributed error over the mean of its positive part, `sqrt(π)` for the part of
-/// the energy that compression stores.
+/// Root of the mean square of a normally distributed error over the mean of its positive part, `sqrt(π)` for the part
+/// of the energy that compression stores.
 const SPREAD: f32 = 1.77;
 
 /// Speed over the expected one from which fluid that bursts is refused \[-].

@@ -1,6 +1,5 @@
 //! `overfall surface`.
 
-
 use crate::support::{assert_exit, folder_with_tiny, overfall, stderr};
 
 #[cfg(not(feature = "surface"))]

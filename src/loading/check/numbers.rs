@@ -64,7 +64,7 @@ pub(super) fn numbers(scene: &Scene) -> Checked {
         };
         format!(
             "the support is {support} spacings; with this method it must be from {least} (below, a particle has too \
-             few neighbours to know its density) to 4 (above, it has over 250), and {} is usual with this kernel",
+             few neighbours to know its density) to 4 (above, it has over 250), and {} is usual for this kernel",
             advised.support()
         )
     })?;
