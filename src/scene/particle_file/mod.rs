@@ -188,7 +188,7 @@ mod tests {
                 b"<VTKFile><Piece NumberOfPoints=\"1\"><Points><DataArray type=\"Float32\" \
                   NumberOfComponents=\"3\" format=\"binary\">AAAA</DataArray></Points></VTKFile>"
                     .to_vec(),
-                "format `binary`",
+                "ends within its points",
             ),
         ] {
             let error = load(name, &content).expect_err(expected);
