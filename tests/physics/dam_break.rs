@@ -285,7 +285,7 @@ fn first_time_step_is_that_of_the_tightest_limit() {
     }
 }
 
-/// Kinetic energy \[J] of a column of 4000 particles after 0.3 s, if the corner of its tank is at `corner` \[m] on
+/// Kinetic energy \[J] of a column of 4000 particles after 0.2 s, if the corner of its tank is at `corner` \[m] on
 /// every axis.
 fn kinetic_energy(corner: f64, pressure: &str) -> f64 {
     let [width, height, length] = [0.2, 0.4, 0.8].map(|extent| corner + extent);
@@ -300,7 +300,7 @@ fn kinetic_energy(corner: f64, pressure: &str) -> f64 {
     );
     let scene = Scene::parse(&scene, "away.ron", &[]).expect("a scene");
     let mut simulation = Simulation::with_threads(&scene, 2).expect("a simulation");
-    while simulation.time() < 0.3 {
+    while simulation.time() < 0.2 {
         simulation.step().expect("a good step");
     }
     let motion = simulation.world().resource::<Motion>();
