@@ -1,5 +1,4 @@
 //! `overfall surface`.
-
 use crate::support::{assert_exit, folder_with_tiny, overfall, stderr};
 
 #[cfg(not(feature = "surface"))]
@@ -17,6 +16,8 @@ fn a_program_without_surfaces_says_how_to_get_them() {
 
 #[cfg(feature = "surface")]
 mod with_feature {
+    use std::fs;
+
     use super::*;
     use crate::support::{names, stdout};
 
