@@ -69,3 +69,18 @@ impl OutputError {
         }
     }
 }
+
+/// Fails at the first column whose number of rows is not that of the positions.
+pub(super) fn equal_columns(
+    expected: usize,
+    columns: impl IntoIterator<Item = (&'static str, usize)>,
+) -> Result<(), OutputError> {
+    let other = columns.into_iter().find(|&(_, found)| found != expected);
+    other.map_or(Ok(()), |(field, found)| {
+        Err(OutputError::UnequalColumns {
+            field,
+            found,
+            expected,
+        })
+    })
+}

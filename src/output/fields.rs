@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::{Frame, OutputError};
+use super::{Frame, OutputError, error::equal_columns};
 
 /// One field of a frame.
 pub struct Field {
@@ -159,16 +159,9 @@ impl Field {
 /// Number of particles of a frame; fails if its columns differ in length.
 pub(super) fn rows(frame: &Frame) -> Result<usize, OutputError> {
     let expected = frame.positions.len();
-    for field in &FIELDS {
-        let found = (field.column)(frame).len();
-        if found != expected {
-            return Err(OutputError::UnequalColumns {
-                field: field.name,
-                found,
-                expected,
-            });
-        }
-    }
+    let columns = FIELDS.iter();
+    let columns = columns.map(|field| (field.name, (field.column)(frame).len()));
+    equal_columns(expected, columns)?;
     // Readers of both formats commonly count in signed 32-bit integers.
     if i32::try_from(expected).is_err() {
         return Err(OutputError::TooManyParticles {

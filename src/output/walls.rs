@@ -7,6 +7,7 @@ use glam::Vec3;
 
 use super::OutputError;
 use super::atomic::write_atomically;
+use super::error::equal_columns;
 use super::grid::{Array, Cells, Grid, vectors};
 use crate::state::Clock;
 use crate::state::particle::{Boundary, BoundaryNormal, BoundaryVolume, Position};
@@ -52,18 +53,11 @@ impl WallFrame {
     /// error.
     pub fn write_vtu(&self, path: &Path) -> Result<(), OutputError> {
         let rows = self.positions.len();
-        for (field, found) in [
+        let columns = [
             ("normal", self.normals.len()),
             ("volume", self.volumes.len()),
-        ] {
-            if found != rows {
-                return Err(OutputError::UnequalColumns {
-                    field,
-                    found,
-                    expected: rows,
-                });
-            }
-        }
+        ];
+        equal_columns(rows, columns)?;
         if i32::try_from(rows).is_err() {
             return Err(OutputError::TooManyParticles { particles: rows });
         }

@@ -32,9 +32,10 @@ pub struct LastCorrection;
 
 /// Iterates until the density error is small enough (phase `Pressure`).
 ///
-/// With the time step `Cfl`, a step that turns out too long is halved and solved again before anything has moved: if
-/// the error stops falling, or if a particle would move more than the paper's h/2. With `Adaptive`, the iterations
-/// stop under the same conditions, and the step is rolled back.
+/// If the error stops falling, the relaxation is halved first (see [`implicit`](super::implicit)). With the time step
+/// `Cfl`, a step that turns out too long is halved and solved again before anything has moved: if the error has stopped
+/// falling with the smallest relaxation, too, or if a particle would move more than the paper's h/2. With `Adaptive`,
+/// the iterations stop under the same conditions, and the step is rolled back.
 pub fn solve_pressure(world: &mut World) {
     let convergence = *world.resource::<Convergence>();
     let mut share = world.resource::<WarmStart>().share;

@@ -8,6 +8,7 @@ use glam::Vec3;
 use super::SurfaceMesh;
 use crate::output::OutputError;
 use crate::output::atomic::write_atomically;
+use crate::output::error::equal_columns;
 use crate::output::grid::{Cells, Grid, bytes, vectors};
 
 /// File format of a surface.
@@ -49,18 +50,11 @@ impl SurfaceMesh {
 
     fn check(&self) -> Result<(), OutputError> {
         let expected = self.positions.len();
-        for (field, found) in [
+        let columns = [
             ("normal", self.normals.len()),
             ("velocity", self.velocities.len()),
-        ] {
-            if found != expected {
-                return Err(OutputError::UnequalColumns {
-                    field,
-                    found,
-                    expected,
-                });
-            }
-        }
+        ];
+        equal_columns(expected, columns)?;
         let most = expected.max(3 * self.triangles.len());
         if i32::try_from(most).is_err() {
             return Err(OutputError::TooManyVertices { vertices: most });
