@@ -25,15 +25,6 @@ pub struct Convergence {
 }
 
 impl Convergence {
-    /// The criterion with this factor on its limits.
-    pub(super) fn within(self, factor: f32) -> Self {
-        Self {
-            max_density_error: factor * self.max_density_error,
-            mean_density_error: self.mean_density_error.map(|limit| factor * limit),
-            ..self
-        }
-    }
-
     /// The error that the criterion limits, and the row with the largest error.
     ///
     /// Pressures that start at zero converge from below. Pressures of the last step, or iterations with momentum, may

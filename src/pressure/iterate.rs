@@ -16,7 +16,7 @@ use crate::{
         Accelerations, Clock, Execution, Failure, FailureCause, Material, PressureAccelerations,
         SolverState, Velocities,
     },
-    time_step::{AdaptiveTimeStep, RecoveryTime, TimeStepControl},
+    time_step::{AdaptiveTimeStep, TimeStepControl},
 };
 
 /// One iteration of the pressure loop: measures the error of the present pressures and corrects them.
@@ -63,7 +63,6 @@ pub fn solve_pressure(world: &mut World) {
         } else {
             warm_start::start(world, share);
         }
-        let convergence = convergence.within(step_tolerance(world));
         let end = iterate(world, PressureIteration, &convergence, patience);
         // Present only if the scene needs it.
         let _ = world.try_run_schedule(LastCorrection);
@@ -87,13 +86,6 @@ pub fn solve_pressure(world: &mut World) {
         }
         return;
     }
-}
-
-/// Factor on the limits of the errors, by the length of the step.
-fn step_tolerance(world: &World) -> f32 {
-    let dt = world.resource::<Clock>().dt;
-    let recovery = world.get_resource::<RecoveryTime>();
-    recovery.map_or(1.0, |recovery| recovery.tolerance(dt))
 }
 
 /// Iterations within which the error must fall if the time step may be shortened; the median step needs 3 to 10.

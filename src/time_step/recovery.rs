@@ -34,12 +34,6 @@ const LEAST_LEFT: f32 = 0.97;
 /// Speed factor λ of the time step that motion allows \[-], that of `Cfl` by default.
 const SPEED_FACTOR: f32 = 0.2;
 
-/// Part of the longest step \[-] below which a step is short: the limits of its errors are lower.
-const SHORT: f32 = 0.1;
-
-/// Minimum factor on these limits \[-]. Below it, the rounding of densities would count.
-const LEAST_TOLERANCE: f32 = 0.01;
-
 /// Longest τ \[s], for fluid at rest.
 const LONGEST: f32 = 1e6;
 
@@ -113,11 +107,6 @@ impl RecoveryTime {
     #[inline]
     fn length(&self, dt: f32) -> f32 {
         (dt / self.motion_step).min(1.0)
-    }
-
-    /// Factor on the limits of a solve's errors \[-]. The errors of many short steps add up to those of a longer one.
-    pub(crate) fn tolerance(&self, dt: f32) -> f32 {
-        (self.length(dt) / SHORT).clamp(LEAST_TOLERANCE, 1.0)
     }
 
     /// Part of the compression found \[-] that a step of `dt` \[s] removes. At most [`MOST_LEFT`] is left for later:
