@@ -3,11 +3,12 @@
 //! Systems of bevy's executor run on bevy's task threads, which rayon's `install` around the step would not reach:
 //! so the pool is a resource, and every loop enters it.
 
-use std::sync::Arc;
+use std::{io, num::NonZero, sync::Arc, thread::available_parallelism};
 
 use bevy_ecs::prelude::*;
 use rayon::prelude::*;
 
+use super::room::needs_room;
 use crate::simd::InstructionSet;
 
 /// Rows that one task works on. Fixed, so that partial results do not depend on the number of threads.
@@ -22,12 +23,15 @@ pub struct Execution {
 }
 
 impl Execution {
-    /// A pool of `threads`; 0 takes one for every core. Fails if the system refuses the threads.
-    pub fn new(threads: usize) -> Result<Self, rayon::ThreadPoolBuildError> {
+    /// A pool of `threads`; 0 takes one for every core. Fails if the system refuses the threads or their memory.
+    pub fn new(threads: usize) -> io::Result<Self> {
+        let cores = || available_parallelism().map_or(1, NonZero::get);
+        needs_room(if threads == 0 { cores() } else { threads })?;
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .thread_name(|k| format!("overfall-{k}"))
-            .build()?;
+            .build()
+            .map_err(io::Error::other)?;
         Ok(Self::with_pool(Arc::new(pool)))
     }
 

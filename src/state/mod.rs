@@ -14,6 +14,7 @@ pub mod particle;
 mod phase;
 mod remembered;
 mod residual;
+mod room;
 mod rows;
 mod stage;
 mod task_threads;

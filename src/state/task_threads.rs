@@ -11,6 +11,9 @@ use std::{
 #[cfg(feature = "parallel")]
 use bevy_tasks::{ComputeTaskPool, TaskPoolBuilder};
 
+#[cfg(feature = "parallel")]
+use super::room::needs_room;
+
 /// Says which feature of the crate is missing.
 #[cfg(not(feature = "parallel"))]
 pub(crate) fn start_task_threads(_: usize) -> io::Result<()> {
@@ -18,10 +21,6 @@ pub(crate) fn start_task_threads(_: usize) -> io::Result<()> {
         "`executor: Parallel` needs the feature `parallel` of the crate, which this build lacks";
     Err(io::Error::new(ErrorKind::Unsupported, reason))
 }
-
-/// Memory that threads find when they start \[bytes].
-#[cfg(feature = "parallel")]
-const ROOM: usize = 8 << 20;
 
 /// Starts the threads that bevy runs systems on, unless the process has them.
 ///
@@ -31,12 +30,7 @@ pub(crate) fn start_task_threads(threads: usize) -> io::Result<()> {
     if ComputeTaskPool::try_get().is_some() {
         return Ok(());
     }
-    // A thread that starts without memory left ends the process, and nobody is told.
-    let mut room: Vec<u8> = Vec::new();
-    room.try_reserve_exact(ROOM).map_err(|_| {
-        let reason = "there is no memory left for what they do";
-        io::Error::new(ErrorKind::OutOfMemory, reason)
-    })?;
+    needs_room(threads)?;
     let (release, wait) = mpsc::channel::<()>();
     let wait = Arc::new(Mutex::new(wait));
     let tried: io::Result<Vec<_>> = (0..threads)
@@ -50,7 +44,6 @@ pub(crate) fn start_task_threads(threads: usize) -> io::Result<()> {
     for thread in tried? {
         let _ = thread.join();
     }
-    drop(room);
     // Another program may have taken the threads since.
     catch_unwind(|| {
         let start = || TaskPoolBuilder::new().num_threads(threads).build();

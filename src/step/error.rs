@@ -131,7 +131,7 @@ pub enum InstallError {
     Table(#[from] CurveError),
     /// The operating system refused to start threads.
     #[error("could not start threads: {0}")]
-    Threads(#[from] rayon::ThreadPoolBuildError),
+    Threads(std::io::Error),
     /// The operating system refused to start the threads for parallel systems.
     #[error("could not start threads for systems: {0}")]
     TaskThreads(std::io::Error),

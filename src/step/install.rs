@@ -61,7 +61,7 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
     memory::check(scene, &size)?;
     let execution = match world.get_resource::<Execution>() {
         Some(execution) => execution.clone(),
-        None => Execution::new(0)?,
+        None => Execution::new(0).map_err(InstallError::Threads)?,
     };
     // Everything that can fail comes before the first change of the world.
     let files = fingerprints(scene);

@@ -123,7 +123,7 @@ pub fn plan(scene: &Scene) -> Result<Plan, InstallError> {
         let (density, samples) = ask(scene)?;
         (Some(density), Some(samples))
     } else {
-        let execution = Execution::new(1)?;
+        let execution = Execution::new(1).map_err(InstallError::Threads)?;
         let density = start_slabs::of_large(scene, &size, None, &execution)?;
         (density, None)
     };
@@ -164,7 +164,7 @@ pub fn plan(scene: &Scene) -> Result<Plan, InstallError> {
 
 /// Initial density of the fluid, and the number of boundary particles.
 fn ask(scene: &Scene) -> Result<(StartDensity, usize), InstallError> {
-    let execution = Execution::new(1)?;
+    let execution = Execution::new(1).map_err(InstallError::Threads)?;
     let samples = sampling::sample(scene)?;
     let walls = boundary::pack(scene, &samples, &execution).map_err(InstallError::Boundary)?;
     let walls = (!samples.is_empty()).then_some(&walls);

@@ -32,7 +32,7 @@ impl Simulation {
     /// As [`new`](Self::new), with a number of threads; 0 takes all cores.
     pub fn with_threads(scene: &Scene, threads: usize) -> Result<Self, InstallError> {
         let mut world = World::new();
-        world.insert_resource(Execution::new(threads)?);
+        world.insert_resource(Execution::new(threads).map_err(InstallError::Threads)?);
         install(&mut world, scene)?;
         Ok(Self { world })
     }

@@ -51,5 +51,5 @@ pub enum StudyError {
     Resume(String),
     /// The operating system refused to start threads.
     #[error("could not start threads: {0}")]
-    Threads(#[from] rayon::ThreadPoolBuildError),
+    Threads(std::io::Error),
 }

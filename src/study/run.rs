@@ -58,7 +58,7 @@ pub fn resume(
     from: Option<&Pause>,
     tell: &mut dyn FnMut(Event) -> ControlFlow<()>,
 ) -> Result<Table, StudyError> {
-    let execution = Execution::new(threads)?;
+    let execution = Execution::new(threads).map_err(StudyError::Threads)?;
     let mut table = Table::new(plan);
     let done = from.map(|from| from.resume(plan, &mut table)).transpose()?;
     let first = done.as_ref().map_or(0, |done| done.case);
@@ -291,7 +291,7 @@ impl Turns<'_, '_> {
         state: Option<&State>,
     ) -> Result<Runner, StudyError> {
         let execution = match variant.threads {
-            Some(threads) => Execution::new(threads as usize)?,
+            Some(threads) => Execution::new(threads as usize).map_err(StudyError::Threads)?,
             None => self.execution.clone(),
         };
         let mut world = self.world(&variant.scene, &self.label(&variant.name), execution)?;
