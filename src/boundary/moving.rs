@@ -180,6 +180,30 @@ impl MovingWalls {
         (0..).zip(&self.of_boundary).filter_map(of).collect()
     }
 
+    /// Puts samples where they are at the start of the step and where they are at its end. Returns the longest way
+    /// \[m].
+    fn put(&self, boundary: &mut BoundarySamples, material: &Material, clock: &Clock) -> f64 {
+        let dt = f64::from(clock.dt);
+        let poses: Vec<_> = (self.courses.iter())
+            .map(|course| (course.pose(clock.time), course.pose(clock.time + dt)))
+            .collect();
+        let mut farthest = 0.0_f64;
+        let period = material.period;
+        for (row, rest) in &self.samples {
+            let row = *row as usize;
+            let (now, then) = &poses[rest.course as usize];
+            let (from, to) = (now.place(rest.position), then.place(rest.position));
+            let volume = boundary.packed[row].w;
+            let here = period.wrap_exactly(from);
+            boundary.packed[row] = here.as_vec3().extend(volume);
+            boundary.ahead[row] = (to - (from - here)).as_vec3().extend(volume);
+            boundary.velocities[row] = ((to - from) / dt).as_vec3().extend(0.0);
+            boundary.normals[row] = now.turn(rest.normal);
+            farthest = farthest.max(from.distance(to));
+        }
+        farthest
+    }
+
     /// Every figure that the motions depend on and that is not in the scene.
     pub(crate) fn figures(&self) -> impl Iterator<Item = f64> {
         self.courses.iter().flat_map(WallCourse::figures)
@@ -196,29 +220,12 @@ pub fn move_walls(
     execution: Res<Execution>,
 ) {
     let boundary = &mut *boundary;
-    let dt = f64::from(clock.dt);
-    let poses: Vec<_> = (walls.courses.iter())
-        .map(|course| (course.pose(clock.time), course.pose(clock.time + dt)))
-        .collect();
     boundary.ahead.clone_from(&boundary.packed);
     boundary.velocities.clear();
     boundary
         .velocities
         .resize(boundary.packed.len(), Default::default());
-    let mut farthest = 0.0_f64;
-    let period = material.period;
-    for (row, rest) in &walls.samples {
-        let row = *row as usize;
-        let (now, then) = &poses[rest.course as usize];
-        let (from, to) = (now.place(rest.position), then.place(rest.position));
-        let volume = boundary.packed[row].w;
-        let here = period.wrap_exactly(from);
-        boundary.packed[row] = here.as_vec3().extend(volume);
-        boundary.ahead[row] = (to - (from - here)).as_vec3().extend(volume);
-        boundary.velocities[row] = ((to - from) / dt).as_vec3().extend(0.0);
-        boundary.normals[row] = now.turn(rest.normal);
-        farthest = farthest.max(from.distance(to));
-    }
+    let farthest = walls.put(boundary, &material, &clock);
     let (displacement, limit) = (farthest as f32, 0.5 * material.kernel.support_radius);
     // A length that is not a number is no limit kept.
     if displacement.is_nan() || displacement > limit {
@@ -235,6 +242,23 @@ pub fn move_walls(
     }
     if let Some(apart) = &walls.apart {
         apart.put_volumes(boundary, walls.courses.len(), &execution);
+    }
+}
+
+/// Puts walls where they are at the end of a step that has become shorter since [`move_walls`].
+///
+/// The sums of wall velocities remain: the mean velocity of a part of a step differs by a part of its acceleration.
+pub(crate) fn move_walls_less(
+    boundary: Option<ResMut<BoundarySamples>>,
+    walls: Option<Res<MovingWalls>>,
+    material: Res<Material>,
+    clock: Res<Clock>,
+) {
+    if let (Some(mut boundary), Some(walls)) = (boundary, walls)
+        // An order may leave the motion out.
+        && !boundary.velocities.is_empty()
+    {
+        walls.put(&mut boundary, &material, &clock);
     }
 }
 

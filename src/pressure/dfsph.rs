@@ -226,7 +226,7 @@ pub fn solve_divergence(world: &mut World) {
     world.resource_mut::<SolverState>().begin(false, overshoots);
     let convergence = world.resource::<DivergenceConvergence>().0;
     let patience = convergence.max_iterations;
-    iterate(world, DivergenceIteration, &convergence, patience);
+    iterate(world, DivergenceIteration, &convergence, patience, true);
     let mut solve = world.resource_mut::<SolverState>();
     solve.divergence_iterations = solve.iterations - 1;
     if solve.divergence_iterations > 0 {

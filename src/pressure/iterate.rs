@@ -11,6 +11,7 @@ use super::{
     warm_start::{self, WarmStart},
 };
 use crate::{
+    boundary::moving::move_walls_less,
     scene::NotConverged,
     state::{
         Accelerations, Clock, Execution, Failure, FailureCause, Material, PressureAccelerations,
@@ -45,6 +46,7 @@ pub fn solve_pressure(world: &mut World) {
         // The initial pressure counts in full; it was not there when viscosity was summed.
         (share, has_force) = (1.0, false);
     }
+    let mut halved = 0;
     loop {
         let shorter = world
             .get_resource::<TimeStepControl>()
@@ -63,15 +65,24 @@ pub fn solve_pressure(world: &mut World) {
         } else {
             warm_start::start(world, share);
         }
-        let end = iterate(world, PressureIteration, &convergence, patience);
+        let jacobi = *world.resource::<Jacobi>();
+        let end = iterate(world, PressureIteration, &convergence, patience, true);
+        if end == End::Stalled {
+            // Not the relaxation was too large, but the step too long.
+            *world.resource_mut::<Jacobi>() = jacobi;
+        }
         // Present only if the scene needs it.
         let _ = world.try_run_schedule(LastCorrection);
         if let Some(dt) = shorter
             && (end == End::Stalled || moves_too_far(world))
         {
             world.resource_mut::<Clock>().dt = dt;
-            // The initial pressures did not lead to a solution.
-            (share, has_force) = (0.0, false);
+            // Systems that read and write plain columns cannot fail.
+            let _ = world.run_system_cached(move_walls_less);
+            (halved, has_force) = (halved + 1, false);
+            if halved == KEPT_FOR {
+                share = 0.0;
+            }
             continue;
         }
         if end != End::Converged && convergence.not_converged == NotConverged::Stop {
@@ -96,6 +107,11 @@ pub fn solve_pressure(world: &mut World) {
 /// water of 90 layers with 230 sqrt(g H).
 const PATIENCE: u32 = 25;
 
+/// Number of halvings from which on a solve starts without pressures. Those of the step before carry the weight of the
+/// fluid: without them a short step, in which free fall compresses hardly anything, ends as soon as it begins, and
+/// water at rest falls. After an impact they may be wrong.
+const KEPT_FOR: u32 = 3;
+
 /// Iterations after which errors that have not fallen are noticed at the latest.
 const LONGEST_INTERVAL: u32 = 100;
 
@@ -111,12 +127,13 @@ pub(super) enum End {
 }
 
 /// Runs `iteration` until the error is below its limit, the number of iterations is reached, or `patience` iterations
-/// in a row did not reduce the error, with the smallest relaxation either.
+/// in a row did not reduce the error; if the solve `damps`, with the smallest relaxation either.
 pub(super) fn iterate(
     world: &mut World,
     iteration: impl ScheduleLabel,
     convergence: &Convergence,
     patience: u32,
+    damps: bool,
 ) -> End {
     // The whole loop runs inside the thread pool, so that loops need not wake its threads.
     let execution = world.resource::<Execution>().clone();
@@ -142,7 +159,7 @@ pub(super) fn iterate(
                 let falls = error < before;
                 before = error;
                 if !falls {
-                    if world.resource_mut::<Jacobi>().damp() {
+                    if damps && world.resource_mut::<Jacobi>().damp() {
                         before = f32::INFINITY;
                     } else if interval == patience {
                         return End::Stalled;

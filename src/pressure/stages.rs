@@ -3,13 +3,13 @@
 use bevy_ecs::{prelude::*, schedule::ScheduleLabel};
 
 use super::{
-    implicit,
     initial::{self, InitialIteration},
     warm_start,
 };
 use crate::{
     boundary::sums,
     flow,
+    scene::Scene,
     state::{Phase, Product, SolverState, Stage},
     time_step::RecoveryTime,
 };
@@ -82,15 +82,15 @@ pub(crate) const PRESSURE: Stage = Stage {
     schedules: |scene| {
         let mut schedules = scene.pressure.solver().schedules(scene);
         if initial::is_solved_for(scene) {
-            schedules.push((InitialIteration.intern(), implicit::iteration()));
+            let iteration = initial::iteration(is_linear(scene));
+            schedules.push((InitialIteration.intern(), iteration));
         }
         schedules
     },
     ..Stage::new("pressure", Phase::Pressure, |scene| {
         let solve = scene.pressure.solver().solve(scene);
         let solve = if initial::is_solved_for(scene) {
-            let iterations = scene.pressure.iterations();
-            let is_linear = iterations.is_none_or(|iterations| iterations.is_linear);
+            let is_linear = is_linear(scene);
             let first = move |world: &mut World| initial::solve_initial_pressure(world, is_linear);
             (first.run_if(initial::is_first_step), solve).chain()
         } else {
@@ -104,3 +104,9 @@ pub(crate) const PRESSURE: Stage = Stage {
         }
     })
 };
+
+/// Whether the method's density is linear in its pressures.
+fn is_linear(scene: &Scene) -> bool {
+    let iterations = scene.pressure.iterations();
+    iterations.is_none_or(|iterations| iterations.is_linear)
+}

@@ -97,6 +97,40 @@ fn a_piston_pushes_water_and_lets_none_through() {
     }
 }
 
+/// Walls that move from the first step on, at a speed: a piston, and a full tank. The first step is halved until it can
+/// be solved, and its walls then go half as far.
+#[test]
+fn walls_may_start_at_a_speed() {
+    let water = "min: (0, 0, 0), max: (0.3, 0.15, 0)";
+    let full =
+        format!("Tank({water}, motion: Oscillation(amplitude: (0.02, 0, 0), frequency: 1.5))");
+    let motion = "motion: Velocity(velocity: (-0.5, 0, 0))";
+    for spacing in [0.01, 0.005] {
+        let piston = format!(
+            "Tank(min: (0, 0, 0), max: (0.6, 0.3, 0)), Box(min: (0.3, 0, 0), max: ({}, 0.25, 0), {motion})",
+            0.3 + 2.0 * spacing
+        );
+        for (walls, fastest) in [(&full, 0.9), (&piston, 3.0)] {
+            // An equation of state answers with sound.
+            for method in &METHODS[1..] {
+                let mut tank = simulation(&format!(
+                    "(name: \"at a speed\", dimension: 2, spacing: {spacing}, pressure: {method},
+                      bodies: [(shape: Box({water}))], boundaries: [{walls}])"
+                ));
+                let mut most = 0.0_f32;
+                run(&mut tank, 0.1, |tank, _| {
+                    let particles = particles_of(tank);
+                    let speeds = particles.iter().map(|p| p.velocity.length());
+                    most = most.max(speeds.fold(0.0, f32::max));
+                });
+                let figures = format!("{spacing} m {method}: {most:.3} m/s at most, {walls}");
+                measured(&figures);
+                assert!(most < fastest, "{figures}");
+            }
+        }
+    }
+}
+
 /// Water that fills a tank without gravity goes where the tank goes, there and back. Steps are short: in ones of 2 ms
 /// PCISPH, with its momentum, does not converge when the tank turns round.
 #[test]
