@@ -233,7 +233,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         simulation.step()?;
     }
     let world = simulation.world();
-    let lists = &world.resource::<FluidNeighbours>().lists;
+    let lists = world.resource::<FluidNeighbours>().lists();
     let points = world.resource::<Positions>().points();
     let mut all = Lists {
         ends: Vec::new(),

@@ -82,7 +82,7 @@ fn parts(scene: &Scene, threads: usize, steps: usize) {
     let count = world.schedule_scope(Step, |_, step| step.systems_len());
     let interval = world
         .get_resource::<ReorderState>()
-        .map(|state| state.interval);
+        .map(ReorderState::interval);
     let (mut gather, mut scatter) = (schedule(gathering(scene)), schedule(scattering(scene)));
     let mut idle = idle_schedule(count);
     let world = simulation.world_mut();

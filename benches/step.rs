@@ -286,7 +286,7 @@ fn passes(particles: usize) -> Result<(), Failure> {
         let mut timed = Timed::new(&scene, threads)?;
         rows = timed.simulation.step()?.particles;
         let world = timed.simulation.world_mut();
-        neighbours = world.resource::<FluidNeighbours>().lists.pairs() as f64 / rows as f64;
+        neighbours = world.resource::<FluidNeighbours>().lists().pairs() as f64 / rows as f64;
         let execution = world.resource::<Execution>().clone();
         (stream, peak) = (stream_bandwidth(&execution), peak_arithmetic(&execution));
         table = all_passes(world);

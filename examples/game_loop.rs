@@ -18,7 +18,7 @@ struct Wind(f32);
 
 /// Adds to the accelerations, by row.
 fn blow(wind: Res<Wind>, velocities: Res<Velocities>, mut accelerations: ResMut<Accelerations>) {
-    for (a, v) in accelerations.0.iter_mut().zip(&velocities.0) {
+    for (a, v) in accelerations.iter_mut().zip(velocities.iter()) {
         a.x += 2.0 * (wind.0 - v.x);
     }
 }

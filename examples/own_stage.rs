@@ -29,7 +29,7 @@ const MY_WIND: Stage = Stage {
 const DRAG: f32 = 2.0;
 
 fn blow(wind: Res<Wind>, velocities: Res<Velocities>, mut accelerations: ResMut<Accelerations>) {
-    for (a, v) in accelerations.0.iter_mut().zip(&velocities.0) {
+    for (a, v) in accelerations.iter_mut().zip(velocities.iter()) {
         a.x += DRAG * (wind.0 - v.x);
     }
 }

@@ -43,7 +43,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let nearest = simulation.neighbours_of(points[0])?[0];
     let around = simulation.neighbours_of(nearest.particle)?;
     let row = simulation.row_of(nearest.particle).ok_or("no row")?;
-    let rho = simulation.world().resource::<Densities>().0[row];
+    let rho = simulation.world().resource::<Densities>()[row];
     assert_eq!(simulation.entity_of(row), Some(nearest.particle));
     let (particle, distance) = (nearest.particle, nearest.distance);
     println!("{particle} is {distance:.3} m from there, in row {row}, at {rho:.0} kg/m³");

@@ -21,16 +21,16 @@ use crate::{
 #[derive(Resource, Debug, Default)]
 pub struct Motion {
     /// Largest speed \[m/s].
-    pub max_speed: f32,
+    pub(crate) max_speed: f32,
     /// Largest acceleration, pressure included \[m/s²].
-    pub max_acceleration: f32,
+    pub(crate) max_acceleration: f32,
     /// Largest pressure \[Pa].
-    pub max_pressure: f32,
+    pub(crate) max_pressure: f32,
     /// Kinetic energy \[J; J/m in 2-D].
-    pub kinetic_energy: f64,
+    pub(crate) kinetic_energy: f64,
     /// Potential energy in the scene's gravity, zero at the origin, and in its central forces, zero at their centres
     /// \[J; J/m in 2-D]. Gravity along a periodic axis has none.
-    pub potential_energy: f64,
+    pub(crate) potential_energy: f64,
     /// Work per mass that emitters do in the step, by keeping the speed of their particles \[m²/s²].
     pub(crate) given: f64,
     /// Largest pressure of the step before \[Pa].
@@ -68,11 +68,11 @@ impl Remembers for Motion {
 
 /// The part of the space that particles may not leave, if the scene has one.
 #[derive(Resource, Debug, Clone, Copy)]
-pub struct Domain(pub Bounds);
+pub struct Domain(pub(crate) Bounds);
 
 /// Limits of the failure guard.
 #[derive(Resource, Debug, Clone, Copy)]
-pub struct GuardLimits(pub Limits);
+pub struct GuardLimits(pub(crate) Limits);
 
 /// Motion of one chunk of rows. Squares, and sums in f64: millions of terms lose no digits.
 #[derive(Debug, Clone, Copy, Default)]
@@ -247,6 +247,21 @@ pub fn measure(
 }
 
 impl Motion {
+    /// Largest speed \[m/s].
+    pub fn max_speed(&self) -> f32 {
+        self.max_speed
+    }
+
+    /// Largest acceleration, pressure included \[m/s²].
+    pub fn max_acceleration(&self) -> f32 {
+        self.max_acceleration
+    }
+
+    /// Kinetic energy \[J; J/m in 2-D].
+    pub fn kinetic_energy(&self) -> f64 {
+        self.kinetic_energy
+    }
+
     /// Row of the fastest particle.
     pub fn fastest_row(&self) -> usize {
         self.total().speed_squared.1

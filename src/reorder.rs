@@ -37,7 +37,7 @@ pub struct Reordered;
 #[derive(Resource, Debug, Clone)]
 pub struct ReorderState {
     /// Steps between two reorderings.
-    pub interval: u32,
+    pub(crate) interval: u32,
     /// Whether rows lie in the tables with the marker.
     marked: bool,
     /// Whether rows lie against the Z-curve.
@@ -48,6 +48,11 @@ pub struct ReorderState {
 }
 
 impl ReorderState {
+    /// Steps between two reorderings.
+    pub fn interval(&self) -> u32 {
+        self.interval
+    }
+
     /// Every `interval` steps; particles are spawned along the Z-curve and without the marker.
     pub fn new(interval: u32) -> Self {
         Self {

@@ -78,7 +78,7 @@ impl WallFriction {
     }
 
     /// Takes the slip lengths of all samples over again.
-    pub fn take(&mut self, slip: Vec<Option<f32>>) {
+    pub(crate) fn take(&mut self, slip: Vec<Option<f32>>) {
         let rows = (0..).zip(&slip).filter(|(_, slip)| slip.is_some());
         self.rough = rows.map(|(row, _)| row).collect();
         self.velocities = vec![Vec3::ZERO; slip.len()];

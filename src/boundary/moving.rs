@@ -138,7 +138,7 @@ impl MovingWalls {
 
     /// Takes the poses of all boundary particles, in the order of their rows, and where they are now \[m]. Fails if the
     /// scene's spatial index cannot cover them.
-    pub fn take(
+    pub(crate) fn take(
         &mut self,
         scene: &Scene,
         poses: &[Option<RestPose>],

@@ -9,7 +9,7 @@ pub struct SampleOf(pub u32);
 /// The same of all boundary particles, in the order of [`BoundarySamples`](crate::index::BoundarySamples); [`NOBODY`]
 /// for what a host spawned without it.
 #[derive(Resource, Debug, Clone, Default)]
-pub struct Owners(pub Vec<u32>);
+pub struct Owners(pub(crate) Vec<u32>);
 
 /// No boundary of the scene.
 pub const NOBODY: u32 = u32::MAX;

@@ -4,8 +4,10 @@
 //! Everything is computed in f64 and rounded once: the same scene gives the same particles, for any number of threads.
 
 mod obstacle;
+mod thin;
 
 use glam::DVec2;
+use thin::ThinMeshes;
 
 pub(crate) use obstacle::Obstacle;
 
@@ -30,17 +32,25 @@ fn meshes(scene: &Scene) -> Vec<Option<Mesh>> {
         .collect()
 }
 
-/// The lattice of a body, cut where it wants that; `meshes` are the surfaces of the boundaries.
-pub(crate) fn lattice(body: &FluidBody, scene: &Scene, meshes: &[Option<Mesh>]) -> Lattice {
-    let lattice = Lattice::of(body, scene.spacing, scene.dimension);
-    if body.cut {
-        cut(lattice, scene, meshes)
-    } else {
-        lattice
-    }
+/// The bodies' lattices, cut where they want that; `meshes` are the surfaces of the boundaries.
+pub(crate) fn lattices<'a>(
+    scene: &'a Scene,
+    meshes: &'a [Option<Mesh>],
+) -> impl Iterator<Item = Lattice> + 'a {
+    let is_cut = scene.bodies.iter().any(|body| body.cut);
+    let thin = is_cut.then(|| ThinMeshes::new(scene, meshes));
+    scene.bodies.iter().map(move |body| {
+        let lattice = Lattice::of(body, scene.spacing, scene.dimension);
+        match &thin {
+            Some(thin) if body.cut => {
+                cut(lattice, scene, meshes).cut(|point| thin.leave_room(point))
+            }
+            _ => lattice,
+        }
+    })
 }
 
-/// A lattice without the points that boundaries have no room for.
+/// A lattice without the points that boundaries have no room for, apart from those beside thin meshes.
 fn cut(lattice: Lattice, scene: &Scene, meshes: &[Option<Mesh>]) -> Lattice {
     let period = scene.period();
     let walls: Vec<_> = (scene.boundaries.iter())
@@ -69,10 +79,9 @@ impl<'a> Filling<'a> {
     pub(crate) fn new(scene: &'a Scene) -> Self {
         let is_cut = scene.bodies.iter().any(|body| body.cut);
         let meshes = if is_cut { meshes(scene) } else { Vec::new() };
-        let bodies = scene.bodies.iter();
         Self {
             scene,
-            lattices: bodies.map(|body| lattice(body, scene, &meshes)).collect(),
+            lattices: lattices(scene, &meshes).collect(),
         }
     }
 

@@ -34,7 +34,7 @@ pub(crate) const STAGE: Stage = Stage {
 
 /// Strength κ \[m³/s²; m²/s² in 2-D] of the scene.
 #[derive(Resource, Debug, Clone, Copy)]
-pub struct Cohesion(pub f32);
+pub struct Cohesion(pub(crate) f32);
 
 /// Adds surface tension (phase `Forces`).
 pub fn apply_surface_tension(

@@ -124,15 +124,15 @@ fn limits(scene: &Scene) -> Vec<Limit> {
 /// Kinematic viscosity ν of the scene, over the part of it that a sheared lattice shows
 /// ([`Lattice::shear_viscosity`]) \[m²/s].
 #[derive(Resource, Debug, Clone, Copy)]
-pub struct LaminarViscosity(pub f32);
+pub struct LaminarViscosity(pub(crate) f32);
 
 /// Parameters of the artificial viscosity.
 #[derive(Resource, Debug, Clone, Copy)]
 pub struct ArtificialViscosity {
     /// α \[-].
-    pub alpha: f32,
+    pub(crate) alpha: f32,
     /// Speed of sound c \[m/s].
-    pub sound_speed: f32,
+    pub(crate) sound_speed: f32,
 }
 
 /// α of the numerical viscosity \[-], which acts beside the laminar one; in scenes that have it.
@@ -141,7 +141,7 @@ pub struct ArtificialViscosity {
 /// Waves of a lattice under pressure have that speed, and with it a square lattice melts into a denser one. Since the
 /// speed follows pressure, both are damped in the same number of steps at every depth and spacing.
 #[derive(Resource, Debug, Clone, Copy)]
-pub struct NumericalViscosity(pub f32);
+pub struct NumericalViscosity(pub(crate) f32);
 
 /// Puts the pressure terms from which the solve will start beside the positions, where the first pressure force has not
 /// (phase `Forces`): the sums are the same to the bit, whether that force is summed beside viscosity or not.

@@ -3,7 +3,8 @@
 //!
 //! It is exact for a linear field, also beside walls and surfaces, where all particles are on one side. In spray and
 //! films, where particles are too few or too flat for a slope, and in gaps between particles it is the mean
-//! `Σ_j f_j W(x − x_j) / Σ_j W(x − x_j)` (Shepard 1968). Points off the fluid have no value.
+//! `Σ_j f_j W(x − x_j) / Σ_j W(x − x_j)` (Shepard 1968); a pressure then has the slope of fluid at rest, `ρ0 g`. Points
+//! off the fluid have no value.
 
 use glam::{DMat3, DVec3, Vec3};
 use smallvec::SmallVec;
@@ -30,10 +31,15 @@ impl Around {
     fn pressure(&self, moment: &Moment, rows: &mut Vec<u32>, values: &mut Vec<Option<f64>>) {
         let pressures = &moment.state.pressures.0;
         let value = |row: usize| DVec3::splat(pressures[row].into());
-        let (speak, mean) = self.fit(moment.crowd(), rows, value);
+        let material = &moment.state.material;
+        let gravity = material.gravity.as_dvec3();
+        let up = -gravity.normalize_or_zero();
+        let (speak, found) = self.fitted(moment.crowd(), up, rows, value);
+        let weight = f64::from(material.spacing * material.rest_density) * gravity;
+        let mean = found.map(|found| found.value.x + found.below(weight));
         // A dry wall has no pressure; inside the fluid there is no value without fluid.
         let dry = self.side.map(|_| 0.0);
-        values.extend([mean.map(|mean| mean.x).or(dry), Some(speak.into())]);
+        values.extend([mean.or(dry), Some(speak.into())]);
     }
 
     /// Number of particles that contribute, and the value at the point of a linear function fitted to theirs. None at a
@@ -44,6 +50,18 @@ impl Around {
         rows: &mut Vec<u32>,
         value: impl Fn(usize) -> DVec3,
     ) -> (u32, Option<DVec3>) {
+        let (speak, found) = self.fitted(crowd, DVec3::ZERO, rows, value);
+        (speak, found.map(|found| found.value))
+    }
+
+    /// The same, with the direction from which fluid falls onto a wall, if there is one.
+    fn fitted(
+        &self,
+        crowd: Crowd,
+        up: DVec3,
+        rows: &mut Vec<u32>,
+        value: impl Fn(usize) -> DVec3,
+    ) -> (u32, Option<Fitted>) {
         let reach = crowd.reach(self.kernel.support_radius);
         crowd.near.rows_in(self.at - reach, self.at + reach, rows);
         let behind = -BEHIND * crowd.spacing;
@@ -62,7 +80,8 @@ impl Around {
                 });
             }
         }
-        let found = if is_off(&samples, crowd) {
+        let up = self.side.map_or(DVec3::ZERO, |_| up);
+        let found = if is_off(&samples, up, crowd) {
             None
         } else {
             fit(&samples, crowd.dimension)
@@ -90,19 +109,47 @@ const IN_FLUID: f64 = 1.0;
 const OFF_FLUID: f64 = 1.25;
 const GAP: f64 = 0.25;
 
+/// The same for a point of a wall that is no higher than the surface of a row there: the first particle of a shallow
+/// layer may keep away from a corner or a wall. The surface is half a spacing above the row, and may be rough.
+const OFF_BESIDE: f64 = 1.75;
+const ABOVE: f64 = 0.75;
+
 /// Whether a point is off the fluid, and particles are near it all the same.
-fn is_off(samples: &[Sample], crowd: Crowd) -> bool {
+fn is_off(samples: &[Sample], up: DVec3, crowd: Crowd) -> bool {
     let weights: f64 = samples.iter().map(|sample| sample.weight).sum();
     let volume = match crowd.dimension {
         Dimension::Two => f64::from(crowd.spacing).powi(2),
         Dimension::Three => f64::from(crowd.spacing).powi(3),
     };
-    let is_far = |sample: &Sample| sample.x.length_squared() > OFF_FLUID * OFF_FLUID;
+    let is_far = |sample: &Sample| {
+        let is_beside = up != DVec3::ZERO && sample.x.dot(up) >= -ABOVE;
+        let off = if is_beside { OFF_BESIDE } else { OFF_FLUID };
+        sample.x.length_squared() > off * off
+    };
     weights * volume < GAP && samples.iter().all(is_far)
 }
 
+/// What was found at a point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Fitted {
+    value: DVec3,
+    /// Mean place of the particles from the point \[spacings], where the value is their mean alone.
+    mean_of: Option<DVec3>,
+}
+
+impl Fitted {
+    /// What fluid at rest has more at the point than on average at the particles \[Pa], for the weight of a spacing of
+    /// it \[Pa]. Nothing where there is a slope. At the surface of a film pressure is zero, so that below its middle it
+    /// is at most twice the mean; spray has none.
+    fn below(&self, weight: DVec3) -> f64 {
+        let most = self.value.x.max(0.0);
+        self.mean_of
+            .map_or(0.0, |x| (-weight.dot(x)).clamp(-most, most))
+    }
+}
+
 /// The linear function fitted to samples, at the origin; their mean where they have no certain slope.
-fn fit(samples: &[Sample], dimension: Dimension) -> Option<DVec3> {
+fn fit(samples: &[Sample], dimension: Dimension) -> Option<Fitted> {
     let weights: f64 = samples.iter().map(|sample| sample.weight).sum();
     if samples.is_empty() {
         return None;
@@ -135,9 +182,15 @@ fn fit(samples: &[Sample], dimension: Dimension) -> Option<DVec3> {
     let nearest = samples.iter().map(|sample| sample.x.length_squared());
     let is_inside = nearest.fold(f64::INFINITY, f64::min) <= IN_FLUID * IN_FLUID;
     if is_inside && least >= LEAST_VARIANCE {
-        Some(value - with_value * variance.inverse() * x)
+        Some(Fitted {
+            value: value - with_value * variance.inverse() * x,
+            mean_of: None,
+        })
     } else {
-        Some(value)
+        Some(Fitted {
+            value,
+            mean_of: Some(x),
+        })
     }
 }
 
@@ -217,19 +270,43 @@ mod tests {
     }
 
     #[test]
+    fn a_film_has_the_slope_of_fluid_at_rest_and_spray_has_none() {
+        let weight = DVec3::new(0.0, -200.0, 0.0);
+        let film = |pressure: f64, height: f64| Fitted {
+            value: DVec3::splat(pressure),
+            mean_of: Some(DVec3::new(0.3, height, 0.0)),
+        };
+        // Half a spacing below the middle of one row at rest; at the middle; above it; at its surface and beyond.
+        for (height, expected) in [(0.5, 100.0), (0.0, 0.0), (-0.25, -50.0), (-0.5, -100.0), (-0.9, -100.0)] {
+            assert!((film(100.0, height).below(weight) - expected).abs() < 1e-9);
+        }
+        for pressure in [0.0, -100.0] {
+            assert_eq!(film(pressure, 0.5).below(weight), 0.0);
+        }
+        let deep = Fitted {
+            mean_of: None,
+            ..film(100.0, 0.5)
+        };
+        assert_eq!(deep.below(weight), 0.0);
+    }
+
+    #[test]
     fn a_linear_field_is_exact_at_a_wall_and_a_film_has_its_mean() {
         for dimension in [Dimension::Two, Dimension::Three] {
             // One particle at the point's side, the others above it.
             let above = samples(40, 0.5, dimension);
-            let found = fit(&above, dimension).expect("a value");
+            let found = fit(&above, dimension).expect("a value").value;
             assert!(found.distance(DVec3::new(3.0, 0.0, 7.0)) < 1e-9, "{found}");
             let film = samples(40, 1e-3, dimension);
             let mean: f64 = film.iter().map(|s| s.weight * s.value.x).sum::<f64>()
                 / film.iter().map(|s| s.weight).sum::<f64>();
-            assert_eq!(fit(&film, dimension).expect("a value").x, mean);
+            let film = fit(&film, dimension).expect("a value");
+            assert_eq!(film.value.x, mean);
+            assert!(film.mean_of.is_some());
         }
         assert!(fit(&[], Dimension::Three).is_none());
         let alone = samples(1, 0.5, Dimension::Three);
-        assert_eq!(fit(&alone, Dimension::Three), Some(alone[0].value));
+        let spray = fit(&alone, Dimension::Three).expect("a value");
+        assert_eq!((spray.value, spray.mean_of), (alone[0].value, Some(alone[0].x)));
     }
 }

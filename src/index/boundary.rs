@@ -9,19 +9,19 @@ use super::structure::SpatialIndex;
 #[derive(Resource)]
 pub struct BoundarySamples {
     /// Position \[m] and volume \[m³; m² in 2-D] of every particle; a sentinel without volume ends them.
-    pub packed: Vec<Vec4>,
+    pub(crate) packed: Vec<Vec4>,
     /// Unit vectors from the solid into the fluid.
-    pub normals: Vec<Vec3>,
+    pub(crate) normals: Vec<Vec3>,
     /// Positions at the end of the step \[m] and volumes, with the sentinel; empty where no wall moves.
-    pub ahead: Vec<Vec4>,
+    pub(crate) ahead: Vec<Vec4>,
     /// Mean velocities of the step \[m/s], with one for the sentinel; empty where no wall moves.
-    pub velocities: Vec<Vec4>,
+    pub(crate) velocities: Vec<Vec4>,
     /// Depth of the nearest layer of samples behind the walls' faces \[m].
-    pub layer_depth: f32,
+    pub(crate) layer_depth: f32,
     /// Depths of the particles \[m]; empty where all are in one layer.
-    pub depths: Vec<f32>,
+    pub(crate) depths: Vec<f32>,
     /// Spatial index of the boundary particles.
-    pub index: Box<dyn SpatialIndex>,
+    pub(crate) index: Box<dyn SpatialIndex>,
 }
 
 impl BoundarySamples {

@@ -29,11 +29,18 @@ pub(crate) const STAGE: Stage = Stage {
 #[derive(Resource)]
 pub struct FluidIndex {
     /// The structure that the scene selects.
-    pub structure: Box<dyn SpatialIndex>,
+    pub(crate) structure: Box<dyn SpatialIndex>,
     /// Whether the rows were reordered since the last update.
-    pub reordered: bool,
+    pub(crate) reordered: bool,
     /// How far a particle may be from where it was indexed \[m]: 0 unless the scene keeps its lists.
-    pub slack: f32,
+    pub(crate) slack: f32,
+}
+
+impl FluidIndex {
+    /// The structure that the scene selects.
+    pub fn structure(&self) -> &dyn SpatialIndex {
+        &*self.structure
+    }
 }
 
 /// Updates the index for the present rows (phase `RebuildIndex`).

@@ -15,14 +15,28 @@ use crate::{
 #[derive(Resource, Default)]
 pub struct FluidNeighbours {
     /// The lists.
-    pub lists: NeighbourLists,
+    pub(crate) lists: NeighbourLists,
     /// Number of searches so far.
     pub(crate) generation: u64,
 }
 
 /// Lists of the boundary particles around every fluid particle.
 #[derive(Resource)]
-pub struct BoundaryNeighbours(pub NeighbourLists);
+pub struct BoundaryNeighbours(pub(crate) NeighbourLists);
+
+impl FluidNeighbours {
+    /// The lists.
+    pub fn lists(&self) -> &NeighbourLists {
+        &self.lists
+    }
+}
+
+impl BoundaryNeighbours {
+    /// The lists.
+    pub fn lists(&self) -> &NeighbourLists {
+        &self.0
+    }
+}
 
 impl Default for BoundaryNeighbours {
     fn default() -> Self {

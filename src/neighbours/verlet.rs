@@ -47,7 +47,14 @@ pub struct KeptLists {
     /// Generation of the rows that were compared last.
     checked: u64,
     /// Number of times that the lists were found.
-    pub searches: u64,
+    pub(crate) searches: u64,
+}
+
+impl KeptLists {
+    /// Number of times that the lists were found.
+    pub fn searches(&self) -> u64 {
+        self.searches
+    }
 }
 
 /// The state of kept lists in a checkpoint. Entries of fluid and of boundary, each with the lengths of the lists.

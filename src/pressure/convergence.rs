@@ -11,17 +11,17 @@ use crate::{
 #[derive(Resource, Debug, Clone, Copy, PartialEq)]
 pub struct Convergence {
     /// Limit η on the density error `(ρ − ρ0)/ρ0` \[-].
-    pub max_density_error: f32,
+    pub(crate) max_density_error: f32,
     /// Whether η limits the largest or the mean error.
-    pub criterion: Criterion,
+    pub(crate) criterion: Criterion,
     /// Additional limit on the mean error \[-], if the criterion limits the largest one.
-    pub mean_density_error: Option<f32>,
+    pub(crate) mean_density_error: Option<f32>,
     /// Minimum number of iterations.
-    pub min_iterations: u32,
+    pub(crate) min_iterations: u32,
     /// Maximum number of iterations.
-    pub max_iterations: u32,
+    pub(crate) max_iterations: u32,
     /// What happens if `max_iterations` do not reach η.
-    pub not_converged: NotConverged,
+    pub(crate) not_converged: NotConverged,
 }
 
 impl Convergence {

@@ -103,7 +103,7 @@ impl PressureSolver for DeltaSph {
         };
         world.insert_resource(continuity);
         world.insert_resource(Shifting::new(self.shifting, scene));
-        world.init_resource::<Displacements>();
+        world.insert_resource(Displacements::empty());
         // Of the solve for the initial pressure.
         implicit::install(world, RELAXATION, true, 0, INITIAL_STABILISATION);
         let rest_density = scene.fluid.rest_density;

@@ -15,7 +15,7 @@ use crate::{
 
 /// Velocities at the end of the step \[m/s]. A sentinel of zero ends them.
 #[derive(Resource, Debug, Default)]
-pub struct PredictedVelocities(pub Vec<Vec4>);
+pub struct PredictedVelocities(pub(crate) Vec<Vec4>);
 
 impl PredictedVelocities {
     /// Writes velocities as a function of row and pressure acceleration.
@@ -42,7 +42,7 @@ impl PredictedVelocities {
 
 /// Dρ/Dt of the predicted velocities \[kg/(m³ s)].
 #[derive(Resource, Debug, Default)]
-pub struct DensityRates(pub Vec<f32>);
+pub struct DensityRates(pub(crate) Vec<f32>);
 
 /// Dρ/Dt of the predicted velocities.
 pub fn predict_rates(

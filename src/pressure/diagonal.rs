@@ -18,7 +18,7 @@ use crate::{
 
 /// `1/D` of every particle \[m⁸/kg²; m⁶/kg² in 2-D]; 0 if D is negligible.
 #[derive(Resource, Debug, Default)]
-pub struct InverseDiagonals(pub Vec<f32>);
+pub struct InverseDiagonals(pub(crate) Vec<f32>);
 
 /// `|Σ_j ∇W_ij|² + Σ_j |∇W_ij|²` of a particle in a full lattice, with a stabilisation κ that of its system.
 pub(super) fn lattice_diagonal(material: &Material, stabilisation: Stabilisation) -> f64 {

@@ -97,14 +97,21 @@ pub struct Jacobi {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Iterate {
     /// The term whose force acted last.
-    pub acted: f32,
+    pub(crate) acted: f32,
     /// Its corrected value, before momentum.
     corrected: f32,
 }
 
 /// The terms of the density solve.
 #[derive(Resource, Debug, Default)]
-pub struct Iterates(pub Vec<Iterate>);
+pub struct Iterates(pub(crate) Vec<Iterate>);
+
+impl Iterates {
+    /// The terms whose force acted last, by row.
+    pub fn acted(&self) -> impl Iterator<Item = f32> {
+        self.0.iter().map(|term| term.acted)
+    }
+}
 
 impl Remembers for Jacobi {
     type State = f32;

@@ -15,7 +15,7 @@ use crate::{
     scene::NotConverged,
     state::{
         Accelerations, Clock, Execution, Failure, FailureCause, Material, PressureAccelerations,
-        SolverState, Velocities,
+        SolverState, Velocities, of_step::OfStep,
     },
     time_step::{AdaptiveTimeStep, TimeStepControl},
 };
@@ -77,6 +77,7 @@ pub fn solve_pressure(world: &mut World) {
             && (end == End::Stalled || moves_too_far(world))
         {
             world.resource_mut::<Clock>().dt = dt;
+            world.resource_mut::<OfStep>().shorten(dt);
             // Systems that read and write plain columns cannot fail.
             let _ = world.run_system_cached(move_walls_less);
             (halved, has_force) = (halved + 1, false);

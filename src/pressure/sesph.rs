@@ -83,7 +83,7 @@ impl PressureSolver for Sesph {
 
 /// The scene's equation of state.
 #[derive(Resource, Debug, Clone, Copy, PartialEq)]
-pub struct EquationOfState(pub StateEquation);
+pub struct EquationOfState(pub(crate) StateEquation);
 
 impl EquationOfState {
     /// Pressure \[Pa] at a density \[kg/m³], not below zero.

@@ -16,7 +16,7 @@ use crate::state::PressureAccelerations;
 
 /// The share κ \[-], from 0, where the system is that of the papers, to [`MOST`](Self::MOST).
 #[derive(Resource, Debug, Clone, Copy, PartialEq)]
-pub struct Stabilisation(pub f32);
+pub struct Stabilisation(pub(crate) f32);
 
 impl Stabilisation {
     /// None.

@@ -25,9 +25,9 @@ use crate::{
 #[derive(Resource, Debug, Clone, Copy, PartialEq)]
 pub struct WarmStart {
     /// Share of the earlier pressures \[-].
-    pub share: f32,
+    pub(crate) share: f32,
     /// Averaging window \[steps]: 1 uses the last step's pressures, n an exponential mean with weight 1/n.
-    pub steps: u32,
+    pub(crate) steps: u32,
 }
 
 /// The column of the mean pressures.
@@ -83,7 +83,8 @@ pub fn average_pressures(
 /// Columns are taken out of their resources and put back: a resource scope would record a removal in the world in
 /// every step, and these records are never cleared.
 pub(super) fn start(world: &mut World, share: f32) {
-    let mut positions = mem::take(&mut *world.resource_mut::<Positions>());
+    let of_step = &mut *world.resource_mut::<Positions>();
+    let mut positions = mem::replace(of_step, Positions(Vec::new()));
     let rows = positions.rows();
     put_terms(
         &mut positions,

@@ -9,7 +9,7 @@ use crate::{
     gauge,
     integrate::{self, Domain, GuardLimits, Motion},
     scene::{Outside, Scene, TimeStep},
-    state::{Phase, Product, Stage, Systems, chain, clock, failure::healthy, transfer, wrap},
+    state::{Phase, Product, Stage, Systems, chain, clock, failure::healthy, of_step, transfer, wrap},
     time_step::{self, adaptive, roll_back},
 };
 
@@ -65,7 +65,13 @@ fn systems(scene: &Scene) -> Systems {
         .iter()
         .map(|column| (column.check_unwritten)())
         .collect();
-    let guard = (transfer::check_rows, chain(unwritten), integrate::guard).chain();
+    let guard = (
+        transfer::check_rows,
+        of_step::check_unwritten,
+        chain(unwritten),
+        integrate::guard,
+    )
+        .chain();
     let guard = if moving::is_wanted(scene) && scene.pressure.iterations().is_some() {
         (guard, room::look_for_room.run_if(healthy)).chain()
     } else {

@@ -9,7 +9,7 @@ use crate::{
     scene::Scene,
     state::{
         Accelerations, Densities, Phase, Positions, PredictedPositions, PressureAccelerations,
-        Pressures, Product, Rows, Stage, Systems, Velocities, chain, transfer, wrap,
+        Pressures, Product, Rows, of_step::OfStep, Stage, Systems, Velocities, chain, transfer, wrap,
     },
 };
 
@@ -34,13 +34,14 @@ pub(super) const STAGE: Stage = Stage {
 fn install(world: &mut World, scene: &Scene) {
     flow::install(world, scene);
     world.init_resource::<Rows>();
-    world.init_resource::<Positions>();
-    world.init_resource::<PredictedPositions>();
-    world.init_resource::<Velocities>();
-    world.init_resource::<Densities>();
-    world.init_resource::<Pressures>();
-    world.init_resource::<Accelerations>();
-    world.init_resource::<PressureAccelerations>();
+    world.init_resource::<OfStep>();
+    world.insert_resource(Positions::empty());
+    world.insert_resource(PredictedPositions::empty());
+    world.insert_resource(Velocities::empty());
+    world.insert_resource(Densities::empty());
+    world.insert_resource(Pressures::empty());
+    world.insert_resource(Accelerations::empty());
+    world.insert_resource(PressureAccelerations::empty());
     if scene.stores_neighbours() {
         world.init_resource::<KernelGradients>();
     }

@@ -16,7 +16,8 @@ pub(crate) use candidates::expected as expected_of_mesh;
 pub(crate) use count::count;
 pub use layer::{beside_wall, grip_of_wall, layer_depth, layer_depths};
 pub use surfaces::sample;
-pub(crate) use surfaces::{for_each_sample, for_each_sample_of};
+pub(crate) use surfaces::{for_each_sample, for_each_sample_of, sample_boundary};
+pub(crate) use thin_parts::has_thin_parts;
 
 /// A boundary particle.
 #[derive(Debug, Clone, Copy, PartialEq)]

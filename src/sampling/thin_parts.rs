@@ -8,7 +8,7 @@ use super::{
     candidates::{CANDIDATES, for_each_point},
     front::Front,
 };
-use crate::mesh::Mesh;
+use crate::{mesh::Mesh, scene::MeshSide};
 
 /// Faces are the two sides of a thin part if the cosine between their normals is below this.
 const OPPOSITE: f64 = -0.5;
@@ -24,12 +24,8 @@ pub(super) fn fill_thin_parts(mesh: &Mesh, spacing: f32, depth: f64, front: &mut
     let guarded = GUARDED * spacing;
     let mut balls = Vec::new();
     for triangle in 0..mesh.triangles.len() {
-        let normal = mesh.normals[triangle];
-        // Slightly inside the triangle, where its own normal applies.
-        let corners = mesh.corners(triangle);
-        let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
-        let corners = corners.map(|corner| corner.lerp(middle, 1e-3));
-        for_each_point(corners, f64::from(spacing) / CANDIDATES, |point| {
+        let step = f64::from(spacing) / CANDIDATES;
+        for_each_inner_point(mesh, triangle, step, |point, normal| {
             if !front.covers(point.as_vec3(), normal.as_vec3(), guarded) {
                 balls.extend(Ball::largest(mesh, point, normal, depth));
             }
@@ -44,6 +40,38 @@ pub(super) fn fill_thin_parts(mesh: &Mesh, spacing: f32, depth: f64, front: &mut
             front.offer(ball.beside_rim(mesh, depth).sample());
         }
     }
+}
+
+/// Points per spacing of the surface that are asked whether the solid is thin behind them.
+const ASKED: f64 = 2.0;
+
+/// Whether two layers of samples have no room in a part of a mesh.
+pub(crate) fn has_thin_parts(mesh: &Mesh, spacing: f64, depth: f64) -> bool {
+    if mesh.heights.is_some() || mesh.side == MeshSide::Both {
+        return false;
+    }
+    (0..mesh.triangles.len()).any(|triangle| {
+        let mut is_thin = false;
+        for_each_inner_point(mesh, triangle, spacing / ASKED, |point, normal| {
+            let ball = || Ball::largest(mesh, point, normal, depth);
+            is_thin = is_thin || ball().is_none_or(|ball| ball.is_between);
+        });
+        is_thin
+    })
+}
+
+/// Points of a triangle, slightly inside it, where its own normal applies.
+fn for_each_inner_point(
+    mesh: &Mesh,
+    triangle: usize,
+    step: f64,
+    mut visit: impl FnMut(DVec3, DVec3),
+) {
+    let normal = mesh.normals[triangle];
+    let corners = mesh.corners(triangle);
+    let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
+    let corners = corners.map(|corner| corner.lerp(middle, 1e-3));
+    for_each_point(corners, step, |point| visit(point, normal));
 }
 
 /// The largest ball in the solid that touches its surface at a given point.

@@ -14,9 +14,9 @@ use crate::{
 #[derive(Resource, Debug, Clone, Default, PartialEq)]
 pub struct BodyForces {
     /// Those towards a point.
-    pub central: Vec<CentralForce>,
+    pub(crate) central: Vec<CentralForce>,
     /// Those over time.
-    pub tables: Vec<AccelerationTable>,
+    pub(crate) tables: Vec<AccelerationTable>,
 }
 
 impl BodyForces {

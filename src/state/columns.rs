@@ -31,49 +31,37 @@ pub const SENTINEL: Vec4 = Vec4::new(1e18, 1e18, 1e18, 0.0);
 pub(crate) const TOO_LARGE: f32 = 1e17;
 
 /// Positions \[m]; the fourth entry is the pressure term `p/ρ²` of the pressure force. A sentinel ends them.
-#[derive(Resource, Debug, Clone)]
-pub struct Positions(pub Vec<Vec4>);
+#[derive(Resource, Debug)]
+pub struct Positions(pub(crate) Vec<Vec4>);
 
 /// Velocities \[m/s]; the fourth entry is the density \[kg/m³] where viscosity wants it. A sentinel of zero
 /// ends them.
-#[derive(Resource, Debug, Clone)]
-pub struct Velocities(pub Vec<Vec4>);
+#[derive(Resource, Debug)]
+pub struct Velocities(pub(crate) Vec<Vec4>);
 
 /// Densities \[kg/m³; kg/m² in 2-D].
-#[derive(Resource, Debug, Clone, Default)]
-pub struct Densities(pub Vec<f32>);
+#[derive(Resource, Debug)]
+pub struct Densities(pub(crate) Vec<f32>);
 
 /// Pressures \[Pa].
-#[derive(Resource, Debug, Clone, Default)]
-pub struct Pressures(pub Vec<f32>);
+#[derive(Resource, Debug)]
+pub struct Pressures(pub(crate) Vec<f32>);
 
 /// Accelerations by all forces but pressure \[m/s²].
-#[derive(Resource, Debug, Clone, Default)]
-pub struct Accelerations(pub Vec<Vec3>);
+#[derive(Resource, Debug)]
+pub struct Accelerations(pub(crate) Vec<Vec3>);
 
 /// Accelerations by pressure \[m/s²].
-#[derive(Resource, Debug, Clone, Default)]
-pub struct PressureAccelerations(pub Vec<Vec3>);
+#[derive(Resource, Debug)]
+pub struct PressureAccelerations(pub(crate) Vec<Vec3>);
 
 /// Displacements of the step beside those by velocities \[m]. With methods that shift particles.
-#[derive(Resource, Debug, Default)]
-pub struct Displacements(pub Vec<Vec3>);
+#[derive(Resource, Debug)]
+pub struct Displacements(pub(crate) Vec<Vec3>);
 
 /// Positions at the end of the step \[m], while it is not certain that the step is good. A sentinel ends them.
-#[derive(Resource, Debug, Clone)]
-pub struct PredictedPositions(pub Vec<Vec4>);
-
-impl Default for PredictedPositions {
-    fn default() -> Self {
-        Self(vec![SENTINEL])
-    }
-}
-
-impl Default for Positions {
-    fn default() -> Self {
-        Self(vec![SENTINEL])
-    }
-}
+#[derive(Resource, Debug)]
+pub struct PredictedPositions(pub(crate) Vec<Vec4>);
 
 impl Positions {
     /// The positions without the sentinel.
@@ -84,12 +72,6 @@ impl Positions {
     /// Number of fluid particles.
     pub fn rows(&self) -> usize {
         self.0.len().saturating_sub(1)
-    }
-}
-
-impl Default for Velocities {
-    fn default() -> Self {
-        Self(vec![Vec4::ZERO])
     }
 }
 

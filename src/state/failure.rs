@@ -45,7 +45,6 @@ impl Failure {
                 | FailureCause::ListsTooLong(_)
                 | FailureCause::NotInstalled { .. }
                 | FailureCause::LacksResource { .. }
-                | FailureCause::Resized { .. }
                 | FailureCause::Constant { .. }
                 | FailureCause::Time { .. }
                 | FailureCause::TimeStep { .. }
@@ -74,6 +73,12 @@ impl Failure {
         if self.cause.is_some() {
             self.cause = Some(cause);
         }
+    }
+
+    /// The same where the cause is not that of a particle.
+    pub(crate) fn explain_without_particle(&mut self, cause: FailureCause) {
+        self.explain(cause);
+        (self.row, self.particle) = (None, None);
     }
 
     /// Takes the failure away, and says what it was and of which particle.
@@ -146,19 +151,6 @@ pub enum FailureCause {
     LacksResource {
         /// Name of the resource.
         resource: String,
-    },
-    /// A system changed the length of a column in the middle of the step.
-    #[error(
-        "a system changed the length of `{column}` in the middle of the step, to {found} of {expected} entries; a host \
-         may add to its values, by row, and not to its rows"
-    )]
-    Resized {
-        /// The column's resource.
-        column: &'static str,
-        /// Its length.
-        found: usize,
-        /// What it must be.
-        expected: usize,
     },
     /// A constant of the fluid that a host wrote is none.
     #[error("`Material::{constant}` is {value}, which a host wrote; it must be {wanted}")]

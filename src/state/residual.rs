@@ -13,14 +13,14 @@ use super::{
 #[derive(Resource, Debug, Default)]
 pub struct SolverState {
     /// Iterations done; 0 for methods that do not iterate.
-    pub iterations: u32,
+    pub(crate) iterations: u32,
     /// Iterations of the divergence solve; 0 for methods without one.
-    pub divergence_iterations: u32,
+    pub(crate) divergence_iterations: u32,
     /// Whether the force of the pressure terms beside the positions is to be summed: not before the first correction of
     /// a cold start, and not where it is known.
     pub(crate) wants_force: bool,
     /// Density error that remains.
-    pub error: DensityError,
+    pub(crate) error: DensityError,
     /// What a solve has to get right: the part of it that this step has to remove, and where pressures may be too high
     /// also the density that is missing in particles that have one.
     pub(crate) residual: DensityError,
@@ -85,6 +85,16 @@ pub(crate) struct Corrected {
 }
 
 impl SolverState {
+    /// Iterations done; 0 for methods that do not iterate.
+    pub fn iterations(&self) -> u32 {
+        self.iterations
+    }
+
+    /// Density error that remains.
+    pub fn error(&self) -> DensityError {
+        self.error
+    }
+
     /// Before the first iteration of a solve, which begins with a force if there is a pressure.
     pub(crate) fn begin(&mut self, has_pressure: bool, overshoots: bool) {
         (self.iterations, self.wants_force) = (0, has_pressure);

@@ -6,9 +6,9 @@ use bevy_ecs::{change_detection::Tick, prelude::*};
 #[derive(Resource, Debug, Clone)]
 pub struct Rows {
     /// The entity of every row.
-    pub entities: Vec<Entity>,
+    pub(crate) entities: Vec<Entity>,
     /// Whether rows named other particles before. What earlier steps left behind by row is of no use then.
-    pub changed: bool,
+    pub(crate) changed: bool,
     /// How often the columns were gathered.
     pub(crate) generation: u64,
     /// When the columns were gathered: what changes in the tables between then and their new state would be lost.
@@ -27,6 +27,11 @@ impl Default for Rows {
 }
 
 impl Rows {
+    /// The particles in the order of the rows.
+    pub fn entities(&self) -> &[Entity] {
+        &self.entities
+    }
+
     /// The particle of a row.
     pub fn entity_of(&self, row: usize) -> Option<Entity> {
         self.entities.get(row).copied()

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::{
     column::{in_order, refuse_lack},
-    columns::{Positions, PredictedPositions, SENTINEL, Velocities},
+    columns::{PredictedPositions, SENTINEL},
     execution::{CHUNK, Execution},
     failure::{Failure, FailureCause},
     particle::{Fluid, ParticleId, Position},
@@ -60,24 +60,9 @@ pub fn gather_rows(
 pub fn check_rows(
     fluid: Query<Entity, With<Fluid>>,
     rows: Res<Rows>,
-    columns: (Res<Positions>, Res<Velocities>),
     mut failure: ResMut<Failure>,
     execution: Res<Execution>,
 ) {
-    // With the sentinel.
-    let expected = rows.entities.len() + 1;
-    let lengths = [
-        ("Positions", columns.0.0.len()),
-        ("Velocities", columns.1.0.len()),
-    ];
-    if let Some((column, found)) = lengths.into_iter().find(|column| column.1 != expected) {
-        let cause = FailureCause::Resized {
-            column,
-            found,
-            expected,
-        };
-        return failure.record(cause, None);
-    }
     let mut first = 0;
     let mut same = true;
     let tables = fluid.contiguous_iter().into_iter().flatten();

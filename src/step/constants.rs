@@ -4,8 +4,7 @@
 use bevy_ecs::prelude::*;
 
 use crate::state::{
-    Accelerations, CHUNK, Execution, Failure, FailureCause, Material, Positions, Rows, TOO_LARGE,
-    Velocities,
+    Accelerations, CHUNK, Execution, Failure, FailureCause, Material, TOO_LARGE, of_step::OfStep,
 };
 use rayon::prelude::*;
 
@@ -58,26 +57,9 @@ fn refusal(now: &Material, before: &Material) -> Option<FailureCause> {
 /// Looks at what a host may have written to accelerations (before the stage `pressure`).
 pub(super) fn check_accelerations(
     accelerations: Res<Accelerations>,
-    positions: Res<Positions>,
-    rows: Res<Rows>,
     execution: Res<Execution>,
     mut failure: ResMut<Failure>,
 ) {
-    // The engine gives accelerations as many rows as there are positions: those are the cause.
-    let rows = rows.entities.len();
-    let columns = [
-        ("Positions", positions.0.len(), rows + 1),
-        ("Accelerations", accelerations.0.len(), rows),
-    ];
-    let resized = columns.into_iter().find(|column| column.1 != column.2);
-    if let Some((column, found, expected)) = resized {
-        let cause = FailureCause::Resized {
-            column,
-            found,
-            expected,
-        };
-        return failure.record(cause, None);
-    }
     // A value that is not a number is not below either.
     let bad = |a: &glam::Vec3| !a.abs().cmplt(glam::Vec3::splat(TOO_LARGE)).all();
     let chunks = accelerations.0.par_chunks(CHUNK).enumerate();
@@ -88,18 +70,9 @@ pub(super) fn check_accelerations(
     }
 }
 
-/// A column whose length a host has changed in the middle of a step, if there is one.
-pub(super) fn resized(world: &World) -> Option<FailureCause> {
-    // With the sentinel. Other columns may be as long as in an earlier step.
-    let expected = world.get_resource::<Rows>()?.entities.len() + 1;
-    let positions = world.get_resource::<Positions>()?.0.len();
-    let velocities = world.get_resource::<Velocities>()?.0.len();
-    let columns = [("Positions", positions), ("Velocities", velocities)];
-    columns.into_iter().find_map(|(column, found)| {
-        (found != expected).then_some(FailureCause::Resized {
-            column,
-            found,
-            expected,
-        })
-    })
+/// What a host has spoilt in the middle of a step in which an engine's system panicked, if there is something.
+pub(super) fn spoilt(world: &World) -> Option<FailureCause> {
+    let of_step = world.get_resource::<OfStep>()?;
+    let (material, clock) = (world.get_resource()?, world.get_resource()?);
+    of_step.written(material, clock)
 }

@@ -25,6 +25,7 @@ use crate::{
     state::{
         Phase, Systems, chain, clock,
         failure::{self, healthy},
+        of_step,
         start_task_threads,
     },
     time_step::roll_back,
@@ -78,7 +79,15 @@ pub(super) fn build_schedules(
         start_task_threads(threads).map_err(InstallError::TaskThreads)?;
     }
     step.set_executor(StepExecutor::new(parallel));
-    let mut configs = vec![(clock::begin, check_constants.run_if(healthy), start_timer).chain()];
+    let mut configs = vec![
+        (
+            clock::begin,
+            check_constants.run_if(healthy),
+            of_step::note,
+            start_timer,
+        )
+            .chain(),
+    ];
     if gauge::measures_energy(scene) {
         configs.push(gauge::note_start.run_if(healthy));
     }
@@ -94,7 +103,8 @@ pub(super) fn build_schedules(
     if moving::is_wanted(scene) {
         configs.push(room::explain_no_room.in_set(Phase::Observe));
     }
-    configs.push(failure::locate_failure.in_set(Phase::Observe));
+    let located = (of_step::explain, failure::locate_failure).chain();
+    configs.push(located.in_set(Phase::Observe));
     if matches!(scene.time_step, TimeStep::Adaptive(_)) {
         configs.push(roll_back::roll_back.in_set(Phase::Observe));
         if has_gauges {

@@ -5,7 +5,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use bevy_ecs::prelude::*;
 
 use super::{
-    constants::resized,
+    constants::spoilt,
     report::{StepOutcome, StepReport},
     schedule::{Labels, SingleThreadedStep, Step},
     uninstall::{is_running, lost_resource, set_running},
@@ -62,7 +62,7 @@ fn run_step(world: &mut World) -> Result<(), StepError> {
     set_running(world, false);
     match ran {
         // The engine's own systems panic where a host's system has taken their data away.
-        Ok(Ok(Err(panic))) => match resized(world).or_else(|| what_is_missing(world)) {
+        Ok(Ok(Err(panic))) => match spoilt(world).or_else(|| what_is_missing(world)) {
             Some(cause) => Err(refused(world, cause)),
             None => resume_unwind(panic),
         },

@@ -11,7 +11,7 @@ use crate::state::Phase;
 pub struct PhaseTimer {
     last: Instant,
     /// One entry per phase, in the order of [`Phase::ALL`].
-    pub seconds: [f64; Phase::ALL.len()],
+    pub(crate) seconds: [f64; Phase::ALL.len()],
 }
 
 impl Default for PhaseTimer {

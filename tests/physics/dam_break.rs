@@ -227,8 +227,8 @@ fn time_step_obeys_its_limits_and_nothing_moves_more_than_half_the_support() {
             assert!(dt <= 1.1 * last * slack, "growth, step {}", report.step);
             assert!(constant.iter().all(|(_, limit)| dt <= limit * slack), "step {}", report.step);
             let motion = dam.world().resource::<Motion>();
-            assert_eq!(motion.max_speed, report.max_speed);
-            (speed, acceleration, last) = (motion.max_speed, motion.max_acceleration, dt);
+            assert_eq!(motion.max_speed(), report.max_speed);
+            (speed, acceleration, last) = (motion.max_speed(), motion.max_acceleration(), dt);
             for particle in particles_of(dam) {
                 let way = before.insert(particle.entity, particle.position);
                 farthest = farthest.max(way.expect("the particle").distance(particle.position));
@@ -304,7 +304,7 @@ fn kinetic_energy(corner: f64, pressure: &str) -> f64 {
         simulation.step().expect("a good step");
     }
     let motion = simulation.world().resource::<Motion>();
-    motion.kinetic_energy
+    motion.kinetic_energy()
 }
 
 #[test]

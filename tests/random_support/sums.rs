@@ -47,18 +47,18 @@ pub(crate) fn watch(simulation: &mut Simulation) {
             rows.map(|x| x.truncate().as_dvec3()).collect()
         };
         let dt = f64::from(clock.dt);
-        let force = |row: usize| (forces.0.0[row] + forces.1.0[row]).as_dvec3();
-        let terms = terms.iter().flat_map(|terms| &terms.0);
-        let pressure = terms.zip(&forces.1.0);
-        let velocities = points(&velocities.0).into_iter().enumerate();
+        let force = |row: usize| (forces.0[row] + forces.1[row]).as_dvec3();
+        let terms = terms.iter().flat_map(|terms| terms.acted());
+        let pressure = terms.zip(forces.1.iter());
+        let velocities = points(&velocities).into_iter().enumerate();
         *out = Columns {
             dt,
-            positions: points(&positions.0),
-            predicted: points(&predicted.0),
+            positions: points(&positions),
+            predicted: points(&predicted),
             velocities: velocities.map(|(row, v)| v + dt * force(row)).collect(),
-            densities: densities.0.clone(),
+            densities: densities.to_vec(),
             pressure: pressure
-                .map(|(term, a)| (a.as_dvec3(), term.acted.into()))
+                .map(|(term, a)| (a.as_dvec3(), term.into()))
                 .collect(),
         };
     }

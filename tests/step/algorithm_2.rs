@@ -24,12 +24,12 @@ fn the_last_correction_acts_only_where_the_scene_asks_for_it() {
         let mut simulation = simulation(&scene(last_correction));
         run(&mut simulation, 5);
         let world = simulation.world_mut();
-        assert!(world.resource::<Pressures>().0.iter().any(|&p| p > 0.0));
+        assert!(world.resource::<Pressures>().iter().any(|&p| p > 0.0));
         // The columns still contain the positions of the step, with the last corrected pressures.
-        let acted = world.resource::<PressureAccelerations>().0.clone();
+        let acted = world.resource::<PressureAccelerations>().to_vec();
         world.run_system_cached(pressure_force).expect("it runs");
-        let corrected = &world.resource::<PressureAccelerations>().0;
-        assert_eq!(acted == *corrected, last_correction);
+        let corrected = world.resource::<PressureAccelerations>();
+        assert_eq!(acted == **corrected, last_correction);
     }
 }
 

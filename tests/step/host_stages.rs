@@ -17,10 +17,10 @@ struct Blown(u32);
 
 fn blow(velocities: Res<Velocities>, mut a: ResMut<Accelerations>, mut blown: ResMut<Blown>) {
     // Gravity was added before, and pressure comes after; viscosity does not change the sum.
-    let mean = a.0.iter().map(|a| a.y).sum::<f32>() / a.0.len() as f32;
+    let mean = a.iter().map(|a| a.y).sum::<f32>() / a.len() as f32;
     assert!((mean + 9.81).abs() < 0.1, "{mean}");
-    a.0.iter_mut()
-        .zip(&velocities.0)
+    a.iter_mut()
+        .zip(velocities.iter())
         .for_each(|(a, v)| a.x += 50.0 - v.x);
     blown.0 += 1;
 }

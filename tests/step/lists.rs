@@ -41,7 +41,7 @@ fn lists_of_every_step_are_those_of_brute_force() {
         let world = simulation.world();
         let positions = world.resource::<Positions>();
         let walls = world.resource::<BoundarySamples>();
-        let grid = world.resource::<FluidIndex>().structure.grid();
+        let grid = world.resource::<FluidIndex>().structure().grid();
         let brute = |points| {
             let mut index = BruteForce::new(grid.clone());
             index.rebuild(points, &execution).expect("no box");
@@ -51,7 +51,7 @@ fn lists_of_every_step_are_those_of_brute_force() {
         let mut lists = NeighbourLists::default();
         let fluid = Search::among_themselves(&of, positions.points());
         search(&fluid, &mut lists, &execution).expect("short lists");
-        let found = &world.resource::<FluidNeighbours>().lists;
+        let found = world.resource::<FluidNeighbours>().lists();
         assert_same(found, &lists, positions.rows(), step);
         let boundary = Search {
             among: &walls_of,
@@ -60,7 +60,7 @@ fn lists_of_every_step_are_those_of_brute_force() {
             ..fluid
         };
         search(&boundary, &mut lists, &execution).expect("short lists");
-        let found = &world.resource::<BoundaryNeighbours>().0;
+        let found = world.resource::<BoundaryNeighbours>().lists();
         assert_same(found, &lists, positions.rows(), step);
     }
 }

@@ -13,6 +13,7 @@ mod flow;
 mod guard;
 mod host;
 mod host_columns;
+mod host_resources;
 mod host_spoils;
 mod host_stages;
 mod host_systems;

@@ -69,12 +69,12 @@ fn sums_the_first_force(simulation: &Simulation) -> bool {
 fn everything(simulation: &mut Simulation) -> (Vec<[u32; 6]>, Vec<u32>, [u32; 4]) {
     let world = simulation.world_mut();
     let state = bits(world);
-    let pressures = &world.resource::<Pressures>().0;
+    let pressures = world.resource::<Pressures>();
     let pressures = pressures.iter().map(|p| p.to_bits()).collect();
     let solve = world.resource::<SolverState>();
     let dt = world.resource::<Clock>().dt.to_bits();
-    let DensityError { largest, mean, .. } = solve.error;
-    let said = [solve.iterations, largest.to_bits(), mean.to_bits(), dt];
+    let DensityError { largest, mean, .. } = solve.error();
+    let said = [solve.iterations(), largest.to_bits(), mean.to_bits(), dt];
     (state, pressures, said)
 }
 

@@ -32,7 +32,7 @@ const SLOW_DOWN: Stage = Stage {
     makes: &[Product::Forces],
     ..Stage::new("slow_down", Phase::Forces, |_| {
         let slow = |mut accelerations: ResMut<Accelerations>, velocities: Res<Velocities>| {
-            for (a, v) in accelerations.0.iter_mut().zip(&velocities.0) {
+            for (a, v) in accelerations.iter_mut().zip(velocities.iter()) {
                 *a -= DRAG * v.truncate();
             }
         };

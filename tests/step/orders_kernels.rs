@@ -85,7 +85,7 @@ const NOTE: Stage = Stage {
     install: |world, _| world.insert_resource(Noted::default()),
     ..Stage::new("note", overfall::Phase::Forces, |_| {
         let note = |mut noted: ResMut<Noted>, accelerations: Res<Accelerations>| {
-            noted.0.clone_from(&accelerations.0);
+            noted.0 = accelerations.to_vec();
         };
         note.into_configs()
     })

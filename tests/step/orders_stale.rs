@@ -34,7 +34,7 @@ fn stale_neighbours_are_kept_between_the_steps_that_find_them() {
     let mut pairs = Vec::new();
     for _ in 0..40 {
         run(&mut simulation, 1);
-        let lists = &simulation.world().resource::<FluidNeighbours>().lists;
+        let lists = simulation.world().resource::<FluidNeighbours>().lists();
         let rows = common::DAM_PARTICLES;
         pairs.push(
             (0..rows)
@@ -84,7 +84,7 @@ fn particles_may_come_and_go_while_neighbours_are_stale() {
         );
         let h = scene.support_radius();
         for row in 0..positions.rows() {
-            for &other in lists.lists.of(row) {
+            for &other in lists.lists().of(row) {
                 let distance = positions.points()[row].distance(positions.points()[other as usize]);
                 assert!(distance < 1.5 * h, "{row} and {other}: {distance}");
             }

@@ -60,7 +60,7 @@ fn entities(simulation: &mut Simulation) -> Vec<Entity> {
 /// Lengths of the tables with fluid, and the keys of their rows.
 fn tables(world: &mut World) -> Vec<Vec<u64>> {
     let mut fluid = world.query_filtered::<&Position, With<Fluid>>();
-    let grid = world.resource::<FluidIndex>().structure.grid();
+    let grid = world.resource::<FluidIndex>().structure().grid();
     let cells: Vec<Vec<IVec3>> = fluid
         .contiguous_iter(world)
         .expect("table components")

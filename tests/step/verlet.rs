@@ -69,7 +69,7 @@ fn assert_complete(simulation: &Simulation, scene: &Scene, what: &str) {
     let world = simulation.world();
     let points = world.resource::<Positions>().points();
     let walls = world.get_resource::<BoundarySamples>();
-    let lists = &world.resource::<FluidNeighbours>().lists;
+    let lists = world.resource::<FluidNeighbours>().lists();
     let period = scene.period();
     // Distances at the support itself are rounded, and kernels are zero there.
     let h = scene.support_radius() * (1.0 - 1e-4);
@@ -84,7 +84,7 @@ fn assert_complete(simulation: &Simulation, scene: &Scene, what: &str) {
         let samples = walls.map_or(&[][..], |walls| walls.points());
         let list = world.get_resource::<BoundaryNeighbours>();
         for (sample, _) in (0..).zip(samples).filter(|(_, y)| is_near(x, **y)) {
-            let list = list.expect("walls").0.of(row);
+            let list = list.expect("walls").lists().of(row);
             assert!(list.contains(&sample), "{row} and sample {sample}: {what}");
         }
     }
@@ -103,7 +103,7 @@ fn kept_lists_hold_every_pair_in_every_step_and_are_found_seldom() {
             let what = format!("step {step}, {structure:?}, {:?}", scene.periodic);
             assert_complete(&simulation, &scene, &what);
         }
-        let searches = simulation.world().resource::<KeptLists>().searches;
+        let searches = simulation.world().resource::<KeptLists>().searches();
         // Fluid that enters brings new rows, and an adaptive step is as long as particles may move.
         let is_calm = scene.emitters.is_empty() && matches!(scene.time_step, TimeStep::Fixed(_));
         let most = if is_calm { calls / 2 } else { calls + 1 };
@@ -250,7 +250,7 @@ fn threads_and_executors_change_no_bit_of_kept_lists() {
 /// Numbers and bits of the particles in the order of the rows, and the step.
 fn rows(simulation: &mut Simulation) -> (u64, u64, Vec<[u32; 7]>) {
     let time = simulation.time().to_bits();
-    let searches = simulation.world().resource::<KeptLists>().searches;
+    let searches = simulation.world().resource::<KeptLists>().searches();
     let world = simulation.world_mut();
     let mut fluid = world.query_filtered::<(&ParticleId, &Position, &Velocity), With<Fluid>>();
     let of = |(id, x, v): (&ParticleId, &Position, &Velocity)| {

@@ -34,9 +34,9 @@ pub(super) struct Particles {
 pub(super) fn places(scene: &Scene, meshes: &[Option<Mesh>]) -> Result<Vec<Particles>, Problem> {
     let spacing = f64::from(scene.spacing);
     let mut bodies = Vec::with_capacity(scene.bodies.len());
-    for (index, body) in scene.bodies.iter().enumerate() {
+    let lattices = filling::lattices(scene, meshes);
+    for ((index, body), lattice) in scene.bodies.iter().enumerate().zip(lattices) {
         let path = format!("bodies.{index}.shape");
-        let lattice = filling::lattice(body, scene, meshes);
         let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         lattice.for_each(|point| {
             min = min.min(point);

@@ -10,7 +10,7 @@ use glam::{IVec3, Vec3};
 use super::{
     BoundarySample,
     ground::sample_ground,
-    layer::{has_room, layer_depths, radius_of_layer},
+    layer::{has_room, layer_depth, layer_depths, radius_of_layer},
     mesh::sample_mesh,
     round::{self, Row},
 };
@@ -53,6 +53,19 @@ pub(crate) fn for_each_sample_of(
                 let mut put = |sample| put(BoundarySample { depth, ..sample });
                 sample_shape(shape, lattice, (depth, layer == 0), &mut put)
             })
+    })
+}
+
+/// Places of the nearest layer of samples of one boundary \[m].
+pub(crate) fn sample_boundary(
+    shape: &BoundaryShape,
+    scene: &Scene,
+    put: &mut dyn FnMut(Vec3),
+) -> Result<(), MeshError> {
+    let period = scene.period();
+    let lattice = (scene.dimension, scene.spacing, &period);
+    sample_shape(shape, lattice, (layer_depth(scene), true), &mut |sample| {
+        put(sample.position);
     })
 }
 
