@@ -32,6 +32,15 @@ fn of_process() -> u64 {
     u64::MAX
 }
 
+/// Whether the process can have so many bytes more. Nothing is written, so that no page of them is ever used.
+pub(crate) fn is_left(bytes: usize) -> bool {
+    let mut room: Vec<u8> = Vec::new();
+    // Else a compiler may leave the allocation out, and take it for granted.
+    std::hint::black_box(&mut room)
+        .try_reserve_exact(bytes)
+        .is_ok()
+}
+
 /// A number of bytes in words.
 pub(crate) fn in_words(bytes: f64) -> String {
     match bytes {

@@ -37,12 +37,18 @@ impl Painter {
 
     /// Draws a frame into a PNG file.
     pub(super) fn paint(&self, frame: &Frame, path: &Path) -> Result<(), OutputError> {
-        self.draw(frame, None).write_png(path)
+        self.draw(frame, None)?.write_png(path)
+    }
+
+    /// Fails if there is no memory to draw a frame of so many particles.
+    pub(super) fn check_memory(&self, particles: usize) -> Result<(), OutputError> {
+        self.view.check_memory(particles)
     }
 
     /// Draws a frame; some colours need the frame before.
-    fn draw(&self, frame: &Frame, before: Option<&Frame>) -> Image {
-        (self.execution).install(|| draw_after(frame, before, &self.view))
+    fn draw(&self, frame: &Frame, before: Option<&Frame>) -> Result<Image, OutputError> {
+        self.check_memory(frame.positions.len())?;
+        Ok((self.execution).install(|| draw_after(frame, before, &self.view)))
     }
 
     /// The same painter with other looks, for these frames.
@@ -84,7 +90,7 @@ pub(super) fn picture(options: &options::Picture) -> Result<Exit, Failure> {
     for (number, path) in &frames {
         let frame = Frame::read(path).map_err(cannot_read)?;
         (claims.claim(&folder::picture(*number)))
-            .and_then(|path| painter.draw(&frame, before.as_ref()).write_png(&path))
+            .and_then(|path| painter.draw(&frame, before.as_ref())?.write_png(&path))
             .map_err(cannot_write)?;
         before = Some(frame);
     }
@@ -131,13 +137,18 @@ fn sheet(painter: Painter, frames: &[(u64, PathBuf)], claims: &Claims) -> Result
         let before = index
             .checked_sub(1)
             .map(|before| Frame::read(&frames[before].1));
-        Ok(painter.draw(&frame, before.transpose()?.as_ref()))
+        painter.draw(&frame, before.transpose()?.as_ref())
     };
     let images = evenly_spaced(frames.len(), SHEET_PICTURES)
         .into_iter()
         .map(picture)
         .collect::<Result<Vec<_>, _>>()
         .map_err(cannot_read)?;
+    if let Some(first) = images.first() {
+        first
+            .check_memory_of_sheet(images.len())
+            .map_err(cannot_write)?;
+    }
     let sheet = contact_sheet(&images, SHEET_COLUMNS);
     claims
         .claim(CONTACT_SHEET)

@@ -67,6 +67,9 @@ impl Recorder {
         let (sender, receiver) = sync_channel(WAITING);
         let pictures = scene.output.pictures;
         let painter = pictures.then(|| Painter::new(scene, execution.clone()));
+        // Before the steps rather than after the first of them.
+        let room = painter.as_ref().map(|painter| painter.check_memory(0));
+        room.transpose().map_err(cannot_write)?;
         let formats = scene.output.formats.clone();
         let series = if formats.contains(&FrameFormat::Vtu) {
             claims.claim(&folder.series()).map_err(cannot_write)?

@@ -290,6 +290,8 @@ impl Work<'_> {
         let execution = Execution::new(1).map_err(|error| {
             Failure::Failed(format!("cannot start a thread to draw with: {error}"))
         })?;
+        view.check_memory(surface.triangles.len())
+            .map_err(cannot_write)?;
         let drawn = execution.install(|| draw_surface(surface, view));
         (self.claims.claim(&picture(number)))
             .and_then(|path| drawn.write_png(&path))

@@ -44,6 +44,20 @@ pub enum OutputError {
         /// Particles of the frame.
         particles: usize,
     },
+    /// A picture takes more memory while it is drawn than the process can have.
+    #[error(
+        "a picture of {width} × {height} pixels: drawing it takes about {needed} of memory, which the process cannot \
+         have; run with `--no-pictures`, and draw the pictures later with `overfall picture`, or raise the limit \
+         (`ulimit -v`)"
+    )]
+    NoMemory {
+        /// Width \[pixels].
+        width: usize,
+        /// Height \[pixels].
+        height: usize,
+        /// What it takes, in words.
+        needed: String,
+    },
     /// More vertices or corners of a surface than its file can number.
     #[error(
         "a surface of {vertices} vertices or corners is more than a file can number (2147483647); make its cubes larger"

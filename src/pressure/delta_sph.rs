@@ -81,6 +81,13 @@ impl PressureSolver for DeltaSph {
         PressureMethod::DeltaSph(*self)
     }
 
+    /// The initial pressure is solved for. Of the errors of the summed density that remain, pressures take up a part
+    /// only, as diffusion smooths them within the time that sound needs for the support radius.
+    fn energy_of_error(&self, scene: &Scene, error: f32) -> f64 {
+        let speed = f64::from(RETURN * self.sound_speed_in(scene) * error);
+        0.5 * speed * speed
+    }
+
     fn columns(&self) -> &'static [Column] {
         const {
             let [a, b, c, d] = *implicit::COLUMNS;

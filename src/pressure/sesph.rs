@@ -59,6 +59,12 @@ impl PressureSolver for Sesph {
         PressureMethod::Sesph(*self)
     }
 
+    fn energy_of_error(&self, scene: &Scene, error: f32) -> f64 {
+        let rest_density = f64::from(scene.fluid.rest_density);
+        let density = rest_density * (1.0 + f64::from(error));
+        EquationOfState(self.equation).energy(density, rest_density)
+    }
+
     fn columns(&self) -> &'static [Column] {
         &[]
     }

@@ -105,6 +105,12 @@ pub(crate) trait PressureSolver {
         None
     }
 
+    /// Energy that pressure makes of an error of the summed density `(ρ − ρ0)/ρ0` at the start \[J/kg]; none for a
+    /// method without an equation of state.
+    fn energy_of_error(&self, _: &Scene, _error: f32) -> f64 {
+        0.0
+    }
+
     /// How walls act on the fluid beside them.
     fn beside_wall(&self, scene: &Scene) -> BesideWall {
         sampling::beside_wall(scene)

@@ -26,6 +26,8 @@ pub struct StartDensity {
     pub place: Vec3,
     /// Mean of `max(0, (ρ − ρ0)/ρ0)` over all particles \[-].
     pub mean_error: f32,
+    /// Mean energy that pressure makes of the errors \[J/kg]; 0 for a method without an equation of state.
+    pub mean_energy: f64,
     /// Distance from that particle to the nearest other one, of the fluid or of a wall \[spacings]; infinite if there
     /// is none. In a lattice it is 1, beside a wall about as much.
     pub nearest: f32,
@@ -68,8 +70,8 @@ impl fmt::Display for Burst {
         write!(
             f,
             "the fluid starts {:.1} % above its rest density on average, which with a speed of sound of \
-             {sound_speed:.3} m/s throws it apart with about {speed:.3} m/s, and the scene has {expected:.3} m/s; a \
-             smaller `jitter.amplitude`, a softer fluid, or a method that works density errors off (`pressure: Dfsph`)",
+             {sound_speed:.3} m/s throws it apart with about {speed:.3} m/s on average, single particles with three \
+             times as much, and the scene has {expected:.3} m/s; a smaller `jitter.amplitude`, a softer fluid, or a method that works density errors off (`pressure: Dfsph`)",
             100.0 * mean_error
         )
     }

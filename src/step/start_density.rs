@@ -39,6 +39,9 @@ pub(super) fn of(
     let first = errors.first().copied().unwrap_or_default();
     let (place, max_error) = errors.iter().fold(first, larger);
     let sum: f64 = errors.iter().map(|(_, error)| f64::from(*error)).sum();
+    let solver = scene.pressure.solver();
+    let energy = errors.iter().map(|(_, error)| solver.energy_of_error(scene, *error));
+    let energy: f64 = energy.sum();
     let walls = walls.map_or(&[][..], BoundarySamples::points);
     let particles = (seeds.iter().map(|seed| seed.position))
         .chain(walls.iter().map(|sample| sample.truncate()));
@@ -47,6 +50,7 @@ pub(super) fn of(
         place,
         nearest: nearest(scene, place, particles),
         mean_error: (sum / errors.len().max(1) as f64) as f32,
+        mean_energy: energy / errors.len().max(1) as f64,
     };
     allowed(scene, found)
 }

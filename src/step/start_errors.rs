@@ -24,12 +24,9 @@ pub(super) fn allowed(scene: &Scene, found: StartDensity) -> Result<StartDensity
     }
 }
 
-/// Root of the mean square of a normally distributed error over the mean of its positive part, `sqrt(π)` for the part
-/// of the energy that compression stores.
-const SPREAD: f32 = 1.77;
-
-/// Speed over the expected one from which fluid that bursts is refused \[-].
-const LARGEST_BURST: f32 = 1.5;
+/// Mean speed over the largest one expected from which fluid that bursts is refused \[-]: the burst is then all that is
+/// seen.
+const LARGEST_BURST: f32 = 1.0;
 
 /// What an equation of state makes of the density errors of a start. None without one, and in a scene that expects no
 /// speed.
@@ -39,7 +36,7 @@ pub(super) fn burst(scene: &Scene, found: &StartDensity) -> Option<Burst> {
     let burst = Burst {
         mean_error: found.mean_error,
         sound_speed,
-        speed: SPREAD * sound_speed * found.mean_error,
+        speed: (2.0 * found.mean_energy).sqrt() as f32,
         expected,
     };
     (expected > 0.0).then_some(burst)

@@ -81,9 +81,11 @@ fn of(
         max_error: 0.0,
         place: low.as_vec3(),
         mean_error: 0.0,
+        mean_energy: 0.0,
         nearest: f32::INFINITY,
     };
-    let (mut sum, mut particles) = (0.0, 0_usize);
+    let solver = scene.pressure.solver();
+    let (mut sum, mut energy, mut particles) = (0.0, 0.0, 0_usize);
     for k in 0..count {
         let slab = Slab {
             axis,
@@ -104,6 +106,7 @@ fn of(
         let before = found.max_error;
         for (place, error) in &errors[..targets] {
             sum += f64::from(*error);
+            energy += solver.energy_of_error(scene, *error);
             if *error > found.max_error {
                 (found.max_error, found.place) = (*error, *place);
             }
@@ -116,6 +119,7 @@ fn of(
         }
     }
     found.mean_error = (sum / particles.max(1) as f64) as f32;
+    found.mean_energy = energy / particles.max(1) as f64;
     Ok(found)
 }
 

@@ -20,4 +20,6 @@ mod periodic;
 mod readers;
 mod schema;
 mod slips;
+mod starts;
+mod thin_cut;
 mod turned;

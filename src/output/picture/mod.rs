@@ -16,6 +16,7 @@ mod legend;
 mod projection;
 mod quantity;
 mod raster;
+mod room;
 mod shade;
 mod sheet;
 mod solid;
