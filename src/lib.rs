@@ -32,17 +32,20 @@
 //! Systems of a host join the schedule [`Step`], ordered relative to [`Phase`]s, or are stages of their own
 //! ([`Stages`](step::Stages)), which an order file may name. A host may write:
 //!
-//! - Between steps, before `Phase::RebuildIndex` and after `Phase::Reorder`: all components of particles, and
-//!   resources. It may also spawn, despawn and tag particles, with commands too. After moving boundary particles it
-//!   calls [`boundary::refresh_boundary`].
+//! - Between steps: the constants in [`Material`](step::Material), and [`Clock`](step::Clock).
+//! - Between steps, before `Phase::RebuildIndex` and after `Phase::Reorder`: all components of particles. It may also
+//!   spawn, despawn and tag particles, with commands too. After moving boundary particles it calls
+//!   [`boundary::refresh_boundary`].
 //! - After `Phase::Forces` and before `Phase::Pressure`: it may add to [`Accelerations`](step::Accelerations), by row;
-//!   [`Rows`](step::Rows) maps rows to particles.
+//!   [`Rows`](step::Rows) maps rows to particles. What it adds before is lost, because `Phase::Forces` begins at zero;
+//!   what it adds later moves particles, and no pressure answers.
 //! - After `Phase::RebuildIndex` and before `Phase::Integrate`: nothing of the particles, because the step has read
 //!   them and will write them.
 //! - After `Phase::Integrate` and before `Phase::Reorder`: components of particles, from which the next step starts. It
 //!   may not spawn, despawn or tag.
 //!
-//! Other writes are refused and never lost silently: the step fails with
+//! All other columns, lists and indexes can only be read: there is no public way to write them. Other writes to
+//! components and constants are refused and never lost silently: the step fails with
 //! [`FailureCause::Overwritten`](step::FailureCause::Overwritten) or
 //! [`ParticlesChanged`](step::FailureCause::ParticlesChanged), which name the component and the particle, and the world
 //! keeps the state before the step. If a host's system conflicts with one of the engine's and has no order relative to

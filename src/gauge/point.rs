@@ -277,7 +277,13 @@ mod tests {
             mean_of: Some(DVec3::new(0.3, height, 0.0)),
         };
         // Half a spacing below the middle of one row at rest; at the middle; above it; at its surface and beyond.
-        for (height, expected) in [(0.5, 100.0), (0.0, 0.0), (-0.25, -50.0), (-0.5, -100.0), (-0.9, -100.0)] {
+        for (height, expected) in [
+            (0.5, 100.0),
+            (0.0, 0.0),
+            (-0.25, -50.0),
+            (-0.5, -100.0),
+            (-0.9, -100.0),
+        ] {
             assert!((film(100.0, height).below(weight) - expected).abs() < 1e-9);
         }
         for pressure in [0.0, -100.0] {
@@ -307,6 +313,9 @@ mod tests {
         assert!(fit(&[], Dimension::Three).is_none());
         let alone = samples(1, 0.5, Dimension::Three);
         let spray = fit(&alone, Dimension::Three).expect("a value");
-        assert_eq!((spray.value, spray.mean_of), (alone[0].value, Some(alone[0].x)));
+        assert_eq!(
+            (spray.value, spray.mean_of),
+            (alone[0].value, Some(alone[0].x))
+        );
     }
 }

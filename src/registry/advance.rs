@@ -9,7 +9,9 @@ use crate::{
     gauge,
     integrate::{self, Domain, GuardLimits, Motion},
     scene::{Outside, Scene, TimeStep},
-    state::{Phase, Product, Stage, Systems, chain, clock, failure::healthy, of_step, transfer, wrap},
+    state::{
+        Phase, Product, Stage, Systems, chain, clock, failure::healthy, of_step, transfer, wrap,
+    },
     time_step::{self, adaptive, roll_back},
 };
 

@@ -9,7 +9,8 @@ use crate::{
     scene::Scene,
     state::{
         Accelerations, Densities, Phase, Positions, PredictedPositions, PressureAccelerations,
-        Pressures, Product, Rows, of_step::OfStep, Stage, Systems, Velocities, chain, transfer, wrap,
+        Pressures, Product, Rows, Stage, Systems, Velocities, chain, of_step::OfStep, transfer,
+        wrap,
     },
 };
 

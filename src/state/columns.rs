@@ -30,7 +30,16 @@ pub const SENTINEL: Vec4 = Vec4::new(1e18, 1e18, 1e18, 0.0);
 /// [`SENTINEL`] must be further away than any particle.
 pub(crate) const TOO_LARGE: f32 = 1e17;
 
-/// Positions \[m]; the fourth entry is the pressure term `p/ρ²` of the pressure force. A sentinel ends them.
+/// Positions \[m]; the fourth entry is the pressure term `p/ρ²` of the pressure force. A host reads them as a slice and
+/// cannot write them:
+///
+/// ```compile_fail
+/// # use bevy_ecs::prelude::*;
+/// # use overfall::step::Positions;
+/// fn move_particles(mut positions: ResMut<Positions>) {
+///     positions[0].x += 1.0;
+/// }
+/// ```
 #[derive(Resource, Debug)]
 pub struct Positions(pub(crate) Vec<Vec4>);
 

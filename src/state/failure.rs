@@ -51,6 +51,7 @@ impl Failure {
                 | FailureCause::LacksComponent { .. }
                 | FailureCause::ParticlesChanged { .. }
                 | FailureCause::Overwritten { .. }
+                | FailureCause::ConstantsWritten { .. }
                 | FailureCause::Schedule { .. }
                 | FailureCause::Seconds { .. }
                 | FailureCause::TooLarge { .. }
@@ -212,6 +213,15 @@ pub enum FailureCause {
     Overwritten {
         /// Name of the component.
         component: &'static str,
+    },
+    /// A system wrote constants while the step was computed: a part of it had others.
+    #[error(
+        "a system wrote `{resource}` in the middle of the step, of which a part had other values; write it between \
+         steps"
+    )]
+    ConstantsWritten {
+        /// Name of the resource.
+        resource: &'static str,
     },
     /// The schedule of the step cannot be built any more: a host's system conflicts with others.
     #[error(

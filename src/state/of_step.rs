@@ -25,12 +25,12 @@ impl OfStep {
     pub(crate) fn written(&self, material: &Material, clock: &Clock) -> Option<FailureCause> {
         let (of_step, begun) = self.0.as_ref()?;
         // What is no number differs from itself.
-        let component = match (material == of_step, clock.dt == begun.dt) {
+        let resource = match (material == of_step, clock.dt == begun.dt) {
             (false, _) => "Material",
             (_, false) => "Clock",
             _ => return None,
         };
-        Some(FailureCause::Overwritten { component })
+        Some(FailureCause::ConstantsWritten { resource })
     }
 
     /// Whether the time was written before the step moved on.
@@ -59,9 +59,9 @@ pub(crate) fn check_unwritten(
     mut failure: ResMut<Failure>,
 ) {
     let later = || {
-        let component = "Clock";
+        let resource = "Clock";
         let is_later = of_step.is_later(&clock);
-        is_later.then_some(FailureCause::Overwritten { component })
+        is_later.then_some(FailureCause::ConstantsWritten { resource })
     };
     if let Some(cause) = of_step.written(&material, &clock).or_else(later) {
         failure.record(cause, None);

@@ -25,8 +25,7 @@ use crate::{
     state::{
         Phase, Systems, chain, clock,
         failure::{self, healthy},
-        of_step,
-        start_task_threads,
+        of_step, start_task_threads,
     },
     time_step::roll_back,
 };

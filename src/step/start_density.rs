@@ -40,7 +40,9 @@ pub(super) fn of(
     let (place, max_error) = errors.iter().fold(first, larger);
     let sum: f64 = errors.iter().map(|(_, error)| f64::from(*error)).sum();
     let solver = scene.pressure.solver();
-    let energy = errors.iter().map(|(_, error)| solver.energy_of_error(scene, *error));
+    let energy = errors
+        .iter()
+        .map(|(_, error)| solver.energy_of_error(scene, *error));
     let energy: f64 = energy.sum();
     let walls = walls.map_or(&[][..], BoundarySamples::points);
     let particles = (seeds.iter().map(|seed| seed.position))

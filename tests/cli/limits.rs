@@ -236,6 +236,48 @@ fn threads_that_cannot_be_had_are_an_error() {
     }
 }
 
+/// With too little memory a run is refused in words: the allocator never ends it.
+#[test]
+#[cfg(target_os = "linux")]
+fn pictures_without_memory_are_refused_in_words() {
+    let folder = folder();
+    let with = |limit: u32, arguments: &[&str]| {
+        command_after(&folder, &format!("ulimit -v {limit}"))
+            .args(arguments)
+            .output()
+            .expect("sh starts")
+    };
+    // The least that the program itself starts with.
+    let least = (20_000..200_000)
+        .step_by(2000)
+        .find(|&limit| with(limit, &["--version"]).status.success())
+        .expect("a limit");
+    let (mut refused, mut drawn) = (0, 0);
+    for limit in (least..least + 90_000).step_by(3000) {
+        let output = with(
+            limit,
+            &[
+                "run",
+                "long.ron",
+                "--steps=2",
+                "--pictures",
+                "--threads=1",
+                "--force",
+            ],
+        );
+        let errors = stderr(&output);
+        match output.status.code() {
+            Some(0) => drawn += 1,
+            Some(1 | 2) => {
+                assert!(errors.contains("memory"), "{limit}: {errors}");
+                refused += 1;
+            }
+            other => panic!("{limit}: {other:?}, {errors}"),
+        }
+    }
+    assert!(refused > 0 && drawn > 0, "{refused} refused, {drawn} drawn");
+}
+
 #[test]
 #[cfg(target_os = "linux")]
 fn pictures_keep_to_the_number_of_threads() {

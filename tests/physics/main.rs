@@ -27,6 +27,7 @@ mod periodic;
 mod random_scenes;
 mod rest;
 mod robustness;
+mod shallow_gauges;
 mod shots;
 mod validation;
 mod walls;

@@ -39,19 +39,49 @@ fn fluid_that_is_cut_around_thin_surfaces_of_revolution_starts_at_rest() {
         let w = 0.05 * thick;
         let (out, up) = (0.2 + w, 0.1 + w);
         let profiles = [
-            ("tube", format!("(0.2, 0.1), ({out}, 0.1), ({out}, 0.8), (0.2, 0.8), (0.2, 0.1)")),
-            ("ring", format!("(0.2, 0.1), ({out}, 0.1), ({out}, {up}), (0.2, {up}), (0.2, 0.1)")),
-            ("cup", format!("(0, 0.1), ({out}, 0.1), ({out}, 0.8), (0.2, 0.8), (0.2, {up}), (0, {up})")),
-            ("disc", format!("(0, 0.2), (0.22, 0.2), (0.22, {}), (0, {})", 0.2 + w, 0.2 + w)),
-            ("rod", format!("(0, 0.1), ({0}, 0.1), ({0}, 0.8), (0, 0.8)", 0.5 * w)),
-            ("funnel", format!("({w}, 0.1), (0.3, 0.4), ({}, 0.4), (0.001, 0.1), ({w}, 0.1)", 0.3 - w)),
+            (
+                "tube",
+                format!("(0.2, 0.1), ({out}, 0.1), ({out}, 0.8), (0.2, 0.8), (0.2, 0.1)"),
+            ),
+            (
+                "ring",
+                format!("(0.2, 0.1), ({out}, 0.1), ({out}, {up}), (0.2, {up}), (0.2, 0.1)"),
+            ),
+            (
+                "cup",
+                format!("(0, 0.1), ({out}, 0.1), ({out}, 0.8), (0.2, 0.8), (0.2, {up}), (0, {up})"),
+            ),
+            (
+                "disc",
+                format!(
+                    "(0, 0.2), (0.22, 0.2), (0.22, {}), (0, {})",
+                    0.2 + w,
+                    0.2 + w
+                ),
+            ),
+            (
+                "rod",
+                format!("(0, 0.1), ({0}, 0.1), ({0}, 0.8), (0, 0.8)", 0.5 * w),
+            ),
+            (
+                "funnel",
+                format!(
+                    "({w}, 0.1), (0.3, 0.4), ({}, 0.4), (0.001, 0.1), ({w}, 0.1)",
+                    0.3 - w
+                ),
+            ),
         ];
         for (name, profile) in profiles {
             for angles in ["0, 0, 0", "25, 10, -40"] {
                 let boundary = format!(
                     "Revolution(profile: [{profile}], translation: (0, 0.01, 0), rotation: ({angles}))"
                 );
-                assert_at_rest(3, &boundary, &format!("{name} of {thick}, {angles}"), &mut failed);
+                assert_at_rest(
+                    3,
+                    &boundary,
+                    &format!("{name} of {thick}, {angles}"),
+                    &mut failed,
+                );
             }
         }
     }
@@ -74,7 +104,8 @@ fn fluid_that_is_cut_around_thin_solids_starts_at_rest() {
             );
             assert_at_rest(3, &mesh, &what("mesh"), &mut failed);
             let solid = format!(
-                "Box(min: (-0.14, 0.1, {}), max: (0.16, 0.4, {w}), rotation: ({angles}))", -w
+                "Box(min: (-0.14, 0.1, {}), max: (0.16, 0.4, {w}), rotation: ({angles}))",
+                -w
             );
             assert_at_rest(3, &solid, &what("box"), &mut failed);
         }
@@ -84,11 +115,21 @@ fn fluid_that_is_cut_around_thin_solids_starts_at_rest() {
                 0.25 - w,
                 0.25 + w
             );
-            assert_at_rest(2, &solid, &format!("2-D box of {thick}, {angle}"), &mut failed);
+            assert_at_rest(
+                2,
+                &solid,
+                &format!("2-D box of {thick}, {angle}"),
+                &mut failed,
+            );
         }
         for dimension in [2, 3] {
             let ball = format!("Sphere(center: (0.01, 0.24, 0), radius: {w})");
-            assert_at_rest(dimension, &ball, &format!("{dimension}-D ball of {thick}"), &mut failed);
+            assert_at_rest(
+                dimension,
+                &ball,
+                &format!("{dimension}-D ball of {thick}"),
+                &mut failed,
+            );
         }
     }
     assert!(failed.is_empty(), "{failed:#?}");

@@ -126,9 +126,15 @@ fn a_resource_that_a_host_resets_within_a_step_panics_nothing() {
 #[test]
 fn a_constant_that_a_host_writes_within_a_step_is_named() {
     let writes: [(&str, fn(&mut World)); 7] = [
-        ("Material", |world| world.resource_mut::<Material>().spacing = 0.0),
-        ("Material", |world| world.resource_mut::<Material>().gravity.y = 5.0),
-        ("Material", |world| world.resource_mut::<Material>().rest_density = f32::NAN),
+        ("Material", |world| {
+            world.resource_mut::<Material>().spacing = 0.0
+        }),
+        ("Material", |world| {
+            world.resource_mut::<Material>().gravity.y = 5.0
+        }),
+        ("Material", |world| {
+            world.resource_mut::<Material>().rest_density = f32::NAN
+        }),
         ("Clock", |world| world.resource_mut::<Clock>().dt *= 2.0),
         ("Clock", |world| world.resource_mut::<Clock>().dt = f32::NAN),
         ("Clock", |world| world.resource_mut::<Clock>().time += 1.0),
@@ -147,13 +153,16 @@ fn a_constant_that_a_host_writes_within_a_step_is_named() {
                     step.add_systems(interfere.after(after).before(before));
                 });
                 let error = simulation.step().expect_err("a constant was written");
-                let FailureCause::Overwritten { component } = error.cause else {
+                let FailureCause::ConstantsWritten { resource } = error.cause else {
                     panic!("{name} after {after:?}: {error}");
                 };
-                assert_eq!(component, name, "after {after:?}");
+                assert_eq!(resource, name, "after {after:?}");
                 let world = simulation.world_mut();
                 assert!(bits(world) == expected, "{name} after {after:?}");
-                (*world.resource_mut::<Material>(), *world.resource_mut::<Clock>()) = good;
+                (
+                    *world.resource_mut::<Material>(),
+                    *world.resource_mut::<Clock>(),
+                ) = good;
                 run(&mut simulation, 1);
             }
         }

@@ -107,7 +107,10 @@ fn a_hosts_system_runs_after_the_phase_that_it_asks_for() {
 
 fn look_around(positions: Res<Positions>, densities: Res<Densities>, mut seen: ResMut<Seen>) {
     let heights = positions.points().iter().map(|x| x.y);
-    seen.0 = heights.zip(densities.iter()).map(|(y, rho)| y * rho).collect();
+    seen.0 = heights
+        .zip(densities.iter())
+        .map(|(y, rho)| y * rho)
+        .collect();
 }
 
 #[test]
@@ -207,7 +210,9 @@ fn a_hosts_system_that_conflicts_without_an_order_is_an_error() {
     let world = simulation.world_mut();
     world
         .resource_mut::<Schedules>()
-        .add_systems(Step, |mut densities: ResMut<Densities>| densities.set_changed());
+        .add_systems(Step, |mut densities: ResMut<Densities>| {
+            densities.set_changed()
+        });
     let refused = world.schedule_scope(Step, |world, step| step.initialize(world).is_err());
     assert!(refused);
 }
