@@ -70,8 +70,9 @@ impl fmt::Display for Burst {
         write!(
             f,
             "the fluid starts {:.1} % above its rest density on average, which with a speed of sound of \
-             {sound_speed:.3} m/s throws it apart with about {speed:.3} m/s on average, single particles with three \
-             times as much, and the scene has {expected:.3} m/s; a smaller `jitter.amplitude`, a softer fluid, or a method that works density errors off (`pressure: Dfsph`)",
+             {sound_speed:.3} m/s throws it apart with about {speed:.3} m/s, single particles with three times as \
+             much, and the scene has {expected:.3} m/s; a smaller `jitter.amplitude`, a softer fluid, or a method that \
+             works density errors off (`pressure: Dfsph`)",
             100.0 * mean_error
         )
     }
