@@ -50,7 +50,6 @@ fn the_speed_of_a_burst_is_what_the_start_foretells() {
                 let what = format!(
                     "{dimension}-D, {spacing} m, {method}, {amplitude}: {told:.3} told, {found:.3} m/s found"
                 );
-                println!("{what}");
                 if !(0.5..2.0).contains(&(found / told)) {
                     failed.push(what);
                 }
