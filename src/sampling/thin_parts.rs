@@ -45,7 +45,11 @@ pub(super) fn fill_thin_parts(mesh: &Mesh, spacing: f32, depth: f64, front: &mut
 /// Points per spacing of the surface that are asked whether the solid is thin behind them.
 const ASKED: f64 = 2.0;
 
-/// Whether two layers of samples have no room in a part of a mesh.
+/// Radius of a ball between two faces up to which samples of their rims may lie nearer to a face than the layer
+/// \[depths]: those of a part 1.6 spacings thick do.
+const RIMS: f64 = 1.8;
+
+/// Whether a part of a mesh is so thin that samples may lie nearer to its faces than the layer does.
 pub(crate) fn has_thin_parts(mesh: &Mesh, spacing: f64, depth: f64) -> bool {
     if mesh.heights.is_some() || mesh.side == MeshSide::Both {
         return false;
@@ -53,7 +57,7 @@ pub(crate) fn has_thin_parts(mesh: &Mesh, spacing: f64, depth: f64) -> bool {
     (0..mesh.triangles.len()).any(|triangle| {
         let mut is_thin = false;
         for_each_inner_point(mesh, triangle, spacing / ASKED, |point, normal| {
-            let ball = || Ball::largest(mesh, point, normal, depth);
+            let ball = || Ball::largest(mesh, point, normal, RIMS * depth);
             is_thin = is_thin || ball().is_none_or(|ball| ball.is_between);
         });
         is_thin

@@ -24,9 +24,9 @@ pub(super) fn allowed(scene: &Scene, found: StartDensity) -> Result<StartDensity
     }
 }
 
-/// Mean speed over the largest one expected from which fluid that bursts is refused \[-]: the burst is then all that is
-/// seen.
-const LARGEST_BURST: f32 = 1.0;
+/// Mean speed over the largest one expected from which fluid that bursts is refused \[-]: single particles are then
+/// more than twice as fast as anything that the scene is about.
+const LARGEST_BURST: f32 = 0.7;
 
 /// What an equation of state makes of the density errors of a start. None without one, and in a scene that expects no
 /// speed.

@@ -5,7 +5,7 @@ use bevy_ecs::prelude::*;
 use super::{AdaptiveTimeStep, TimeStepControl};
 use crate::{
     integrate::Motion,
-    state::{Clock, Material, Pressures},
+    state::{Clock, Material, Pressures, of_step::OfStep},
 };
 
 /// Shortens the step that is being taken to the limit by the largest pressure, unless its length is fixed.
@@ -14,6 +14,7 @@ use crate::{
 /// carries 100 rows would move in steps ten times as long as its lattice is stable in.
 pub(crate) fn shorten_first_step(
     mut clock: ResMut<Clock>,
+    mut of_step: ResMut<OfStep>,
     cfl: Option<Res<TimeStepControl>>,
     adaptive: Option<Res<AdaptiveTimeStep>>,
     pressures: Res<Pressures>,
@@ -26,6 +27,7 @@ pub(crate) fn shorten_first_step(
         (None, None) => return,
     };
     clock.dt = clock.dt.min(limit);
+    of_step.shorten(clock.dt);
 }
 
 /// Lets the guard of the first step know the pressure that the fluid starts with.

@@ -74,7 +74,7 @@ fn fluid_that_is_cut_around_thin_surfaces_of_revolution_starts_at_rest() {
         for (name, profile) in profiles {
             for angles in ["0, 0, 0", "25, 10, -40"] {
                 let boundary = format!(
-                    "Revolution(profile: [{profile}], translation: (0, 0.01, 0), rotation: ({angles}))"
+                    "Revolution(profile: [{profile}], center: (0, 0.01, 0), rotation: ({angles}))"
                 );
                 assert_at_rest(
                     3,
