@@ -29,9 +29,11 @@ use overfall::{
 
 use crate::common::{bits, dam, methods, run, simulation};
 
+type Change = fn(&mut World);
+
 /// A change of the world in the middle of a step, executed once.
 #[derive(Resource)]
-struct Deed(Option<fn(&mut World)>);
+struct Deed(Option<Change>);
 
 fn interfere(world: &mut World) {
     if let Some(deed) = world.resource_mut::<Deed>().0.take() {
@@ -56,7 +58,7 @@ fn reset<R: Resource<Mutability = Mutable> + Default>(world: &mut World) {
     }
 }
 
-const RESETS: [(&str, fn(&mut World)); 18] = [
+const RESETS: [(&str, Change); 18] = [
     ("BodyForces", reset::<BodyForces>),
     ("BoundaryNeighbours", reset::<BoundaryNeighbours>),
     ("DensityRates", reset::<DensityRates>),
@@ -92,7 +94,7 @@ fn scenes() -> Vec<Scene> {
 
 #[test]
 fn a_resource_that_a_host_resets_within_a_step_panics_nothing() {
-    let more: [(&str, fn(&mut World)); 2] = [
+    let more: [(&str, Change); 2] = [
         ("WallFriction", reset::<WallFriction>),
         ("ReorderState", |world| {
             world.insert_resource(ReorderState::new(0));
@@ -123,7 +125,7 @@ fn a_resource_that_a_host_resets_within_a_step_panics_nothing() {
 
 #[test]
 fn a_constant_that_a_host_writes_within_a_step_is_named() {
-    let writes: [(&str, fn(&mut World)); 7] = [
+    let writes: [(&str, Change); 7] = [
         ("Material", |world| {
             world.resource_mut::<Material>().spacing = 0.0
         }),
