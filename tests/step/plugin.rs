@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use bevy_app::{App, FixedUpdate, Update};
+use bevy_app::{App, Update};
 use bevy_ecs::prelude::*;
 use bevy_time::{Fixed, Time, TimePlugin, TimeUpdateStrategy};
 use overfall::{
@@ -104,6 +104,7 @@ fn what_goes_wrong_is_told_once_and_the_app_goes_on() {
 #[cfg(feature = "bevy_reflect")]
 #[test]
 fn components_are_reflected() {
+    use bevy_app::FixedUpdate;
     use bevy_ecs::reflect::ReflectComponent;
     use overfall::particle::{Position, Velocity};
 
