@@ -101,7 +101,7 @@ fn accept(scene: &Scene) -> Systems {
         systems.extend(lasting.iter().map(|column| (column.keep)()));
     }
     systems.extend(lasting.iter().map(|column| (column.scatter)()));
-    systems.push(clock::advance_clock.into_configs());
+    systems.push((clock::advance_clock, of_step::move_on).chain());
     if moving::is_wanted(scene) {
         systems.push(moving::show_walls.into_configs());
     }

@@ -68,6 +68,13 @@ pub(crate) fn check_unwritten(
     }
 }
 
+/// Moves on with the clock (phase `Integrate`, when the step is counted): an order may repeat the step.
+pub(crate) fn move_on(clock: Res<Clock>, mut of_step: ResMut<OfStep>) {
+    if let Some((_, begun)) = &mut of_step.0 {
+        (begun.step, begun.time) = (clock.step, clock.time);
+    }
+}
+
 /// Names them as the cause of what failed since (phase `Observe`).
 pub(crate) fn explain(
     material: Res<Material>,
