@@ -28,6 +28,9 @@ pub struct Kernel {
 /// Squares of distances are not taken below this \[m²]: two particles in one place have no direction.
 const TINY: f32 = 1e-30;
 
+/// Spacings that a lattice reaches at most: scenes have supports of 4 spacings and less.
+const MOST_REACH: i32 = 16;
+
 impl Kernel {
     /// The kernel of support radius `h` \[m].
     pub fn new(function: KernelFunction, dimension: Dimension, h: f32) -> Self {
@@ -78,6 +81,8 @@ impl Kernel {
     /// Every point of the lattice of `spacing` \[m] within the support of the origin, the origin included.
     pub fn lattice(&self, dimension: Dimension, spacing: f32) -> impl Iterator<Item = Vec3> {
         let reach = (self.support_radius / spacing).ceil() as i32;
+        // A host may spoil the spacing in the middle of a step, which is refused at its end: it has to come.
+        let reach = reach.clamp(0, MOST_REACH);
         let depth = match dimension {
             Dimension::Two => 0,
             Dimension::Three => reach,
