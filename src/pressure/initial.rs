@@ -93,8 +93,8 @@ fn leave_out_starting_rates(
 }
 
 /// Solves for the pressure that keeps all gaps (phase `Pressure`, before the method, in the first step), and shortens
-/// the step to what it allows. Methods that are not `is_linear` would take the shock of a wall that starts at a speed for
-/// pressure that lasts: for them, accelerations count alone.
+/// the step to what it allows. Methods that are not `is_linear` would take the shock of a wall that starts at a speed
+/// for pressure that lasts: for them, accelerations count alone.
 pub fn solve_initial_pressure(world: &mut World, is_linear: bool) {
     let dt = world.resource::<Clock>().dt;
     let Some(limit) = limit(world, dt) else {

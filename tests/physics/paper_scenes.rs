@@ -53,7 +53,8 @@ fn poured_wine_stays_in_the_glass() {
                 is_inside || over.contains(&particle.entity),
                 "{x} at {time} s"
             );
-            // Single drops of a splash are faster than what they come from: with six seeds of the jitter 1.4 to 2.6 times.
+            // Single drops of a splash are faster than what they come from: with six seeds of the jitter 1.4 to 2.6
+            // times.
             assert!(v.length() < 3.0 * MEETS, "{v} at {time} s");
         }
         let squares = fluid
