@@ -8,6 +8,8 @@ use std::{
     io::{self, ErrorKind},
 };
 
+use crate::memory::{in_words, is_left};
+
 /// Stack of a thread whose size nobody sets \[bytes]; the standard library's.
 const STACK: usize = 2 << 20;
 
@@ -22,13 +24,10 @@ pub(super) fn needs_room(threads: usize) -> io::Result<()> {
     let stack = env::var("RUST_MIN_STACK").ok();
     let stack = stack.and_then(|size| size.parse().ok()).unwrap_or(STACK);
     let bytes = stack.saturating_add(BESIDE_STACK).saturating_mul(threads);
-    // Nothing is written, so that no page of it is ever used.
-    let mut room: Vec<u8> = Vec::new();
-    room.try_reserve_exact(bytes.saturating_add(WORK))
-        .map_err(|_| {
-            let needed = crate::memory::in_words(bytes as f64);
-            let reason =
-                format!("there is no memory left for {threads} of them, which take {needed}");
-            io::Error::new(ErrorKind::OutOfMemory, reason)
-        })
+    if is_left(bytes.saturating_add(WORK)) {
+        return Ok(());
+    }
+    let needed = in_words(bytes as f64);
+    let reason = format!("there is no memory left for {threads} of them, which take {needed}");
+    Err(io::Error::new(ErrorKind::OutOfMemory, reason))
 }
