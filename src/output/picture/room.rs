@@ -16,8 +16,8 @@ const PIXEL: usize = 12 + 3 + 3;
 const DEPTH: usize = 4;
 /// Bands of rows that a particle touches.
 const BANDS: usize = 4;
-/// What the encoder, colours, text and the threads hold besides \[bytes].
-const BESIDE: usize = 8 << 20;
+/// What the encoder, colours, text and the threads hold besides, and steps that go on meanwhile \[bytes].
+const BESIDE: usize = 16 << 20;
 
 impl View {
     /// Fails if the process cannot have the memory that a picture of so many particles, or triangles of a surface,
