@@ -86,7 +86,7 @@ fn run_overfall(
             measured.times.push(1e3 * elapsed);
             measured.iterations.push(report.iterations.into());
             let densities = simulation.world().resource::<Densities>();
-            measured.add_densities(&densities.0, scene.fluid.rest_density);
+            measured.add_densities(densities, scene.fluid.rest_density);
         }
         measured.particles = report.particles;
     }
@@ -163,7 +163,7 @@ fn run_salva(steps: usize, warm_up: usize, threads: usize, tolerance: f32) -> Re
     // A step may fail; that does not matter here, because it computes the densities first.
     let _ = probe.step();
     measured.add_densities(
-        &probe.world().resource::<Densities>().0,
+        probe.world().resource::<Densities>(),
         scene.fluid.rest_density,
     );
     measured.print();
