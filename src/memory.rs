@@ -1,12 +1,13 @@
 //! How much memory there is: what a run would need is held against it before anything is allocated.
 
-use std::sync::OnceLock;
-
-use sysinfo::{MemoryRefreshKind, System};
-
 /// Memory that the process may have \[bytes]: the machine's, or less where a control group or the process' own limit
-/// (`ulimit -v`) says so. Where the system does not tell there is no limit.
+/// (`ulimit -v`) says so. Where the system does not tell there is no limit, nor without the feature `memory`.
+#[cfg(feature = "memory")]
 pub(crate) fn of_machine() -> u64 {
+    use std::sync::OnceLock;
+
+    use sysinfo::{MemoryRefreshKind, System};
+
     static BYTES: OnceLock<u64> = OnceLock::new();
     *BYTES.get_or_init(|| {
         let Ok(mut system) = System::new() else {
@@ -21,13 +22,18 @@ pub(crate) fn of_machine() -> u64 {
     })
 }
 
-#[cfg(unix)]
+#[cfg(not(feature = "memory"))]
+pub(crate) fn of_machine() -> u64 {
+    u64::MAX
+}
+
+#[cfg(all(unix, feature = "memory"))]
 fn of_process() -> u64 {
     use rustix::process::{Resource, getrlimit};
     getrlimit(Resource::As).current.unwrap_or(u64::MAX)
 }
 
-#[cfg(not(unix))]
+#[cfg(all(not(unix), feature = "memory"))]
 fn of_process() -> u64 {
     u64::MAX
 }

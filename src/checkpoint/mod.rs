@@ -19,4 +19,4 @@ pub use error::CheckpointError;
 pub use error::FORMAT_VERSION;
 pub use file::Checkpoint;
 pub use restore::restore;
-pub use save::{steps_until_possible, write};
+pub use save::{steps_between, steps_until_possible, write};

@@ -48,23 +48,36 @@ pub fn steps_until_possible(world: &mut World) -> u64 {
     ) else {
         return 0;
     };
-    if !installed.reads_stale {
-        return 0;
-    }
     let step = clock.step;
-    // Stages under a condition make nothing that lasts.
-    let due = installed.due.iter().filter(|due| !due.sometimes);
-    let mut due = due.map(|due| (due.every, due.offset));
-    let wait = due
-        .try_fold((1, 0), common_steps)
-        .map_or(u64::MAX, |(every, offset)| {
-            (offset + every - step % every) % every
-        });
+    let wait = possible_steps(installed).map_or(u64::MAX, |(every, offset)| {
+        (offset + every - step % every) % every
+    });
     // All of them also run if the rows hold other particles than before.
     if wait > 0 && wait < u64::MAX && rows_will_change(world) {
         return 0;
     }
     wait
+}
+
+/// Steps between two in which a checkpoint is possible: 1 unless stages of the scene's order read what an earlier step
+/// left, `u64::MAX` if there are no two. See [`steps_until_possible`].
+pub fn steps_between(world: &World) -> u64 {
+    let installed = world.get_resource::<Installed>();
+    installed.map_or(1, |installed| {
+        possible_steps(installed).map_or(u64::MAX, |steps| steps.0)
+    })
+}
+
+/// The steps before which a checkpoint is possible: the number from one to the next, and the first; none if there is
+/// none.
+fn possible_steps(installed: &Installed) -> Option<(u64, u64)> {
+    if !installed.reads_stale {
+        return Some((1, 0));
+    }
+    // Stages under a condition make nothing that lasts.
+    let due = installed.due.iter().filter(|due| !due.sometimes);
+    let mut due = due.map(|due| (due.every, due.offset));
+    due.try_fold((1, 0), common_steps)
 }
 
 /// Whether the rows of the next step hold other particles than those of the last.

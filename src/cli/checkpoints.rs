@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::time::{Duration, Instant};
 
-use overfall::checkpoint::Checkpoint;
+use bevy_ecs::world::World;
+use overfall::checkpoint::{Checkpoint, CheckpointError, steps_between};
 use overfall::input;
 use overfall::output::RunTotals;
 use serde::{Deserialize, Serialize};
@@ -17,6 +18,27 @@ use super::{beside, console};
 
 /// Name of the run's own part of a checkpoint.
 const PART: &str = "run";
+
+/// Largest number of further steps after a signal until a checkpoint is possible.
+pub(super) const MOST_STEPS_TO_LEAVE: u64 = 100;
+
+/// Refuses an order with which no checkpoint is possible, and warns of one with which it seldom is.
+pub(super) fn are_possible(world: &World) -> Result<(), Failure> {
+    match steps_between(world) {
+        u64::MAX => {
+            let error = CheckpointError::NeverPossible;
+            Err(Failure::Refused(format!("--checkpoint: {error}")))
+        }
+        between => {
+            if between > MOST_STEPS_TO_LEAVE {
+                console::note(&format!(
+                    "warning: with this order a checkpoint is possible every {between} steps only, also after Ctrl-C"
+                ));
+            }
+            Ok(())
+        }
+    }
+}
 
 /// Interval between checkpoints.
 #[derive(Debug, Clone, Copy, PartialEq)]

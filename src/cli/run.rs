@@ -12,7 +12,9 @@ use overfall::state::particle::{Boundary, Fluid};
 use overfall::state::{Clock, Execution};
 use overfall::{Simulation, StepError};
 
-use super::checkpoints::{CheckpointClock, Every, Resumed, RunState};
+use super::checkpoints::{
+    CheckpointClock, Every, MOST_STEPS_TO_LEAVE, Resumed, RunState, are_possible,
+};
 use super::claims::Claims;
 use super::exit::{Exit, Failure, cannot_write};
 use super::folder::{HISTORY, Reserve, RunFolder, SUMMARY};
@@ -25,9 +27,6 @@ use super::spent::Spent;
 use super::waiting::waiting;
 use super::writer::Writer;
 use super::{COMMIT, console, interrupt, options, picture, report};
-
-/// Largest number of further steps after a signal until a checkpoint is possible.
-const MOST_STEPS_TO_LEAVE: u64 = 100;
 
 /// Runs a scene and writes its results.
 pub(super) fn run(options: &options::Run) -> Result<Exit, Failure> {
@@ -124,10 +123,8 @@ fn set_up(
     waiting("setting the scene up", options.reporting.quiet, || {
         let mut simulation = Simulation::with_threads(scene, threads)
             .map_err(|error| options.scene.refuse(&error))?;
-        let wait = steps_until_possible(simulation.world_mut());
-        if options.checkpoint.is_some() && wait == u64::MAX {
-            let error = CheckpointError::NeverPossible;
-            return Err(Failure::Refused(format!("--checkpoint: {error}")));
+        if options.checkpoint.is_some() {
+            are_possible(simulation.world())?;
         }
         if let Some(resumed) = resumed {
             (resumed.checkpoint.restore(simulation.world_mut())).map_err(|error| {

@@ -8,6 +8,8 @@
 //! dependencies of a host.
 
 mod bvh;
+#[cfg(feature = "polygons")]
+mod delaunay;
 mod error;
 mod ground;
 #[cfg(feature = "images")]

@@ -245,3 +245,39 @@ mod killed {
         }
     }
 }
+
+/// Nobody finds out after a night that an order left no checkpoint.
+#[test]
+fn orders_that_hinder_checkpoints_are_told_of_at_the_start() {
+    let folder = folder();
+    let order = |lists: &str| {
+        let text = include_str!("../../assets/orders/default.ron")
+            .replace(r#"Run("find_neighbours")"#, lists)
+            .replace("    ],", "    ], allow_stale: true,");
+        fs::write(folder.path().join("order.ron"), text).expect("an order");
+        let run = [
+            "run",
+            "tiny.ron",
+            "--quiet",
+            "--set=order=\"order.ron\"",
+            "--set=reorder_interval=0",
+            "--steps=1",
+            "--checkpoint=1",
+            "--force",
+        ];
+        overfall(&folder, &run)
+    };
+    let rare = order(r#"Every(500, [Run("find_neighbours")])"#);
+    assert_exit(&rare, 0);
+    let told = "warning: with this order a checkpoint is possible every 500 steps only";
+    assert!(stderr(&rare).contains(told), "{}", stderr(&rare));
+    let never = order(
+        r#"Every(2, [Run("find_neighbours")]), Group(every: 2, offset: 1, stages: [Run("find_neighbours")])"#,
+    );
+    assert_exit(&never, 2);
+    let told = "--checkpoint: no checkpoint is possible";
+    assert!(stderr(&never).contains(told), "{}", stderr(&never));
+    let often = order(r#"Every(2, [Run("find_neighbours")])"#);
+    assert_exit(&often, 0);
+    assert_eq!(stderr(&often), "");
+}

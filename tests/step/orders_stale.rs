@@ -1,13 +1,13 @@
 //! Orders in which some stages run only every few steps, so that others use stale products.
 
-use super::orders::{STAGES, ordered};
-use crate::common::{self, run, simulation};
+use super::orders::{STAGES, ordered, unordered};
+use crate::common::{self, bits_after, run, sesph, simulation};
 use glam::Vec3;
 use overfall::{
     Simulation,
     neighbours::FluidNeighbours,
     plan,
-    scene::Scene,
+    scene::{Iisph, PressureMethod, Scene},
     state::{
         Positions,
         particle::{Fluid, Position},
@@ -155,4 +155,52 @@ fn the_flow_of_data_says_what_is_stale() {
     assert!(of("density").reads.contains(&(Product::Neighbours, 4)));
     assert!(of("density").reads.contains(&(Product::Columns, 0)));
     assert_eq!(of("density").writes, [Product::Density]);
+}
+
+fn shipped(order: &str, pressure: PressureMethod) -> Scene {
+    let orders = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/orders");
+    Scene {
+        pressure,
+        order: Some(format!("{orders}/{order}.ron")),
+        reorder_interval: 0,
+        ..unordered()
+    }
+}
+
+/// What a stage reads is as old as the last stage that makes it, wherever in the step that is.
+#[test]
+fn what_ends_a_step_is_one_step_old_in_the_next() {
+    for (order, stage, product) in [
+        ("integration_first", "integrate", Product::Pressure),
+        ("density_after_forces", "viscosity", Product::Density),
+    ] {
+        let flow = plan(&shipped(order, sesph())).expect("a plan").flow;
+        let reads = flow.iter().find(|flow| flow.stage == stage);
+        let reads = &reads.expect("the stage").reads;
+        assert!(reads.contains(&(product, 1)), "{order}: {reads:?}");
+    }
+}
+
+/// The default order, begun elsewhere in its cycle: the same motion, unless a solve starts from pressures, which are those
+/// of another step then.
+#[test]
+fn integration_may_come_first_and_moves_the_fluid_alike() {
+    let methods = [
+        (sesph(), true),
+        (
+            PressureMethod::Iisph(Iisph {
+                warm_start: 0.0,
+                ..Iisph::default()
+            }),
+            true,
+        ),
+        (PressureMethod::Iisph(Iisph::default()), false),
+    ];
+    for (method, is_same) in methods {
+        let [first, last] = ["integration_first", "default"].map(|order| {
+            let scene = shipped(order, method);
+            bits_after(&scene, 2, 25)
+        });
+        assert_eq!(first == last, is_same, "{method:?}");
+    }
 }

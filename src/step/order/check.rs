@@ -42,6 +42,8 @@ pub(crate) fn check(
         reorders: false,
         is_later: false,
         reads: Vec::new(),
+        at: 0,
+        makers: makers(events),
     };
     checker.step(events)?;
     let runs = |name: &str| {
@@ -80,6 +82,19 @@ pub(crate) fn check(
     Ok(reads)
 }
 
+/// Every product that a step makes for certain: the event that makes it, and how often \[steps].
+fn makers(events: &[Event]) -> Vec<(usize, Product, u64)> {
+    let mut makers = Vec::new();
+    for (at, event) in events.iter().enumerate() {
+        if let Event::Run { stage, due, .. } = event
+            && !due.sometimes
+        {
+            makers.extend(stage.makes.iter().map(|product| (at, *product, due.every)));
+        }
+    }
+    makers
+}
+
 /// Products made so far.
 struct Checker<'a> {
     scene: &'a Scene,
@@ -96,6 +111,9 @@ struct Checker<'a> {
     /// Whether the walk is in the second step.
     is_later: bool,
     reads: Vec<Vec<Read>>,
+    /// The event that the walk is at.
+    at: usize,
+    makers: Vec<(usize, Product, u64)>,
 }
 
 impl Checker<'_> {
@@ -104,7 +122,8 @@ impl Checker<'_> {
         let mut groups: Vec<(Vec<Product>, bool)> = Vec::new();
         let mut skipped = 0;
         let mut outer = vec![1];
-        for event in events {
+        for (at, event) in events.iter().enumerate() {
+            self.at = at;
             match event {
                 Event::Begin(kind) => {
                     let (count, offset) = match kind {
@@ -237,9 +256,10 @@ impl Checker<'_> {
                 period: u64::from(self.scene.reorder_interval.max(1)),
             });
         }
-        Ok(Some(Read {
-            product,
-            age: every.max(2) - 1,
-        }))
+        // What is made later in the step is there since the step before, at the latest.
+        let later = self.makers.iter().filter(|made| made.0 > self.at);
+        let later = later.filter(|made| made.1 == product).map(|made| made.2);
+        let age = later.fold(every.max(2) - 1, u64::min);
+        Ok(Some(Read { product, age }))
     }
 }
