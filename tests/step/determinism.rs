@@ -84,6 +84,11 @@ fn the_order_of_what_is_free_changes_no_bit() {
         let scene = Scene { pressure, ..dam() };
         let expected = bits_after(&scene, 1, 25);
         for seed in 0..4 {
+            let executor = [Executor::SingleThreaded, Executor::Parallel][seed as usize % 2];
+            let scene = Scene {
+                executor,
+                ..scene.clone()
+            };
             let mut simulation = Simulation::with_threads(&scene, 2).expect("a scene that runs");
             simulation.world_mut().schedule_scope(Step, |_, step| {
                 step.set_build_settings(ScheduleBuildSettings {

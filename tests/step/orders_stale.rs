@@ -181,8 +181,8 @@ fn what_ends_a_step_is_one_step_old_in_the_next() {
     }
 }
 
-/// The default order, begun elsewhere in its cycle: the same motion, unless a solve starts from pressures, which are those
-/// of another step then.
+/// The default order, begun elsewhere in its cycle: the same motion, unless a solve starts from pressures, which are
+/// those of the first step then.
 #[test]
 fn integration_may_come_first_and_moves_the_fluid_alike() {
     let methods = [
