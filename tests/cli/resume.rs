@@ -275,7 +275,7 @@ fn orders_that_hinder_checkpoints_are_told_of_at_the_start() {
         r#"Every(2, [Run("find_neighbours")]), Group(every: 2, offset: 1, stages: [Run("find_neighbours")])"#,
     );
     assert_exit(&never, 2);
-    let told = "--checkpoint: no checkpoint is possible";
+    let told = "--checkpoint: with this order no checkpoint is possible";
     assert!(stderr(&never).contains(told), "{}", stderr(&never));
     let often = order(r#"Every(2, [Run("find_neighbours")])"#);
     assert_exit(&often, 0);
