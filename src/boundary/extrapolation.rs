@@ -1,12 +1,11 @@
-//! Pressure of walls of several layers: that of the particle, continued linearly (after Adami, Hu & Adams 2012, eq. 27,
-//! for each particle alone).
+//! Pressure of walls that is continued linearly, `p_b = p_i + ρ0 g_i·(x_b − x_i)` at sample b for particle i (after
+//! Adami, Hu & Adams 2012, eq. 27). The part with p_i is in the sum over the walls that every pressure force has
+//! ([`sums`](super::sums)); the other is an acceleration like that of gravity, `Σ_b V_b (p_i − p_b)/ρ0 ∇W_ib`.
 //!
-//! A sample b has `p_b = p_i + ρ0 g_i·(x_b − x_i)`. Across the wall g is a, the acceleration by gravity and body
-//! forces, which the wall must bear, but the pressure does not fall below zero: a lid does not pull. Along it g is the
-//! part of a that the pressure of the fluid bears, from nothing (fluid that slides freely) to all (fluid at rest). The
-//! part with p_i is twice the sum over the walls that every pressure force has ([`sums`](super::sums)); the other one
-//! is an acceleration like that of gravity, `Σ_b V_b (p_i − p_b)/ρ0 ∇W_ib`. Walls in motion are taken to move
-//! uniformly.
+//! With several layers g across the wall is a, the acceleration by gravity and body forces, but the pressure does not
+//! fall below zero: a lid does not pull. Along it g is the part of a that the pressure of the fluid bears, from nothing
+//! (fluid that slides freely) to all (fluid at rest). With one layer g is that part of all of a, no pressure falls below
+//! zero, and samples push across the wall alone, times their push. Walls in motion are taken to move uniformly.
 
 use bevy_ecs::prelude::*;
 use glam::{Mat3, Vec3, Vec4};
@@ -16,7 +15,7 @@ use crate::{
     index::BoundarySamples,
     kernel::Kernel,
     pairs::{Pair, PairSum, Pairs, accumulate},
-    scene::{BoundaryHandling, Dimension},
+    scene::Dimension,
     simd::Simd,
     state::{Accelerations, Material, Phase, Pressures, Product, Stage},
 };
@@ -30,9 +29,7 @@ pub(crate) const STAGE: Stage = Stage {
         Product::Neighbours,
         Product::Forces,
     ],
-    wanted: |scene| {
-        scene.boundary_handling() == BoundaryHandling::Layers && !scene.boundaries.is_empty()
-    },
+    wanted: |scene| scene.continues_pressure() && !scene.boundaries.is_empty(),
     bytes: |_, _| vec![("gradients that walls continue", 16.0 + 12.0)],
     ..Stage::new("wall_pressure", Phase::Forces, |_| {
         push_hydrostatically.into_configs()
@@ -55,20 +52,26 @@ impl Continued {
 /// The pressure over ρ0 around a particle, without its own.
 #[derive(Debug, Clone, Copy, Default)]
 struct Linear {
-    /// Its gradient across the wall \[m/s²].
-    across: Vec3,
-    /// Its gradient along the wall \[m/s²].
-    along: Vec3,
-    /// The least that it may become across the wall, where the pressure is zero \[m²/s²].
+    /// The gradient of the part that has a lower bound \[m/s²].
+    bounded: Vec3,
+    /// The bound, where the pressure is zero \[m²/s²].
     least: f32,
+    /// The gradient of the rest \[m/s²].
+    unbounded: Vec3,
+    /// With one layer: the direction across the wall, and half of the push of the samples \[-].
+    across: Option<(Vec3, f32)>,
 }
 
 impl Linear {
     /// The acceleration by a sample with a volume at `−x` \[m/s²].
     #[inline]
     fn push(self, (x, volume): (Vec3, f32), kernel: &Kernel) -> Vec3 {
-        let difference = (-self.across.dot(x)).max(self.least) - self.along.dot(x);
-        -volume * difference * kernel.gradient(x)
+        let difference = (-self.bounded.dot(x)).max(self.least) - self.unbounded.dot(x);
+        let push = -volume * difference * kernel.gradient(x);
+        match self.across {
+            None => push,
+            Some((inwards, factor)) => factor * push.dot(inwards) * inwards,
+        }
     }
 }
 
@@ -76,7 +79,7 @@ impl Linear {
 /// In the corner of a tank at the surface it is 0.002.
 const LEAST_SHARE: f32 = 1e-4;
 
-/// Fluid that bears no more of an acceleration along a wall slides freely \[-].
+/// Fluid that bears no more of an acceleration is free \[-].
 const FREE: f32 = 0.1;
 
 /// Fluid that bears no less of it is at rest \[-].
@@ -169,6 +172,11 @@ fn push_hydrostatically(
     pairs: Pairs,
     mut buffers: Local<Buffers>,
 ) {
+    // The sums of one layer, times their push, take the pressure of the particle for the mean of both.
+    let push_of_one = boundary
+        .depths
+        .is_empty()
+        .then(|| 0.5 * walls.as_deref().map_or(1.0, BoundarySums::push));
     let walls = Walls::of(walls.as_deref());
     let rows = pairs.positions().rows();
     let positions = &pairs.positions().0;
@@ -189,11 +197,22 @@ fn push_hydrostatically(
     let push = |row: usize, samples: &[u32], acceleration: &mut Vec3| -> Linear {
         let (own, force) = (positions[row].truncate(), *acceleration);
         let inwards = walls.gradient(row).normalize_or_zero();
-        let across = force.dot(inwards) * inwards;
-        let linear = Linear {
-            across,
-            along: carried(borne[row], force - across),
-            least: -table[row].w.max(0.0),
+        let least = -table[row].w.max(0.0);
+        let linear = if let Some(factor) = push_of_one {
+            Linear {
+                bounded: carried(borne[row], force),
+                least,
+                unbounded: Vec3::ZERO,
+                across: Some((inwards, factor)),
+            }
+        } else {
+            let bounded = force.dot(inwards) * inwards;
+            Linear {
+                bounded,
+                least,
+                unbounded: carried(borne[row], force - bounded),
+                across: None,
+            }
         };
         for &sample in samples {
             // A stale list may name samples that are gone: the sentinel has no volume.
@@ -221,14 +240,14 @@ fn push_hydrostatically(
     });
 }
 
-/// The part of an acceleration along a wall that the pressure of the fluid bears. Water that bears most of it counts as
+/// The part of an acceleration that the pressure of the fluid bears. Water that bears most of it counts as
 /// at rest, and water that bears little as free: else the noise of its pressure would drive the rows beside walls.
-fn carried(gradient: Vec3, along: Vec3) -> Vec3 {
-    let square = along.length_squared();
+fn carried(gradient: Vec3, acceleration: Vec3) -> Vec3 {
+    let square = acceleration.length_squared();
     if square <= 0.0 {
         return Vec3::ZERO;
     }
-    let part = gradient.dot(along) / square;
+    let part = gradient.dot(acceleration) / square;
     let t = ((part - FREE) / (AT_REST - FREE)).clamp(0.0, 1.0);
-    t * t * (3.0 - 2.0 * t) * along
+    t * t * (3.0 - 2.0 * t) * acceleration
 }

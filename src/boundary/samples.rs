@@ -39,7 +39,9 @@ pub fn pack(
     let normals = samples.iter().map(|sample| sample.normal).collect();
     let depths = match scene.boundary_handling() {
         BoundaryHandling::Layers => samples.iter().map(|sample| sample.depth).collect(),
-        BoundaryHandling::Akinci | BoundaryHandling::DirectForcing(_) => Vec::new(),
+        BoundaryHandling::Akinci
+        | BoundaryHandling::Extrapolated
+        | BoundaryHandling::DirectForcing(_) => Vec::new(),
     };
     Ok(BoundarySamples {
         packed,

@@ -29,7 +29,7 @@ impl VolumeRule {
     pub fn new(scene: &Scene) -> Self {
         let kernel = Kernel::of(scene);
         let layer = match scene.boundary_handling() {
-            BoundaryHandling::Akinci => None,
+            BoundaryHandling::Akinci | BoundaryHandling::Extrapolated => None,
             // Less only where layers of several walls overlap.
             BoundaryHandling::Layers => {
                 let material = Material::new(scene);

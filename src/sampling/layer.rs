@@ -20,7 +20,10 @@ use crate::{
 /// Depth of the layer of samples behind the face of a wall \[m]: a lattice that starts half a spacing in front of the
 /// face then has its rest density. With direct forcing it is half a spacing: its frozen particles continue the lattice.
 pub fn layer_depth(scene: &Scene) -> f32 {
-    if scene.boundary_handling() != BoundaryHandling::Akinci {
+    if !matches!(
+        scene.boundary_handling(),
+        BoundaryHandling::Akinci | BoundaryHandling::Extrapolated
+    ) {
         return 0.5 * scene.spacing;
     }
     let material = Material::new(scene);
@@ -58,7 +61,9 @@ pub fn layer_depth(scene: &Scene) -> f32 {
 /// a particle at the face reaches.
 pub fn layer_depths(scene: &Scene) -> impl Iterator<Item = f32> + use<> {
     let layers = match scene.boundary_handling() {
-        BoundaryHandling::Akinci | BoundaryHandling::DirectForcing(_) => 1,
+        BoundaryHandling::Akinci
+        | BoundaryHandling::Extrapolated
+        | BoundaryHandling::DirectForcing(_) => 1,
         BoundaryHandling::Layers => (scene.support() - 0.5).ceil().max(1.0) as u32,
     };
     let (first, spacing) = (layer_depth(scene), scene.spacing);
@@ -109,7 +114,7 @@ fn layer_in_spacings(scene: &Scene) -> (f64, f64) {
     let layer = || kernel.lattice(scene.dimension, 1.0).filter(|x| x.y == 0.0);
     let in_layer: f32 = layer().map(|x| kernel.value(x.length())).sum();
     let volume = match scene.boundary_handling() {
-        BoundaryHandling::Akinci => 1.0 / in_layer,
+        BoundaryHandling::Akinci | BoundaryHandling::Extrapolated => 1.0 / in_layer,
         // The volume of a fluid particle.
         BoundaryHandling::DirectForcing(_) | BoundaryHandling::Layers => {
             let lattice = kernel.lattice(scene.dimension, 1.0);

@@ -253,6 +253,14 @@ impl Scene {
             })
     }
 
+    /// Whether the pressure of walls is continued hydrostatically.
+    pub(crate) fn continues_pressure(&self) -> bool {
+        matches!(
+            self.boundary_handling(),
+            BoundaryHandling::Layers | BoundaryHandling::Extrapolated
+        )
+    }
+
     /// α of the numerical viscosity beside a laminar one, as written or as advised \[-].
     pub fn numerical_viscosity(&self) -> f32 {
         match self.fluid.viscosity {

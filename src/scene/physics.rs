@@ -76,6 +76,9 @@ pub enum BoundaryHandling {
     /// particle, with the pressure that the fluid has there if it is continued hydrostatically (Adami, Hu & Adams
     /// 2012). For supports wider than the defaults.
     Layers,
+    /// As with `Akinci`, and the pressure of a sample is that of the particle, continued hydrostatically as far as the
+    /// fluid beside it bears gravity, and not below zero (after Adami, Hu & Adams 2012). One layer of samples.
+    Extrapolated,
 }
 
 /// Parameters of direct forcing.

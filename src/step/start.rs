@@ -170,7 +170,7 @@ impl Walls {
             let of = owners.iter().map(|&owner| SampleOf(owner));
             world.insert_batch(particles.into_iter().zip(of));
             world.insert_resource(Owners(owners));
-            if scene.boundary_handling() == BoundaryHandling::Layers {
+            if scene.continues_pressure() {
                 world.init_resource::<Continued>();
             }
         }

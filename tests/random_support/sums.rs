@@ -165,7 +165,7 @@ impl BruteForce {
             let others = self.walls.iter();
             let sum: f64 = others.map(|(y, _)| self.kernel.value(x.distance(*y))).sum();
             let wanted = match scene.boundary_handling() {
-                BoundaryHandling::Akinci => 1.0 / sum,
+                BoundaryHandling::Akinci | BoundaryHandling::Extrapolated => 1.0 / sum,
                 BoundaryHandling::DirectForcing(_) => {
                     self.mass / self.rest_density * (layer / sum).min(1.0)
                 }

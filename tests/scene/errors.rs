@@ -47,6 +47,8 @@ const CASES: &[Case] = &[
     ("duration: 1,\n)", "duration: 1,", "9:17", &["not closed"]),
     ("name:", "dimension: 4, name:", "2:16", &["dimension is 4; it must be 2 or 3"]),
     ("Pcisph(max_density_error: 0.01)", "Sesph", "7:15", &["`Sesph` lacks the field `equation`"]),
+    ("Pcisph(max_density_error: 0.01)", "DeltaSph(), boundary_handling: Extrapolated", "7:46",
+        &["for methods that solve for the pressure", "`Akinci` or `Layers`"]),
     // Typing errors.
     ("Fixed(0.001)", "0.001", "8:16", &["one of Fixed, Cfl, Adaptive", "did you mean `Fixed(0.001)`?"]),
     ("Fixed(0.001)", "Fixed", "8:16", &["`Fixed` needs its values in a bracket", "a number"]),

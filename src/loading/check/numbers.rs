@@ -71,28 +71,7 @@ pub(super) fn numbers(scene: &Scene) -> Checked {
     is_flat("gravity", scene.gravity, scene.dimension)?;
     fluid(scene)?;
     pressure(&scene.pressure)?;
-    if let BoundaryHandling::DirectForcing(direct) = scene.boundary_handling() {
-        let (distance, slip) = (direct.rest_distance, direct.slip);
-        ensure(
-            distance > 0.0 && distance <= support,
-            "boundary_handling.rest_distance",
-            || {
-                format!(
-                    "the rest distance is {distance} spacings; it must be above 0 and at most the support of \
-                     {support} (1 is usual)"
-                )
-            },
-        )?;
-        ensure(
-            (0.0..=1.0).contains(&slip),
-            "boundary_handling.slip",
-            || {
-                format!(
-                    "the slip is {slip}; it must be from 0 (fluid sticks) to 1 (it slips freely)"
-                )
-            },
-        )?;
-    }
+    boundary_handling(scene)?;
     match scene.time_step {
         TimeStep::Fixed(dt) => positive("time_step.0", dt, "s")?,
         TimeStep::Cfl(cfl) => follows_the_motion(cfl)?,
@@ -124,6 +103,44 @@ pub(super) fn numbers(scene: &Scene) -> Checked {
     }
     positive("duration", scene.duration, "s")?;
     output(scene)
+}
+
+/// The walls suit the method, and their parameters are in range.
+fn boundary_handling(scene: &Scene) -> Checked {
+    let support = scene.support();
+    let has_speed_of_sound = scene.pressure.iterations().is_none();
+    ensure(
+        !(has_speed_of_sound && scene.boundary_handling() == BoundaryHandling::Extrapolated),
+        "boundary_handling",
+        || {
+            "walls that are `Extrapolated` are for methods that solve for the pressure (Pcisph, Iisph, Dfsph); with an \
+             equation of state take `Akinci` or `Layers`"
+                .to_owned()
+        },
+    )?;
+    if let BoundaryHandling::DirectForcing(direct) = scene.boundary_handling() {
+        let (distance, slip) = (direct.rest_distance, direct.slip);
+        ensure(
+            distance > 0.0 && distance <= support,
+            "boundary_handling.rest_distance",
+            || {
+                format!(
+                    "the rest distance is {distance} spacings; it must be above 0 and at most the support of \
+                     {support} (1 is usual)"
+                )
+            },
+        )?;
+        ensure(
+            (0.0..=1.0).contains(&slip),
+            "boundary_handling.slip",
+            || {
+                format!(
+                    "the slip is {slip}; it must be from 0 (fluid sticks) to 1 (it slips freely)"
+                )
+            },
+        )?;
+    }
+    Ok(())
 }
 
 fn pressure(method: &PressureMethod) -> Checked {
