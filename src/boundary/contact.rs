@@ -25,8 +25,9 @@ const PENETRATION: f32 = 0.25;
 /// last row of a face beside a tank's edge 0.83. The second row around a convex edge must not act on the other side;
 /// its distance is at least 1.2.
 const SIDEWAYS: f32 = 1.15;
-/// Distance along the face up to which a sample acts between itself and a concave edge of its face \[spacings]. Where two
-/// faces meet in an acute angle, the samples of their edge lie far behind it, and the next of a face up to 1.5 from them.
+/// Distance along the face up to which a sample acts between itself and a concave edge of its face \[spacings]. Where
+/// two faces meet in an acute angle, the samples of their edge lie far behind it, and the next of a face up to 1.5 from
+/// them.
 const TO_EDGE: f32 = 2.0;
 /// Largest number of samples that act on one particle: three faces meet in a corner, and samples in its edges have
 /// normals between theirs.
@@ -149,8 +150,8 @@ impl Wall<'_> {
         deepest.or(far)
     }
 
-    /// Whether a place on the face of a sample, `beside` it \[m], lies between it and a sample of a concave edge of that
-    /// face.
+    /// Whether a place on the face of a sample, `beside` it \[m], lies between it and a sample of a concave edge of
+    /// that face.
     fn reaches_edge(&self, samples: &[u32], sample: usize, beside: Vec3) -> bool {
         let (place, normal) = (
             self.boundary.place_ahead(sample),

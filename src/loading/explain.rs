@@ -261,7 +261,10 @@ pub(super) fn explain(error: &Error) -> String {
         }
         Error::SuggestRawIdentifier(found) if found.contains('.') && !found.starts_with('.') => {
             let (outer, inner) = found.split_once('.').unwrap_or((found, ""));
-            format!("a field within another stands in its bracket, `{outer}: ({inner}: …)`; names with dots are for `--set`")
+            format!(
+                "a field within another stands in its bracket, `{outer}: ({inner}: …)`; names with dots are for \
+                 `--set`"
+            )
         }
         Error::SuggestRawIdentifier(found) => format!("expected a name, found `{found}`"),
         Error::ExpectedStructLikeEnd => "expected a comma or `)`".to_owned(),

@@ -155,8 +155,8 @@ pub enum InstallError {
     },
     /// The limit of the process on its memory leaves too little for the scene.
     #[error(
-        "the scene needs about {needed} of memory beside that of its threads, more than the limit of the process leaves \
-         (`ulimit -v`); raise it, or run with fewer threads (`--threads`)"
+        "the scene needs about {needed} of memory beside that of its threads, more than the limit of the process \
+         leaves (`ulimit -v`); raise it, or run with fewer threads (`--threads`)"
     )]
     MemoryLimit {
         /// Memory that it needs.

@@ -264,7 +264,8 @@ fn slips_in_overrides_are_answered_with_what_was_meant() {
 /// Brackets, names and blanks that are others', and the value that is meant. Lines stand before `duration`.
 #[rustfmt::skip]
 const NAMES: [(&str, &str); 17] = [
-    ("boundaries: [(shape: Tank(min: (0, 0, 0), max: (2, 2, 1)), open: true)]", "did you mean `Tank(min: (0, 0, 0), max: (2, 2, 1), open: true)`?"),
+    ("boundaries: [(shape: Tank(min: (0, 0, 0), max: (2, 2, 1)), open: true)]",
+        "did you mean `Tank(min: (0, 0, 0), max: (2, 2, 1), open: true)`?"),
     ("boundaries: [(Tank(min: (0, 0, 0), max: (2, 2, 1)))]", "did you mean `Tank(min: (0, 0, 0), max: (2, 2, 1))`?"),
     ("time_step: (Fixed: 0.001)", "did you mean `Fixed(0.001)`?"),
     ("pressure: [Dfsph]", "did you mean `Dfsph`?"),
