@@ -47,6 +47,30 @@ pub(crate) fn is_left(bytes: usize) -> bool {
         .is_ok()
 }
 
+/// Address space that the heaps of a number of threads reserve beside what is in them \[bytes]: glibc gives each thread
+/// one of 64 MiB, and no more than eight for each core or `MALLOC_ARENA_MAX`.
+const HEAP: usize = 64 << 20;
+
+/// Threads of the program beside those of the loops: the main one, signals, progress, files.
+const OTHERS: usize = 3;
+
+/// Whether the process can have so many bytes more, by its limit on address space (`ulimit -v`); true where there is
+/// none. Heaps of threads count there, whatever is in them.
+pub(crate) fn is_left_by_limit(bytes: f64, threads: usize) -> bool {
+    if of_process() == u64::MAX {
+        return true;
+    }
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let most = std::env::var("MALLOC_ARENA_MAX").ok();
+    let most = most
+        .and_then(|most| most.parse().ok())
+        .filter(|&most| most > 0);
+    let heaps = (threads + OTHERS).min(most.unwrap_or(8 * cores));
+    let with_heaps = bytes + heaps as f64 * HEAP as f64;
+    // Also false for what is beyond any address.
+    with_heaps < isize::MAX as f64 && is_left(with_heaps as usize)
+}
+
 /// A number of bytes in words.
 pub(crate) fn in_words(bytes: f64) -> String {
     match bytes {

@@ -25,6 +25,10 @@ const PENETRATION: f32 = 0.25;
 /// last row of a face beside a tank's edge 0.83. The second row around a convex edge must not act on the other side;
 /// its distance is at least 1.2.
 const SIDEWAYS: f32 = 1.15;
+/// Distance along the face up to which a sample acts between itself and a concave edge of its face \[spacings]. Where
+/// two faces meet in an acute angle, the samples of their edge lie far behind it, and the next of a face up to 1.5 from
+/// them.
+const TO_EDGE: f32 = 2.0;
 /// Largest number of samples that act on one particle: three faces meet in a corner, and samples in its edges have
 /// normals between theirs.
 const CORRECTIONS: usize = 8;
@@ -117,6 +121,8 @@ impl Wall<'_> {
     fn deepest(&self, start: Vec3, samples: &[u32], point: Vec3) -> Option<(f32, usize)> {
         let (clearance, sideways) = (self.clearance, SIDEWAYS * self.spacing);
         let mut deepest = None;
+        // The deepest one that is too far to act, but for an edge.
+        let mut far: Option<(f32, usize)> = None;
         for &sample in samples {
             // A stale list may contain samples that no longer exist.
             let Some(&normal) = self.boundary.normals.get(sample as usize) else {
@@ -133,9 +139,41 @@ impl Wall<'_> {
                 && self.period.nearest(start - place).dot(normal) >= 0.0
             {
                 deepest = Some((depth, sample as usize));
+            } else if depth > far.map_or(ROUNDING * self.spacing, |(depth, _)| depth)
+                && (sideways * sideways..(TO_EDGE * self.spacing).powi(2)).contains(&along)
+                && self.period.nearest(start - place).dot(normal) >= 0.0
+                && self.reaches_edge(samples, sample as usize, offset - height * normal)
+            {
+                far = Some((depth, sample as usize));
             }
         }
-        deepest
+        deepest.or(far)
+    }
+
+    /// Whether a place on the face of a sample, `beside` it \[m], lies between it and a sample of a concave edge of
+    /// that face.
+    fn reaches_edge(&self, samples: &[u32], sample: usize, beside: Vec3) -> bool {
+        let (place, normal) = (
+            self.boundary.place_ahead(sample),
+            self.boundary.normals[sample],
+        );
+        samples.iter().any(|&edge| {
+            let Some(&of_edge) = self.boundary.normals.get(edge as usize) else {
+                return false;
+            };
+            let to_edge = self
+                .period
+                .nearest(self.boundary.place_ahead(edge as usize) - place);
+            let length = to_edge.length();
+            let along = beside.dot(to_edge) / length;
+            // On the face, of another direction, and behind the sample as it sees it: the fluid is in the angle.
+            to_edge.dot(normal).abs() < 0.1 * self.spacing
+                && of_edge.dot(normal) < 0.95
+                && to_edge.dot(of_edge) < -0.1 * length
+                && along > 0.0
+                && along < length
+                && beside.length_squared() - along * along < (0.75 * self.spacing).powi(2)
+        })
     }
 }
 

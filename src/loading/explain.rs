@@ -4,8 +4,8 @@ use ron::error::{Error, SpannedError};
 use serde::de::DeserializeOwned;
 
 use super::ron_text::deserialize;
-use super::slips::{slip, slip_around, slip_of_name, slip_within};
-use super::spans::{Kind, byte_at, is_name, line_column, scan};
+use super::slips::{slip, slip_around, slip_of_key, slip_of_name, slip_within};
+use super::spans::{Kind, Node, byte_at, is_name, line_column, scan};
 use crate::input::without_mark;
 use crate::scene::{Place, SceneError, unknown_name};
 
@@ -45,6 +45,16 @@ pub(super) fn explain_in_file<T: DeserializeOwned>(
 ) -> SceneError {
     let end = byte_at(text, error.span.end.line, error.span.end.col);
     let start = byte_at(text, error.span.start.line, error.span.start.col);
+    if let Some((byte, sign)) = foreign_blank(text) {
+        let (line, column) = line_column(text, byte);
+        let message = format!(
+            "there is a blank of another kind (U+{:04X}), as web pages have them; replace it by one of the keyboard",
+            u32::from(sign)
+        );
+        let file = file_name.to_owned();
+        let place = Place::File { file, line, column };
+        return SceneError::Syntax { place, message };
+    }
     let tree = scan(text);
     let mut message = explain(&error.code);
     let byte = match (&error.code, &tree) {
@@ -57,6 +67,19 @@ pub(super) fn explain_in_file<T: DeserializeOwned>(
             }
             start
         }
+        (
+            Error::NoSuchStructField {
+                expected, found, ..
+            },
+            Some(tree),
+        ) if found != "include" => {
+            if !message.contains("did you mean")
+                && let Some(slip) = slip_of_key::<T>(text, tree, start, expected)
+            {
+                message = slip;
+            }
+            start
+        }
         (Error::NoSuchStructField { .. } | Error::NoSuchEnumVariant { .. }, _) => start,
         (Error::DuplicateStructField { field, .. }, Some(tree)) => {
             tree.last_key(field, end).map_or(end, |key| key.start)
@@ -66,28 +89,11 @@ pub(super) fn explain_in_file<T: DeserializeOwned>(
             let alone = tree.name_that_ends(end, text).or_else(|| tree.bracket(end));
             alone.map_or(end, |node| node.span.start)
         }
-        (_, Some(tree)) => match tree.innermost(end) {
-            Some(node) => {
-                let around = tree.bracket(end).unwrap_or(node);
-                if let Some(slip) = slip::<T>(text, node.span.clone()) {
-                    message = slip.in_file(&text[node.span.clone()]);
-                } else if let Some(slip) = slip_within::<T>(text, around.span.clone()) {
-                    message = slip.in_file(&text[around.span.clone()]);
-                } else if let Some(sign) = foreign_sign(&error.code, &text[..end], &text[end..]) {
-                    message = sign.to_owned();
-                } else if node.kind == Kind::Leaf
-                    && node.span.end == end
-                    && is_name(&text[node.span.clone()])
-                {
-                    message = format!(
-                        "`{}` needs its values in a bracket: {message}",
-                        &text[node.span.clone()]
-                    );
-                }
-                node.span.start
-            }
-            None => end,
-        },
+        (code, Some(tree)) => {
+            let (found, byte) = within::<T>(tree, text, end, code, &message);
+            message = found.unwrap_or(message);
+            byte
+        }
         (_, None) => match slip_around::<T>(text, end) {
             Some((slip, start)) => {
                 message = slip;
@@ -112,6 +118,68 @@ pub(super) fn explain_in_file<T: DeserializeOwned>(
     }
 }
 
+/// What is wrong with the value around a byte where ron stopped with a message, if more is known, and where it stands.
+fn within<T: DeserializeOwned>(
+    tree: &Node,
+    text: &str,
+    end: usize,
+    code: &Error,
+    message: &str,
+) -> (Option<String>, usize) {
+    let Some(node) = tree.innermost(end) else {
+        return (None, end);
+    };
+    let value = &text[node.span.clone()];
+    let around = tree.bracket(end).unwrap_or(node);
+    let found = if let Some(slip) = slip::<T>(text, node.span.clone()) {
+        Some(slip.in_file(value))
+    } else if let Some(slip) = slip_within::<T>(text, around.span.clone()) {
+        Some(slip.in_file(&text[around.span.clone()]))
+    } else if let Some(sign) = foreign_sign(code, &text[..end], &text[end..]) {
+        Some(sign.to_owned())
+    } else if node.kind == Kind::Leaf && node.span.end == end && is_name(value) {
+        Some(format!(
+            "`{value}` needs its values in a bracket: {message}"
+        ))
+    } else {
+        None
+    };
+    (found, node.span.start)
+}
+
+/// The first blank outside of texts and comments that is none of RON's, and where it stands.
+fn foreign_blank(text: &str) -> Option<(usize, char)> {
+    // Those that RON knows beside ASCII's.
+    let is_known = |c: char| {
+        matches!(
+            c,
+            '\u{85}' | '\u{200e}' | '\u{200f}' | '\u{2028}' | '\u{2029}'
+        )
+    };
+    let is_blank = |c: char| c.is_whitespace() || matches!(c, '\u{200b}' | '\u{2060}' | '\u{feff}');
+    let mut rest = text.char_indices();
+    while let Some((at, c)) = rest.next() {
+        match c {
+            '"' => {
+                while let Some((_, inner)) = rest.next() {
+                    match inner {
+                        '\\' => _ = rest.next(),
+                        '"' => break,
+                        _ => {}
+                    }
+                }
+            }
+            '/' if text[at..].starts_with("//") => _ = rest.find(|(_, c)| *c == '\n'),
+            // What is in these is not looked at.
+            '/' if text[at..].starts_with("/*") => return None,
+            'r' if text[at..].starts_with("r#\"") => return None,
+            c if !c.is_ascii() && is_blank(c) && !is_known(c) => return Some((at, c)),
+            _ => {}
+        }
+    }
+    None
+}
+
 /// A sign of another language right at the place of an error, and what would be right.
 fn foreign_sign(code: &Error, before: &str, rest: &str) -> Option<&'static str> {
     let next = rest.trim_start().chars().next()?;
@@ -120,6 +188,9 @@ fn foreign_sign(code: &Error, before: &str, rest: &str) -> Option<&'static str> 
         (_, '#') => Some("a comment begins with `//`"),
         (_, '*' | '+') => Some("numbers are written out: there is no arithmetic"),
         (_, ';') => Some("fields and values are separated by commas"),
+        (_, '{' | '[') if *code == Error::ExpectedStructLike => {
+            Some("the bracket around fields and values is round here, `(…)`")
+        }
         (Some('(' | ','), quote @ ('"' | '\'')) if *code == Error::ExpectedIdentifier => {
             let mut parts = rest.trim_start().splitn(3, quote).skip(2);
             match parts.next().map(str::trim_start) {
@@ -185,6 +256,16 @@ pub(super) fn explain(error: &Error) -> String {
             format!("expected `(…)` with the fields of `{name}`")
         }
         Error::ExpectedIdentifier => "expected a name".to_owned(),
+        Error::InvalidEscape(_) => {
+            "a `\\` begins a sign such as `\\n` in a text; write folders with `/`, or `\\\\` for each `\\`".to_owned()
+        }
+        Error::SuggestRawIdentifier(found) if found.contains('.') && !found.starts_with('.') => {
+            let (outer, inner) = found.split_once('.').unwrap_or((found, ""));
+            format!(
+                "a field within another stands in its bracket, `{outer}: ({inner}: …)`; names with dots are for \
+                 `--set`"
+            )
+        }
         Error::SuggestRawIdentifier(found) => format!("expected a name, found `{found}`"),
         Error::ExpectedStructLikeEnd => "expected a comma or `)`".to_owned(),
         Error::ExpectedArrayEnd => "expected a comma or `]`".to_owned(),

@@ -97,22 +97,20 @@ impl Override {
             Some(Lost::NoField { at, known }) => {
                 let of = at.name.or(Some(&here)).filter(|name| !name.is_empty());
                 let message = unknown_name("field", steps[done], of, &known);
-                // Variants are walked through: `time_step.factor`, not `time_step.Cfl.factor`.
-                let is_variant = at
-                    .name
-                    .is_some_and(|name| name.eq_ignore_ascii_case(steps[done]));
-                let without = (is_variant && done + 1 < steps.len())
-                    .then(|| [&steps[..done], &steps[done + 1..]].concat().join("."));
-                let path = self.in_dots().or(without).or_else(|| {
-                    let meant = deeper(at, &steps[done..])?;
-                    let shown = [&steps[..done], &[meant.as_str()]].concat();
-                    Some(shown.join("."))
-                });
-                Err(refuse(match path {
-                    Some(path) => format!(
-                        "unknown field `{}`; did you mean `{path}={}`?",
-                        steps[done], self.value
-                    ),
+                // Another variant: `time_step.Fixed=0.001`.
+                let variant = format!("{}({})", steps[done], self.value);
+                let is_last = done + 1 == steps.len() && at.name.is_some();
+                let meant = match self.path_meant(at, &steps, done) {
+                    Some(path) => Some(format!("{path}={}", self.value)),
+                    None if is_last && splice(&variant).is_ok() => {
+                        Some(format!("{here}={variant}"))
+                    }
+                    None => None,
+                };
+                Err(refuse(match meant {
+                    Some(meant) => {
+                        format!("unknown field `{}`; did you mean `{meant}`?", steps[done])
+                    }
                     None => message,
                 }))
             }
@@ -145,6 +143,21 @@ impl Override {
                 steps[done]
             ))),
         }
+    }
+
+    /// The path that was meant by one that leads to no field of the value `at`, which its first `done` steps lead to.
+    fn path_meant(&self, at: &Node, steps: &[&str], done: usize) -> Option<String> {
+        // Variants are walked through: `time_step.factor`, not `time_step.Cfl.factor`.
+        let is_variant = at
+            .name
+            .is_some_and(|name| name.eq_ignore_ascii_case(steps[done]));
+        let without = (is_variant && done + 1 < steps.len())
+            .then(|| [&steps[..done], &steps[done + 1..]].concat().join("."));
+        self.in_dots().or(without).or_else(|| {
+            let meant = deeper(at, &steps[done..])?;
+            let shown = [&steps[..done], &[meant.as_str()]].concat();
+            Some(shown.join("."))
+        })
     }
 
     /// What is wrong within the value, where the scene's text has it; none if the value is right there.

@@ -4,6 +4,7 @@
 //! its place; what can be read then was meant. We use 2: ron itself says which variants and fields there are, so a
 //! field that is added later is answered, too.
 
+mod keys;
 mod place;
 mod spelling;
 
@@ -12,9 +13,10 @@ use std::ops::Range;
 use ron::error::Error;
 use serde::de::DeserializeOwned;
 
-use super::spans::{is_name, scan};
+use super::spans::{Field, Kind, is_name, scan};
 use place::{Meant, NOBODY, Place, variants_of};
 
+pub(super) use keys::slip_of_key;
 pub(super) use place::Slip;
 
 /// The slip in the value at `span` of a text that is no `T`, if it is a known one.
@@ -137,7 +139,10 @@ fn number(place: &Place, value: &str) -> Option<Slip> {
     Some(match number.meant {
         Some(meant) => Slip::value(number.what, meant),
         None => Slip {
-            what: format!("{}, without `{}`", number.what, number.unit),
+            what: match number.unit {
+                "" => number.what,
+                unit => format!("{}, without `{unit}`", number.what),
+            },
             meant: None,
         },
     })
@@ -145,7 +150,7 @@ fn number(place: &Place, value: &str) -> Option<Slip> {
 
 /// A number as another language or a person writes it.
 struct Number<'a> {
-    what: &'static str,
+    what: String,
     unit: &'a str,
     /// Its figures alone.
     plain: String,
@@ -179,18 +184,23 @@ fn number_meant(value: &str) -> Option<Number<'_>> {
         return None;
     };
     let number: f64 = plain.parse().ok()?;
+    // `1,000` is a thousand to some, and one to others.
+    let is_group = part.len() == 3 && !whole.trim_start_matches(['+', '-']).starts_with('0');
     let factor = UNITS.iter().find(|(name, _)| *name == unit);
     let meant = match factor.map(|unit| unit.1) {
         Some(factor) if factor != 1.0 => Some((number * factor).to_string()),
         None if !unit.is_empty() => None,
+        _ if is_group => None,
         _ => Some(plain.clone()),
     };
     let what = if !unit.is_empty() {
-        "a number stands alone, in SI units"
+        "a number stands alone, in SI units".to_owned()
+    } else if is_group {
+        format!("a number has no comma: write `{plain}` or `{whole}{part}`")
     } else if digits.contains(',') {
-        "a number has a decimal point"
+        "a number has a decimal point".to_owned()
     } else if value.starts_with('"') {
-        "a number has no quotes"
+        "a number has no quotes".to_owned()
     } else {
         return None;
     };
@@ -211,7 +221,13 @@ fn quotes(place: &Place, value: &str) -> Option<Slip> {
     } else {
         let same = |known: &&str| known.eq_ignore_ascii_case(inner);
         let known = variants_of(place)?.into_iter().find(same)?;
-        place.takes(known).then(|| known.to_owned())?
+        if !place.takes(known) {
+            let what = format!(
+                "no quotes belong here, and the values of `{known}` in a bracket behind it"
+            );
+            return Some(Slip { what, meant: None });
+        }
+        known.to_owned()
     };
     Some(Slip::value("no quotes belong here", meant))
 }
@@ -271,10 +287,51 @@ fn variants(place: &Place, value: &str) -> Option<Slip> {
             break;
         }
     }
+    let meant = meant.or_else(|| without_bracket(place, value, &expected));
     // A name that is not known, or lacks something, has an answer of its own.
     let what = format!("expected one of {}, found `{value}`", expected.join(", "));
     let meant = meant.map(Meant::Value);
     (!is_name).then_some(Slip { what, meant })
+}
+
+/// A variant alone that has a bracket around it, with fields of its own beside it: `(shape: Tank(…), motion: …)`.
+fn without_bracket(place: &Place, value: &str, expected: &[&str]) -> Option<String> {
+    let tree = scan(value)?;
+    let (inner, beside) = match &tree.kind {
+        Kind::Tuple(items) | Kind::List(items) if items.len() == 1 => (&items[0], Vec::new()),
+        // `(Fixed: 0.001)`
+        Kind::Fields(fields) if fields.len() == 1 && expected.contains(&fields[0].key) => {
+            let (key, inner) = (fields[0].key, &value[fields[0].value.span.clone()]);
+            let meant = [format!("{key}({inner})"), format!("{key}{inner}")];
+            return meant.into_iter().find(|meant| place.takes(meant));
+        }
+        Kind::Fields(fields) => {
+            let is_variant = |field: &&Field| {
+                let node = &field.value;
+                expected.contains(&node.name.unwrap_or(&value[node.span.clone()]))
+            };
+            let inner = fields.iter().find(is_variant)?;
+            let others = fields
+                .iter()
+                .filter(|field| field.key_span != inner.key_span);
+            let texts = others.map(|field| &value[field.key_span.start..field.value.span.end]);
+            (&inner.value, texts.collect())
+        }
+        _ => return None,
+    };
+    let alone = &value[inner.span.clone()];
+    let meant = if beside.is_empty() {
+        alone.to_owned()
+    } else {
+        // The variant's own bracket stays open for them.
+        let open = alone
+            .strip_suffix(')')
+            .map_or_else(|| format!("{alone}("), str::to_owned);
+        let open = open.trim_end_matches([',', ' ', '\n']);
+        let comma = if open.ends_with('(') { "" } else { ", " };
+        format!("{open}{comma}{})", beside.join(", "))
+    };
+    place.takes(&meant).then_some(meant)
 }
 
 /// One value in place of a struct that has a field for it.

@@ -27,6 +27,23 @@ pub(crate) fn vertices(file: &Path, place: Place) -> Result<Vec<DVec3>, MeshErro
     Ok(soup.vertices)
 }
 
+/// A remark on a surface of a size that no scene has; else nothing. Its triangles fail for reasons that mislead.
+fn units(soup: &Soup, spacing: f32) -> String {
+    let low = soup.vertices.iter().copied().reduce(DVec3::min);
+    let high = soup.vertices.iter().copied().reduce(DVec3::max);
+    let size = low
+        .zip(high)
+        .map_or(0.0, |(low, high)| (high - low).max_element());
+    let spacings = size / f64::from(spacing);
+    if size == 0.0 || (1.0..1e9).contains(&spacings) {
+        return String::new();
+    }
+    format!(
+        ". It is {size:.1e} m large, with a spacing of {spacing:e} m: if its units are others, set `scale`, the metres \
+         in one of them"
+    )
+}
+
 impl Mesh {
     /// Reads a file and places it, for particles at a spacing \[m].
     pub(crate) fn read(
@@ -37,9 +54,10 @@ impl Mesh {
     ) -> Result<Self, MeshError> {
         let mut soup = read::read(file)?;
         place.put(&mut soup.vertices);
+        let units = units(&soup, spacing);
         Self::of_soup(soup, side, spacing).map_err(|message| MeshError::Unusable {
             file: file.to_owned(),
-            message,
+            message: message + &units,
         })
     }
 

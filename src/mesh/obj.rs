@@ -27,7 +27,8 @@ pub(super) fn read(bytes: &[u8]) -> Result<Soup, String> {
         let mut words = line.split_whitespace();
         match words.next() {
             None => {}
-            Some("v") => {
+            // Capitals are no statements of the format, but a surface without its faces would be another one.
+            Some("v" | "V") => {
                 let vertex = point(words).ok_or_else(|| {
                     format!(
                         "line {number}: a line `v` needs three numbers, it is `{}`",
@@ -36,7 +37,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Soup, String> {
                 })?;
                 soup.vertices.push(vertex);
             }
-            Some("f" | "fo") => {
+            Some("f" | "F" | "fo") => {
                 for word in words {
                     let row = row(word, soup.vertices.len()).ok_or_else(|| {
                         format!(

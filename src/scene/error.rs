@@ -68,6 +68,13 @@ impl fmt::Display for Place {
 pub(crate) fn unknown_name(what: &str, found: &str, of: Option<&str>, known: &[&str]) -> String {
     let of = of.map_or_else(String::new, |of| format!(" in `{of}`"));
     let list = known.join(", ");
+    let is_dynamic = matches!(found, "mu" | "eta" | "dynamic_viscosity");
+    if is_dynamic && known.contains(&"kinematic_viscosity") {
+        return format!(
+            "unknown {what} `{found}`{of}; did you mean `kinematic_viscosity`, the dynamic one divided by the density? \
+             ({what}s: {list})"
+        );
+    }
     match nearest(found, known) {
         Some(near) => {
             format!("unknown {what} `{found}`{of}; did you mean `{near}`? ({what}s: {list})")
@@ -142,12 +149,17 @@ const SYNONYMS: [(&str, &str); 61] = [
     ("slit", "Rectangle"),
 ];
 
+/// The known name of what other programs call `found`.
+pub(crate) fn known_as<'a>(found: &str, known: &[&'a str]) -> Option<&'a str> {
+    let synonyms = SYNONYMS.iter().filter(|(word, _)| *word == found);
+    let mut meant = synonyms.flat_map(|(_, name)| known.iter().find(|known| *known == name));
+    meant.next().copied()
+}
+
 /// The known name nearest to `found`, if one is near enough to be meant.
 fn nearest<'a>(found: &str, known: &[&'a str]) -> Option<&'a str> {
     let found = found.to_lowercase();
-    let synonyms = SYNONYMS.iter().filter(|(word, _)| *word == found);
-    let mut meant = synonyms.flat_map(|(_, name)| known.iter().find(|known| *known == name));
-    if let Some(name) = meant.next() {
+    if let Some(name) = known_as(&found, known) {
         return Some(name);
     }
     // Of equally near names the first.

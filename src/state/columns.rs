@@ -136,12 +136,15 @@ fn unpack(packed: &[Vec4], values: &mut [Vec3], on: &Execution) {
     });
 }
 
-/// The first value that is not finite.
-fn not_finite(values: &[f32], first: usize, on: &Execution) -> Option<(usize, bool)> {
-    let bad = |chunk: &[f32]| chunk.iter().position(|value| !value.is_finite());
+/// The first value that is not below [`TOO_LARGE`]; true if it is finite. A solve that starts from it would throw the
+/// particles around.
+fn unusable(values: &[f32], first: usize, on: &Execution) -> Option<(usize, bool)> {
+    let usable = |value: &f32| value.abs() < TOO_LARGE;
+    let bad = |chunk: &[f32]| chunk.iter().position(|value| !usable(value));
     let chunks = values.par_chunks(CHUNK).enumerate();
     let found = chunks.filter_map(|(chunk, values)| Some(chunk * CHUNK + bad(values)?));
-    on.install(|| found.min()).map(|row| (first + row, false))
+    let row = on.install(|| found.min())?;
+    Some((first + row, values[row].is_finite()))
 }
 
 impl StateColumn for Position {
@@ -237,7 +240,7 @@ impl GatheredColumn for Pressure {
         on: &Execution,
     ) -> Option<(usize, bool)> {
         on.copy(&mut start.0[first..first + values.len()], values);
-        not_finite(values, first, on)
+        unusable(values, first, on)
     }
 }
 
@@ -270,6 +273,6 @@ impl GatheredColumn for MeanPressure {
         on: &Execution,
     ) -> Option<(usize, bool)> {
         on.copy(&mut start.means[first..first + values.len()], values);
-        not_finite(values, first, on)
+        unusable(values, first, on)
     }
 }

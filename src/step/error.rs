@@ -153,6 +153,15 @@ pub enum InstallError {
         /// A spacing that fits \[m].
         better: String,
     },
+    /// The limit of the process on its memory leaves too little for the scene.
+    #[error(
+        "the scene needs about {needed} of memory beside that of its threads, more than the limit of the process \
+         leaves (`ulimit -v`); raise it, or run with fewer threads (`--threads`)"
+    )]
+    MemoryLimit {
+        /// Memory that it needs.
+        needed: String,
+    },
     /// The order file cannot be read.
     #[error("order file {}: {error}", .path.display())]
     OrderFile {

@@ -58,11 +58,11 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
     let size = scene.checked_size()?;
     let stages = world.get_resource::<Stages>().cloned().unwrap_or_default();
     let order = order_of(scene, &stages)?;
-    memory::check(scene, &size)?;
     let execution = match world.get_resource::<Execution>() {
         Some(execution) => execution.clone(),
         None => Execution::new(0).map_err(InstallError::Threads)?,
     };
+    memory::check(scene, &size, execution.threads())?;
     // Everything that can fail comes before the first change of the world.
     let files = fingerprints(scene);
     let material = Material::new(scene);

@@ -50,10 +50,17 @@ pub(crate) fn need(scene: &Scene, size: &Size) -> Result<Need, InstallError> {
     Ok(Need { running, most })
 }
 
-/// Refuses a scene that needs more memory than there is, before any is allocated.
-pub(super) fn check(scene: &Scene, size: &Size) -> Result<Need, InstallError> {
+/// What a run takes beside its columns: files and pictures being written, and vectors that grow \[parts of the need].
+const BESIDE: f64 = 1.25;
+
+/// Refuses a scene that needs more memory than there is, before any is allocated. It runs with a number of threads.
+pub(super) fn check(scene: &Scene, size: &Size, threads: usize) -> Result<Need, InstallError> {
     let need = need(scene, size)?;
     enough(scene, size, &need, memory::of_machine() as f64)?;
+    if !memory::is_left_by_limit(BESIDE * need.most, threads) {
+        let needed = memory::in_words(BESIDE * need.most);
+        return Err(InstallError::MemoryLimit { needed });
+    }
     Ok(need)
 }
 

@@ -110,7 +110,8 @@ fn emitters(
 pub fn plan(scene: &Scene) -> Result<Plan, InstallError> {
     let size = scene.checked_size()?;
     let order = order_of(scene, &Stages::default())?;
-    let need = memory::check(scene, &size)?;
+    // Its checks run on one thread.
+    let need = memory::check(scene, &size, 1)?;
     let material = Material::new(scene);
     let (mut particles, mut low, mut high) = (0, Vec3::INFINITY, Vec3::NEG_INFINITY);
     Filling::new(scene).for_each(|seed| {

@@ -21,6 +21,13 @@ pub(super) fn of(scene: &Scene, size: &Size) -> Vec<String> {
     let (low, high) = (size.fluid_box.0.as_vec3(), size.fluid_box.1.as_vec3());
     let limits = limits::of(scene, low, high);
     let dt = f64::from(expected_step(scene, &limits));
+    // Steps that end at every frame are no longer than the time between two.
+    let rate = f64::from(scene.output.frames_per_second);
+    let dt = if scene.output.exact_times && rate > 0.0 {
+        dt.min(1.0 / rate)
+    } else {
+        dt
+    };
     let fall = limits::fall(scene, low, high);
     let mut warnings = Vec::new();
     warnings.extend(too_fast(scene, fall));
@@ -57,6 +64,9 @@ fn endless(scene: &Scene, dt: f64) -> Option<String> {
     let duration = f64::from(scene.duration);
     let steps = duration / dt;
     let remedy = match scene.time_step {
+        _ if scene.output.exact_times && dt * f64::from(scene.output.frames_per_second) > 0.99 => {
+            "write fewer `frames_per_second`, or frames without `exact_times`, or a shorter `duration`"
+        }
         TimeStep::Fixed(_) => "write a longer step, or `time_step: Cfl()`, or a shorter `duration`",
         _ => "write a shorter `duration`, or longer steps (`max` in `time_step`, a larger spacing)",
     };
@@ -139,6 +149,8 @@ mod tests {
             ("time_step: Cfl(max: 1e-9, min: 1e-10)", true),
             ("time_step: Fixed(1e-3)", false),
             ("time_step: Cfl(max: 1e-6)", false),
+            ("output: (frames_per_second: 1e9, exact_times: true)", true),
+            ("output: (frames_per_second: 1e9)", false),
         ] {
             assert_eq!(of(0.0, rest).contains("which are years"), years, "{rest}");
         }

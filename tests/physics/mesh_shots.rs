@@ -15,11 +15,11 @@ fn block_distance(min: Vec3, max: Vec3) -> impl Fn(Vec3) -> f32 {
 }
 
 /// Shoots single particles at targets from both sides and all directions, and counts those that `crossed` the solid,
-/// given their start and current position.
+/// given their start and current position. They start `from` spacings away, or a little further.
 fn fire(
     what: &str,
     boundaries: &str,
-    targets: &[(Vec3, Vec3)],
+    (targets, from): (&[(Vec3, Vec3)], f32),
     distance: Distance,
     crossed: &dyn Fn(Vec3, Vec3) -> bool,
 ) -> usize {
@@ -42,7 +42,7 @@ fn fire(
                 let turn = 0.4 + 2.4 * k as f32;
                 let across = turn.cos() * u + turn.sin() * v;
                 let direction = (-normal * tilt.cos() + across * tilt.sin()).normalize();
-                let way = (2.1 + 0.13 * k as f32) * DX;
+                let way = (from + 0.13 * k as f32) * DX;
                 let start = target - way * direction;
                 if distance(start) < 0.5 * DX {
                     continue;
@@ -134,11 +134,63 @@ fn lone_particles_pass_no_plate_however_thin() {
             let leaks = fire(
                 &format!("{handling}, {} of {thickness} spacings", &boundary[..3]),
                 &format!("boundary_handling: {handling}, boundaries: [{boundary}]"),
-                &targets,
+                (&targets, 2.1),
                 &distance,
                 &crossed,
             );
             assert_eq!(leaks, 0, "{handling}, {boundary}, {thickness}");
+        }
+    }
+}
+
+/// In acute edges the samples of a face end far before those of the edge.
+#[test]
+fn lone_particles_leave_no_tetrahedron_through_its_edges() {
+    let files = Files::new();
+    let center = Vec3::splat(3.015);
+    for (angle, width) in [(26.3_f32, 0.06), (15.0, 0.1), (35.0, 0.05), (20.0, 0.04)] {
+        let size = 15.0 * DX;
+        let (height, half) = (angle.to_radians().tan() * size, width * size / 0.3);
+        let corners = [
+            Vec3::ZERO,
+            Vec3::new(size, 0.0, -half),
+            Vec3::new(size, 0.0, half),
+            Vec3::new(size, height, 0.0),
+        ];
+        let middle = corners.iter().sum::<Vec3>() / 4.0;
+        let corners = corners.map(|corner| corner - middle + center);
+        let faces = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
+        let surface = Surface {
+            vertices: corners.into(),
+            faces: faces.iter().map(|face| face.to_vec()).collect(),
+        };
+        let distance = |x: Vec3| {
+            let behind = faces.iter().map(|face| {
+                let [a, b, c] = face.map(|k| corners[k]);
+                let normal = (b - a).cross(c - a).normalize();
+                let normal = normal * (a - center).dot(normal).signum();
+                (a - x).dot(normal)
+            });
+            behind.fold(f32::INFINITY, f32::min)
+        };
+        let edges = [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)];
+        let targets: Vec<(Vec3, Vec3)> = edges
+            .iter()
+            .flat_map(|&(a, b)| {
+                [0.2, 0.35, 0.5, 0.65, 0.8].map(|part| corners[a].lerp(corners[b], part))
+            })
+            .map(|at| (at, (center - at).normalize()))
+            .collect();
+        let file = files.put("tetrahedron.obj", surface.obj());
+        for from in [2.1, 4.0] {
+            let leaks = fire(
+                &format!("a tetrahedron of {angle}°, {width}"),
+                &format!("boundaries: [Mesh(file: {file:?}, side: Inside)]"),
+                (&targets, from),
+                &distance,
+                &|_, x| distance(x) < -0.5 * DX,
+            );
+            assert_eq!(leaks, 0, "{angle}, {width}, {from}");
         }
     }
 }

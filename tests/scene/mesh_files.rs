@@ -168,6 +168,11 @@ fn invalid_files() -> Vec<(&'static str, String, &'static [&'static str])> {
             "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\nf 1 3 2\n".to_owned(),
             &["triangles has an area"],
         ),
+        (
+            "kilometres.obj",
+            Surface::block(Vec3::ZERO, Vec3::splat(3e-4)).obj(),
+            &["encloses nothing", "3.0e-4 m large", "set `scale`"],
+        ),
         ("noise.stl", "not a mesh".to_owned(), &["no STL file"]),
         (
             "text.stl",

@@ -261,6 +261,67 @@ fn slips_in_overrides_are_answered_with_what_was_meant() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
+/// Brackets, names and blanks that are others', and the value that is meant. Lines stand before `duration`.
+#[rustfmt::skip]
+const NAMES: [(&str, &str); 17] = [
+    ("boundaries: [(shape: Tank(min: (0, 0, 0), max: (2, 2, 1)), open: true)]",
+        "did you mean `Tank(min: (0, 0, 0), max: (2, 2, 1), open: true)`?"),
+    ("boundaries: [(Tank(min: (0, 0, 0), max: (2, 2, 1)))]", "did you mean `Tank(min: (0, 0, 0), max: (2, 2, 1))`?"),
+    ("time_step: (Fixed: 0.001)", "did you mean `Fixed(0.001)`?"),
+    ("pressure: [Dfsph]", "did you mean `Dfsph`?"),
+    ("pressure: (method: Iisph)", "did you mean `Iisph`?"),
+    ("pressure: Dfsph{max_density_error: 0.01}", "round here"),
+    ("pressure: Dfsph[max_density_error: 0.01]", "round here"),
+    ("index: (UniformGrid)", "did you mean `structure: UniformGrid`?"),
+    ("index: (type: UniformGrid)", "did you mean `structure: UniformGrid`?"),
+    ("viscosity: 0.01", "did you mean `fluid: (viscosity: 0.01)`?"),
+    ("density: 1000", "did you mean `fluid: (rest_density: 1000)`?"),
+    ("fluid: (viscosity: Laminar(mu: 0.001))", "divided by the density"),
+    ("fluid: (rest_density: 1,000)", "write `1.000` or `1000`"),
+    ("fluid.viscosity: 0.1", "`fluid: (viscosity: …)`"),
+    ("order: \"C:\\Users\\me.ron\"", "write folders with `/`"),
+    ("bodies: [(shape: \"box\")]", "no quotes belong here"),
+    ("support:\u{a0}2", "U+00A0"),
+];
+
+/// The scene without the fields that a line gives.
+fn with_line(line: &str) -> String {
+    let name = line.split([':', '.']).next().unwrap_or_default();
+    let lines = SCENE.lines();
+    let others = lines.filter(|other| !other.trim_start().starts_with(&format!("{name}:")));
+    let others: Vec<&str> = others.collect();
+    let text = others.join("\n");
+    let at = if name == "duration" {
+        "output:"
+    } else {
+        "duration:"
+    };
+    text.replacen(at, &format!("{line}, {at}"), 1)
+}
+
+#[test]
+fn brackets_and_names_of_others_are_answered_with_what_was_meant() {
+    let mut wrong = Vec::new();
+    for (line, part) in NAMES {
+        let said = refusal(&with_line(line));
+        if !said.contains(part) {
+            wrong.push(format!("{line}: {said}"));
+        }
+    }
+    let change = Override::parse("time_step.Cfl=0.4").expect("an override");
+    Scene::parse(SCENE, "s.ron", &[change]).expect_err("refused");
+    let text = SCENE.replacen("Fixed(0.001)", "Cfl()", 1);
+    let change = Override::parse("time_step.Fixed=0.001").expect("an override");
+    let said = Scene::parse(&text, "s.ron", &[change]).expect_err("refused");
+    if !said
+        .to_string()
+        .contains("did you mean `time_step=Fixed(0.001)`?")
+    {
+        wrong.push(said.to_string());
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
 /// Tables as other programs write them.
 #[test]
 fn slips_in_tables_are_answered_with_what_was_meant() {

@@ -117,12 +117,10 @@ fn the_particle_that_a_host_spoilt_is_named_and_not_its_neighbour() {
             refused_and_named(&mut simulation);
             let mut particle = simulation.world_mut().entity_mut(entity);
             particle.insert(x);
-            if !value.is_finite() {
-                particle.insert(Pressure(value));
-                refused_and_named(&mut simulation);
-                let mut particle = simulation.world_mut().entity_mut(entity);
-                particle.insert(Pressure(0.0));
-            }
+            particle.insert(Pressure(value));
+            refused_and_named(&mut simulation);
+            let mut particle = simulation.world_mut().entity_mut(entity);
+            particle.insert(Pressure(0.0));
             run(&mut simulation, 2);
         }
     }
