@@ -205,16 +205,25 @@ fn foreign_sign(code: &Error, before: &str, rest: &str) -> Option<&'static str> 
     }
 }
 
+/// What is wrong with an `include`.
+fn misplaced_include(error: &Error) -> Option<&'static str> {
+    match error {
+        Error::NoSuchStructField { found, .. } if found == "include" => Some(
+            "`include` needs paths in double quotes: `include: \"base.ron\"`, or a list of them",
+        ),
+        Error::ExpectedDifferentStructName { found, .. } if found == "include" => {
+            Some("`include` needs a path in double quotes: `include(\"water.ron\")`")
+        }
+        _ => None,
+    }
+}
+
 /// What ron says, in a sentence that says what would be right.
 pub(super) fn explain(error: &Error) -> String {
+    if let Some(message) = misplaced_include(error) {
+        return message.to_owned();
+    }
     match error {
-        Error::NoSuchStructField { found, .. } if found == "include" => {
-            "`include` needs paths in double quotes: `include: \"base.ron\"`, or a list of them"
-                .to_owned()
-        }
-        Error::ExpectedDifferentStructName { found, .. } if found == "include" => {
-            "`include` needs a path in double quotes: `include(\"water.ron\")`".to_owned()
-        }
         Error::ExpectedNamedStructLike("Vec3") => {
             "expected a vector of three numbers, `(x, y, z)`".to_owned()
         }
@@ -239,11 +248,8 @@ pub(super) fn explain(error: &Error) -> String {
             format!("expected {expected}, found {found}")
         }
         Error::ExpectedDifferentLength { expected, found } => {
-            let expected = expected.replace("a sequence of ", "");
-            format!(
-                "expected {}, found {found}",
-                expected.replace("f32 values", "numbers")
-            )
+            let expected = expected.replace("a sequence of ", "").replace("f32 values", "numbers");
+            format!("expected {expected}, found {found}")
         }
         Error::ExpectedFloat => "expected a number".to_owned(),
         Error::ExpectedInteger => "expected a whole number".to_owned(),
