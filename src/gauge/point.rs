@@ -32,7 +32,9 @@ impl Around {
         let pressures = &moment.state.pressures.0;
         let value = |row: usize| DVec3::splat(pressures[row].into());
         let material = &moment.state.material;
-        let gravity = material.gravity.as_dvec3();
+        let clock = &moment.state.clock;
+        let part = material.part_of_gravity(clock.time, 0.0);
+        let gravity = f64::from(part) * material.gravity.as_dvec3();
         let up = -gravity.normalize_or_zero();
         let (speak, found) = self.fitted(moment.crowd(), up, rows, value);
         let weight = f64::from(material.spacing * material.rest_density) * gravity;

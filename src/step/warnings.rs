@@ -117,7 +117,7 @@ fn dense_tables(scene: &Scene) -> Option<String> {
             let read = AccelerationTable::load(Path::new(&table.file)).ok()?;
             Some((read.shortest_interval(), &table.file))
         }
-        BodyForce::Central(_) => None,
+        BodyForce::Central(_) | BodyForce::Wave(_) => None,
     });
     let walls = scene
         .boundaries
