@@ -70,7 +70,10 @@ pub(super) fn numbers(scene: &Scene) -> Checked {
     })?;
     is_flat("gravity", scene.gravity, scene.dimension)?;
     ensure(scene.gravity_ramp >= 0.0, "gravity_ramp", || {
-        "a time; it must be 0 or more, and 0 is all of gravity from the start on".to_owned()
+        let ramp = scene.gravity_ramp;
+        format!(
+            "the ramp is {ramp} s; it must be 0 or more, and 0 is all of gravity from the start on"
+        )
     })?;
     fluid(scene)?;
     pressure(&scene.pressure)?;
