@@ -2,7 +2,6 @@
 
 use std::collections::BTreeSet;
 
-use bevy_ecs::system::System;
 use glam::{DVec3, Vec3};
 use overfall::{
     Simulation, Step, checkpoint,
