@@ -227,7 +227,7 @@ pub(super) struct Validate {
     /// Replace an older page instead of moving it aside, when the new one is complete.
     #[arg(long)]
     pub(super) force: bool,
-    /// List the cases, the methods, and known cases that are not supported yet; run nothing.
+    /// List the cases and the methods; run nothing.
     #[arg(long)]
     pub(super) list: bool,
     #[command(flatten)]

@@ -8,8 +8,8 @@ use std::path::PathBuf;
 use overfall::output::{OutputError, Provenance, write_atomically};
 use overfall::study::chart::{ErrorPanel, draw_orders, draw_runs_beside_known};
 use overfall::validate::{
-    CASES, Case, Convergence, Event, Figure, Job, METHODS, Method, Outcome, WAITING, convergence,
-    csv, page, run_all, table,
+    CASES, Case, Convergence, Event, Figure, Job, METHODS, Method, Outcome, convergence, csv, page,
+    run_all, table,
 };
 
 use serde_json::{Value, json};
@@ -139,10 +139,6 @@ fn list() -> String {
     for method in &METHODS {
         let _ = writeln!(text, "  {:24} {}", method.key, method.name);
     }
-    text.push_str("known cases that are not supported yet\n");
-    for waiting in &WAITING {
-        let _ = writeln!(text, "  {:24} waits for {}", waiting.name, waiting.needs);
-    }
     text
 }
 
@@ -154,13 +150,9 @@ fn list_json() -> Value {
     let methods = METHODS
         .iter()
         .map(|method| json!({"method": method.key, "name": method.name}));
-    let waiting = WAITING
-        .iter()
-        .map(|case| json!({"case": case.name, "needs": case.needs}));
     json!({
         "cases": cases.collect::<Vec<_>>(),
         "methods": methods.collect::<Vec<_>>(),
-        "waiting": waiting.collect::<Vec<_>>(),
     })
 }
 
@@ -205,16 +197,10 @@ fn jobs(options: &options::Validate) -> Result<Vec<Job>, Failure> {
         {
             continue;
         }
-        let waiting = WAITING
-            .iter()
-            .find(|case| case.name.starts_with(asked.as_str()));
-        return Err(Failure::Refused(match waiting {
-            Some(waiting) => format!("`{}` waits for {}", waiting.name, waiting.needs),
-            None => format!(
-                "there is no case `{asked}`; the cases are {}",
-                CASES.map(|case| case.name).join(", ")
-            ),
-        }));
+        return Err(Failure::Refused(format!(
+            "there is no case `{asked}`; the cases are {}",
+            CASES.map(|case| case.name).join(", ")
+        )));
     }
     let is_asked = |case: &&&Case| {
         let mut asked = options.cases.iter();

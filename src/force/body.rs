@@ -1,6 +1,7 @@
-//! Forces on the fluid as a whole beside gravity: towards a point, and from tables over time.
+//! Forces on the fluid as a whole beside gravity: towards a point, from tables over time, and waves.
 //!
-//! A table's acceleration is its mean over the step, so velocities change by its integral whatever the steps are.
+//! The acceleration of tables and waves is their mean over the step, so velocities change by the integral
+//! whatever the steps are.
 
 use bevy_ecs::prelude::*;
 use glam::Vec3;
@@ -39,7 +40,11 @@ pub fn apply_body_forces(
         for (acceleration, x) in chunk.iter_mut().zip(&positions.0[first..]) {
             let central = forces.central.iter();
             let central: Vec3 = central.map(|force| force.acceleration(x.truncate())).sum();
-            *acceleration += everywhere + central;
+            let mut all = everywhere + central;
+            for wave in &forces.waves {
+                all += wave.mean(x.truncate(), clock.time, clock.dt.into());
+            }
+            *acceleration += all;
         }
     });
 }

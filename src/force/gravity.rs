@@ -2,7 +2,7 @@
 
 use bevy_ecs::prelude::*;
 
-use crate::state::{Accelerations, Execution, Material, Phase, Product, Stage};
+use crate::state::{Accelerations, Clock, Execution, Material, Phase, Product, Stage};
 
 /// Gravity.
 pub(crate) const STAGE: Stage = Stage {
@@ -13,12 +13,14 @@ pub(crate) const STAGE: Stage = Stage {
 /// Adds gravity to every acceleration (phase `Forces`).
 pub fn apply_gravity(
     mut accelerations: ResMut<Accelerations>,
-    material: Res<Material>,
+    (material, clock): (Res<Material>, Res<Clock>),
     execution: Res<Execution>,
 ) {
+    let part = material.part_of_gravity(clock.time, clock.dt.into());
+    let gravity = part * material.gravity;
     execution.for_each_chunk(&mut accelerations.0, |_, chunk| {
         for acceleration in chunk {
-            *acceleration += material.gravity;
+            *acceleration += gravity;
         }
     });
 }

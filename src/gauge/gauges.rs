@@ -4,6 +4,7 @@ use std::fmt;
 
 use bevy_ecs::prelude::*;
 use glam::Vec3;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::{
@@ -333,12 +334,26 @@ pub(crate) fn install(world: &mut World, scene: &Scene) {
     }
 }
 
-/// Reads the gauges that are due (phase `Observe`, if the step succeeded).
+/// Gauges that a thread reads at a time.
+const AT_A_TIME: usize = 8;
+
+/// Reads the gauges that are due (phase `Observe`, if the step succeeded), each on one thread.
 pub(crate) fn read_gauges(mut gauges: ResMut<Gauges>, state: State, mut rows: Local<Vec<u32>>) {
     let moment = Moment::new(&state);
-    for gauge in &mut gauges.0 {
-        gauge.read(&moment, &mut rows);
+    if gauges.0.len() <= AT_A_TIME {
+        for gauge in &mut gauges.0 {
+            gauge.read(&moment, &mut rows);
+        }
+        return;
     }
+    state.execution.install(|| {
+        gauges.0.par_chunks_mut(AT_A_TIME).for_each(|gauges| {
+            let mut rows = Vec::new();
+            for gauge in gauges {
+                gauge.read(&moment, &mut rows);
+            }
+        });
+    });
 }
 
 /// Removes the readings of steps that were rolled back (phase `Observe`, if steps may be).

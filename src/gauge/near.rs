@@ -52,18 +52,38 @@ impl Near<'_> {
     /// The rows of all points in the box, in ascending order: the same from every structure. With periodic axes those
     /// with an image in it.
     pub(super) fn rows_in(&self, low: Vec3, high: Vec3, rows: &mut Vec<u32>) {
+        self.rows_that(low, high, rows, |_| true);
+    }
+
+    /// Those of them that count, which is asked first: it spares the comparison of others, and their order.
+    pub(super) fn rows_that(
+        &self,
+        low: Vec3,
+        high: Vec3,
+        rows: &mut Vec<u32>,
+        counts: impl Fn(u32) -> bool,
+    ) {
         rows.clear();
         let period = self.index.images().map(|images| images.period);
         for (low, high) in parts(period.unwrap_or_default(), low, high) {
-            self.append_rows_in(low, high, rows);
+            self.append_rows_in(low, high, rows, &counts);
         }
         rows.sort_unstable();
         // A structure may return more than the requested cells.
         rows.dedup();
     }
 
-    fn append_rows_in(&self, low: Vec3, high: Vec3, rows: &mut Vec<u32>) {
+    fn append_rows_in(
+        &self,
+        low: Vec3,
+        high: Vec3,
+        rows: &mut Vec<u32>,
+        counts: &impl Fn(u32) -> bool,
+    ) {
         let is_inside = |row: u32| {
+            if !counts(row) {
+                return false;
+            }
             let point = self.points.get(row as usize).map(|point| point.truncate());
             point.is_some_and(|x| x.cmpge(low).all() && x.cmple(high).all())
         };

@@ -32,7 +32,9 @@ impl Around {
         let pressures = &moment.state.pressures.0;
         let value = |row: usize| DVec3::splat(pressures[row].into());
         let material = &moment.state.material;
-        let gravity = material.gravity.as_dvec3();
+        let clock = &moment.state.clock;
+        let part = material.part_of_gravity(clock.time, 0.0);
+        let gravity = f64::from(part) * material.gravity.as_dvec3();
         let up = -gravity.normalize_or_zero();
         let (speak, found) = self.fitted(moment.crowd(), up, rows, value);
         let weight = f64::from(material.spacing * material.rest_density) * gravity;
@@ -63,13 +65,19 @@ impl Around {
         value: impl Fn(usize) -> DVec3,
     ) -> (u32, Option<Fitted>) {
         let reach = crowd.reach(self.kernel.support_radius);
-        crowd.near.rows_in(self.at - reach, self.at + reach, rows);
+        let (low, high) = (self.at - reach, self.at + reach);
+        // A little more than the kernel: it decides.
+        let square = 1.0001 * self.kernel.support_radius.powi(2);
+        let arm = |row: u32| {
+            let place = crowd.places.get(row as usize)?;
+            Some(crowd.period.nearest(place.truncate() - self.at))
+        };
+        let is_near = |row: u32| arm(row).is_some_and(|x| x.length_squared() < square);
+        crowd.near.rows_that(low, high, rows, is_near);
         let behind = -BEHIND * crowd.spacing;
         let mut samples: SmallVec<[Sample; 32]> = SmallVec::new();
         for &row in &*rows {
-            let x = crowd
-                .period
-                .nearest(crowd.places[row as usize].truncate() - self.at);
+            let Some(x) = arm(row) else { continue };
             let weight = f64::from(self.kernel.value(x.length()));
             let counts = self.side.is_none_or(|side| x.dot(side) >= behind);
             if counts && weight > 0.0 {
@@ -154,22 +162,26 @@ fn fit(samples: &[Sample], dimension: Dimension) -> Option<Fitted> {
     if samples.is_empty() {
         return None;
     }
-    let mean = |of: &dyn Fn(&Sample) -> DVec3| -> DVec3 {
-        let sum: DVec3 = samples
-            .iter()
-            .map(|sample| sample.weight * of(sample))
-            .sum();
-        sum / weights
-    };
-    let (x, value) = (mean(&|sample| sample.x), mean(&|sample| sample.value));
-    let mut variance = DMat3::ZERO;
-    let mut with_value = DMat3::ZERO;
+    let (mut x, mut value) = (DVec3::ZERO, DVec3::ZERO);
     for sample in samples {
-        let (arm, change) = (sample.x - x, sample.value - value);
-        let part = sample.weight / weights;
-        variance += part * outer(arm, arm);
-        with_value += part * outer(change, arm);
+        x += sample.weight * sample.x;
+        value += sample.weight * sample.value;
     }
+    (x, value) = (x / weights, value / weights);
+    // The diagonal, and the entries yz, zx and xy.
+    let (mut diagonal, mut mixed) = (DVec3::ZERO, DVec3::ZERO);
+    for sample in samples {
+        let arm = sample.x - x;
+        let weighted = sample.weight * arm;
+        diagonal += weighted * arm;
+        mixed += DVec3::new(weighted.y * arm.z, weighted.z * arm.x, weighted.x * arm.y);
+    }
+    (diagonal, mixed) = (diagonal / weights, mixed / weights);
+    let mut variance = DMat3::from_cols(
+        DVec3::new(diagonal.x, mixed.z, mixed.y),
+        DVec3::new(mixed.z, diagonal.y, mixed.x),
+        DVec3::new(mixed.y, mixed.x, diagonal.z),
+    );
     if dimension == Dimension::Two {
         variance.z_axis.z = 1.0;
     }
@@ -182,8 +194,13 @@ fn fit(samples: &[Sample], dimension: Dimension) -> Option<Fitted> {
     let nearest = samples.iter().map(|sample| sample.x.length_squared());
     let is_inside = nearest.fold(f64::INFINITY, f64::min) <= IN_FLUID * IN_FLUID;
     if is_inside && least >= LEAST_VARIANCE {
+        // What the slope makes of the way from the mean place to the point.
+        let along = variance.inverse() * x;
+        let change =
+            |sample: &Sample| sample.weight * (sample.x - x).dot(along) * (sample.value - value);
+        let change: DVec3 = samples.iter().map(change).sum();
         Some(Fitted {
-            value: value - with_value * variance.inverse() * x,
+            value: value - change / weights,
             mean_of: None,
         })
     } else {
@@ -192,11 +209,6 @@ fn fit(samples: &[Sample], dimension: Dimension) -> Option<Fitted> {
             mean_of: Some(x),
         })
     }
-}
-
-/// `a bᵀ`.
-fn outer(a: DVec3, b: DVec3) -> DMat3 {
-    DMat3::from_cols(a * b.x, a * b.y, a * b.z)
 }
 
 /// Pressure at a point of the fluid.

@@ -98,7 +98,7 @@ impl Scene {
         });
         let tables = self.body_forces.iter_mut().filter_map(|force| match force {
             BodyForce::Table(table) => Some(&mut table.file),
-            BodyForce::Central(_) => None,
+            BodyForce::Central(_) | BodyForce::Wave(_) => None,
         });
         let bodies = self.bodies.iter_mut().flat_map(|body| {
             let field = match &mut body.velocity_field {

@@ -1,10 +1,11 @@
-//! Forces on all fluid beside gravity: towards a point, or from a table over time.
+//! Forces on all fluid beside gravity: towards a point, from a table over time, or waves.
 
 use std::path::Path;
 
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
+use super::ForceWave;
 use crate::measure::{Column, Columns, CurveError, shortest_half_period};
 
 /// An acceleration of the fluid beside gravity. Several add up.
@@ -16,6 +17,8 @@ pub enum BodyForce {
     Central(CentralForce),
     /// The same everywhere, from a table over time.
     Table(AccelerationFile),
+    /// A wave in space and time.
+    Wave(ForceWave),
 }
 
 /// Acceleration towards a point, `−(linear r + constant) e_r` at the distance r.

@@ -44,7 +44,7 @@ impl Default for Rate {
     }
 }
 
-/// What a gauge measures. Radii are those of a cubic spline kernel, the scene's support radius if absent.
+/// What a gauge measures. Radii are those of the scene's kernel function, the scene's support radius if absent.
 ///
 /// "Connected" is fluid without a gap of more than the support radius, seen along the direction of the measure.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -12,6 +12,7 @@ mod boundary_motion;
 mod build;
 mod emitter;
 mod error;
+mod force_wave;
 mod gauge;
 mod geometry;
 mod output;
@@ -37,6 +38,7 @@ pub(crate) use boundary_motion::LEAST_WAY;
 pub use emitter::*;
 pub use error::{Place, SceneError};
 pub(crate) use error::{known_as, unknown_name};
+pub use force_wave::ForceWave;
 pub use gauge::*;
 pub use geometry::*;
 pub use output::*;
@@ -80,6 +82,10 @@ pub struct Scene {
     #[serde(default = "default_gravity")]
     #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]
     pub gravity: Vec3,
+    /// Time over which gravity grows from nothing, as `t/T − sin(2πt/T)/2π`; 0 for all of it from the start on \[s].
+    /// With an equation of state water then comes to rest without the sound of a sudden start.
+    #[serde(default)]
+    pub gravity_ramp: f32,
     /// Forces on the fluid beside gravity.
     #[serde(default)]
     pub body_forces: Vec<BodyForce>,
@@ -188,6 +194,7 @@ impl Scene {
             kernel: None,
             support: None,
             gravity: default_gravity(),
+            gravity_ramp: 0.0,
             body_forces: Vec::new(),
             fluid: Fluid::default(),
             bodies: Vec::new(),
@@ -326,6 +333,7 @@ impl Scene {
             }
             BodyForce::Table(table) => AccelerationTable::load(Path::new(&table.file))
                 .map_or(0.0, |table| table.greatest() as f32),
+            BodyForce::Wave(wave) => wave.amplitude.length(),
         };
         self.gravity.length() + self.body_forces.iter().map(of_force).sum::<f32>()
     }
@@ -340,6 +348,7 @@ impl Scene {
                 let table = AccelerationTable::load(Path::new(&table.file)).ok()?;
                 table.shortest_period(least)
             }
+            BodyForce::Wave(wave) => wave.period(least),
         };
         let periods = self.body_forces.iter().filter_map(of_force);
         periods.fold(f64::INFINITY, f64::min) as f32

@@ -70,7 +70,9 @@ impl Period {
     /// The difference of two points \[m] by the nearest of their images.
     #[inline]
     pub fn nearest(&self, difference: Vec3) -> Vec3 {
-        if !self.is_any() {
+        // Most points have no nearer image; to round costs a call.
+        let is_far = difference.abs().cmpgt(0.5 * self.length) & self.axes();
+        if !is_far.any() {
             return difference;
         }
         difference - self.length * (difference * self.inverse).round()
@@ -79,7 +81,9 @@ impl Period {
     /// A point \[m] in the box that repeats.
     #[inline]
     pub fn wrap(&self, point: Vec3) -> Vec3 {
-        if !self.is_any() {
+        let within = point - self.low;
+        let is_outside = within.cmplt(Vec3::ZERO) | within.cmpge(self.length);
+        if !(is_outside & self.axes()).any() {
             return point;
         }
         // A point in the box keeps its bits.

@@ -86,14 +86,31 @@ pub struct WallPose {
 
 impl WallPose {
     /// Where a point of the shape is \[m].
+    #[inline]
     pub fn place(&self, point: Vec3) -> DVec3 {
-        let arm = self.rotation * (point.as_dvec3() - self.center);
-        self.center + self.displacement + arm
+        let arm = point.as_dvec3() - self.center;
+        let turned = if self.turns() {
+            self.rotation * arm
+        } else {
+            arm
+        };
+        self.center + self.displacement + turned
     }
 
     /// Where a direction of the shape points to.
+    #[inline]
     pub fn turn(&self, direction: Vec3) -> Vec3 {
-        (self.rotation * direction.as_dvec3()).as_vec3()
+        if self.turns() {
+            (self.rotation * direction.as_dvec3()).as_vec3()
+        } else {
+            direction
+        }
+    }
+
+    /// Most walls do not turn: to turn every sample by nothing costs as much as to find it.
+    #[inline]
+    fn turns(&self) -> bool {
+        self.rotation != DQuat::IDENTITY
     }
 }
 

@@ -7,7 +7,7 @@ use glam::Vec3;
 
 use crate::{
     measure::CurveError,
-    scene::{AccelerationTable, BodyForce, CentralForce, Scene},
+    scene::{AccelerationTable, BodyForce, CentralForce, ForceWave, Scene},
 };
 
 /// Forces beside gravity. In scenes that have some.
@@ -17,6 +17,8 @@ pub struct BodyForces {
     pub(crate) central: Vec<CentralForce>,
     /// Those over time.
     pub(crate) tables: Vec<AccelerationTable>,
+    /// Those that are waves.
+    pub(crate) waves: Vec<ForceWave>,
 }
 
 impl BodyForces {
@@ -29,6 +31,7 @@ impl BodyForces {
                 BodyForce::Table(table) => forces
                     .tables
                     .push(AccelerationTable::load(Path::new(&table.file))?),
+                BodyForce::Wave(wave) => forces.waves.push(*wave),
             }
         }
         Ok(forces)

@@ -1,5 +1,7 @@
 //! Constants of a run that every loop reads.
 
+use std::f64::consts::TAU;
+
 use bevy_ecs::prelude::*;
 use glam::Vec3;
 
@@ -24,6 +26,8 @@ pub struct Material {
     pub particle_mass: f32,
     /// Acceleration of every particle \[m/s²].
     pub gravity: Vec3,
+    /// Time over which gravity grows from nothing; 0 for all of it from the start on \[s].
+    pub gravity_ramp: f32,
     /// The box that repeats.
     pub period: Period,
 }
@@ -44,7 +48,27 @@ impl Material {
             rest_density,
             particle_mass: (f64::from(rest_density) / lattice) as f32,
             gravity: scene.gravity,
+            gravity_ramp: scene.gravity_ramp,
             period: scene.period(),
+        }
+    }
+
+    /// The part of gravity that acts on the mean of a step, from a time on \[-]: `t/T − sin(2πt/T)/2π` within the ramp.
+    pub fn part_of_gravity(&self, time: f64, dt: f64) -> f32 {
+        let ramp = f64::from(self.gravity_ramp);
+        if time >= ramp {
+            return 1.0;
+        }
+        // Its integral over t/T.
+        let integral = |time: f64| {
+            let part = (time / ramp).min(1.0);
+            let rest = time / ramp - part;
+            0.5 * part * part + ((TAU * part).cos() - 1.0) / (TAU * TAU) + rest
+        };
+        if dt > 0.0 {
+            (ramp * (integral(time + dt) - integral(time)) / dt) as f32
+        } else {
+            (time / ramp - (TAU * time / ramp).sin() / TAU) as f32
         }
     }
 

@@ -48,6 +48,9 @@ fn refusal(now: &Material, before: &Material) -> Option<FailureCause> {
         _ if now.spacing != before.spacing => ("spacing", format!("{} m", now.spacing)),
         _ if now.kernel != before.kernel => ("kernel", "another".to_owned()),
         _ if now.dimension != before.dimension => ("dimension", "another".to_owned()),
+        _ if now.gravity_ramp != before.gravity_ramp => {
+            ("gravity_ramp", format!("{} s", now.gravity_ramp))
+        }
         _ if now.period != before.period => ("period", "another".to_owned()),
         _ => return None,
     };

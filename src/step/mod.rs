@@ -24,6 +24,7 @@ mod timer;
 mod uninstall;
 mod warnings;
 mod warnings_of_flow;
+mod warnings_of_forces;
 mod warnings_of_gauges;
 mod warnings_of_layers;
 mod warnings_of_pace;

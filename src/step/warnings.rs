@@ -6,8 +6,8 @@ use std::path::Path;
 use glam::{DVec3, Vec3};
 
 use super::{
-    limits, numbers::short, warnings_of_flow, warnings_of_gauges, warnings_of_layers,
-    warnings_of_pace,
+    limits, numbers::short, warnings_of_flow, warnings_of_forces, warnings_of_gauges,
+    warnings_of_layers, warnings_of_pace,
 };
 use crate::{
     loading::Size,
@@ -117,7 +117,7 @@ fn dense_tables(scene: &Scene) -> Option<String> {
             let read = AccelerationTable::load(Path::new(&table.file)).ok()?;
             Some((read.shortest_interval(), &table.file))
         }
-        BodyForce::Central(_) => None,
+        BodyForce::Central(_) | BodyForce::Wave(_) => None,
     });
     let walls = scene
         .boundaries
@@ -171,6 +171,7 @@ pub(super) fn of_size(scene: &Scene, size: &Size) -> Vec<String> {
     warnings.extend(walls.filter_map(|wall| stands(scene, wall, size)));
     warnings.extend(dense_tables(scene));
     warnings.extend(warnings_of_flow::of(scene));
+    warnings.extend(warnings_of_forces::of(scene));
     warnings.extend(warnings_of_layers::of(scene));
     let (low, high) = size.fluid_box;
     warnings.extend(limits::too_long(scene, low.as_vec3(), high.as_vec3()));

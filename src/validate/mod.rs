@@ -19,7 +19,7 @@ mod run;
 pub use case::Case;
 pub use convergence::{Convergence, Order, convergence};
 pub use figure::{Comparison, Figure, Findings, Source};
-pub use library::{CASES, WAITING, Waiting};
+pub use library::CASES;
 pub use method::{METHODS, Method};
 pub use particles::{Particle, RigidMotion, particles_of, rigid_motion};
 pub use queue::{Event, Job, Outcome, run_all};

@@ -52,18 +52,16 @@ fn at(rows: &[[f64; 2]], x: f64) -> f64 {
     y0 + (y1 - y0) * (x - x0) / (x1 - x0)
 }
 
-/// Fronts of all methods at the times of the experiment, until the experiment's front is at 3 L.
+/// Fronts of all methods at the times of the experiment, until the experiment's front is at 3 L. How far they are from
+/// the converged front is tested by the case of `overfall validate`.
 ///
 /// - Compared with PCISPH: 5 %. Tait with c = 10 × the largest speed 2 sqrt(g H) compresses about 1 %; the front, a
 ///   single layer of particles, is known to half a spacing, 1 to 2.5 % of its distance.
 /// - Wall treatments compared with each other: 5 %, for the same reasons.
-/// - Compared with the experiment: 15 % while the simulated front is before 2.6 L. A 2-D simulation has neither
-///   friction at the floor nor the gate, so its front is ahead of the measured one, increasingly: at 3 L the
-///   experiment's thin tongue has lost a fifth to friction.
 /// - Ritter's 2 sqrt(g H) t from the gate is the upper bound of shallow water theory; one spacing more is allowed,
 ///   because the front starts from a lattice.
 #[test]
-fn front_agrees_between_methods_and_with_the_experiment_and_keeps_ritters_bound() {
+fn front_agrees_between_methods_and_keeps_ritters_bound() {
     let speed = f64::from(2.0 * (GRAVITY * HEIGHT).sqrt());
     let stiffness = 1000.0 * (10.0 * speed).powi(2) / 7.0;
     let viscosity = "fluid: (viscosity: Artificial(alpha: 0.02, sound_speed: 34))";
@@ -96,7 +94,7 @@ fn front_agrees_between_methods_and_with_the_experiment_and_keeps_ritters_bound(
             );
         }
     }
-    let mut worst = [0.0_f64; 2];
+    let mut worst = 0.0_f64;
     for &[time, measured_front] in &experiment {
         let found = [0, 1, 2, 3, 4].map(|method| at(&fronts[method], time));
         measured(&format!(
@@ -105,19 +103,11 @@ fn front_agrees_between_methods_and_with_the_experiment_and_keeps_ritters_bound(
             measured_front / f64::from(WIDTH)
         ));
         for front in found {
-            worst[0] = worst[0].max((front / found[0] - 1.0).abs());
-            if found.into_iter().fold(0.0, f64::max) < 2.6 * f64::from(WIDTH) {
-                worst[1] = worst[1].max((front / measured_front - 1.0).abs());
-            }
+            worst = worst.max((front / found[0] - 1.0).abs());
         }
     }
-    measured(&format!(
-        "largest difference between methods {:.3}, to the experiment {:.3}",
-        worst[0], worst[1]
-    ));
-    // These fronts are closer to the converged one than the experiment, whose clock starts with its gate
-    // (docs/decisions).
-    assert!(worst[0] < 0.05 && worst[1] < 0.16, "{worst:?}");
+    measured(&format!("largest difference between methods {worst:.3}"));
+    assert!(worst < 0.05, "{worst}");
 }
 
 /// During fall, impact on the far wall and return, every reported error is below η, and the density error found in the

@@ -9,6 +9,7 @@ mod robustness_support;
 #[path = "../physics_support/mod.rs"]
 mod support;
 
+mod body_forces;
 mod couette;
 mod dam_break;
 mod emitters;

@@ -1,8 +1,10 @@
 //! Periodic axes: a seam is no place. Nothing that is measured depends on where the faces are.
 
+use std::collections::BTreeSet;
+
 use glam::{DVec3, Vec3};
 use overfall::{
-    Simulation, checkpoint,
+    Simulation, Step, checkpoint,
     gauge::{Gauges, Snapshot},
     scene::Scene,
     state::particle::Velocity,
@@ -296,4 +298,40 @@ fn a_checkpoint_resumes_across_seams() {
         places
     };
     assert_eq!(sorted(&mut whole), sorted(&mut resumed));
+}
+
+/// Names of the systems of a step.
+fn systems(text: &str) -> BTreeSet<String> {
+    let mut simulation = simulation(text);
+    step(&mut simulation);
+    simulation.world_mut().schedule_scope(Step, |_, step| {
+        let systems = step.systems().expect("a schedule that has run");
+        let names = systems.map(|(_, system)| system.name().to_string());
+        names.collect()
+    })
+}
+
+/// What a scene does not ask for is not in its step: periodic axes and walls in motion come with systems of their own, and
+/// one without them has none of these.
+#[test]
+fn scenes_without_seams_and_motion_have_no_systems_of_them() {
+    let scene = |motion: &str, more: &str| {
+        format!(
+            "(name: \"plain\", dimension: 2, spacing: 0.1, {more}
+              bodies: [(shape: Box(min: (0, 0, 0), max: (1, 0.5, 0)))],
+              boundaries: [Tank(min: (0, 0, 0), max: (1, 1, 0) {motion})])"
+        )
+    };
+    let plain = systems(&scene("", ""));
+    let moving = systems(&scene(", motion: Velocity(velocity: (0.1, 0, 0))", ""));
+    let periodic = systems(&scene("", "periodic: (x: (-1, 2)),"));
+    let more = |than: &BTreeSet<String>| than.difference(&plain).cloned().collect::<Vec<_>>();
+    let (of_motion, of_seams) = (more(&moving), more(&periodic));
+    let named = |names: &[String], parts: &[&str]| {
+        let known = |name: &String| parts.iter().any(|part| name.contains(part));
+        !names.is_empty() && names.iter().all(known)
+    };
+    assert!(named(&of_motion, &["wall", "room"]), "{of_motion:?}");
+    assert!(named(&of_seams, &["wrap"]), "{of_seams:?}");
+    assert!(plain.is_subset(&moving) && plain.is_subset(&periodic));
 }

@@ -4,7 +4,7 @@
 
 use std::ops::ControlFlow;
 
-use overfall::validate::{CASES, Case, Findings, METHODS, Method};
+use overfall::validate::{CASES, Case, Figure, Findings, METHODS, Method};
 
 use crate::support::measured;
 
@@ -242,12 +242,32 @@ fn front_converges(name: &str, method: usize, bound: f64, to_experiment: &[(&str
     assert!(worst <= bound, "{name}, {method}: {worst} above {bound}");
 }
 
-for_every_method!(front_of_koshizuka_and_oka, |method| front_converges(
-    "dam_break_koshizuka_oka",
-    method,
-    0.05,
-    &[]
-));
+/// Converged front of the column of Koshizuka & Oka at the times of the experiment \[L]: what DFSPH and δ-SPH go to with
+/// the order 1, from 20 and 40 particles over the width, on the mean. Both are within 1 % of it. The experiment is up to
+/// a fifth behind: its gate opens and its floor has friction.
+const CONVERGED: [f64; 8] = [1.106, 1.376, 1.722, 2.118, 2.591, 3.104, 3.670, 4.246];
+
+/// The front at the middle resolution is as near to the converged one as twice the distance at the finest \[-].
+fn front_is_the_converged_one(method: usize) {
+    let case = case("dam_break_koshizuka_oka");
+    let bound = [0.05, 0.05, 0.025, 0.025, 0.025, 0.05][method];
+    let figures = run(case, &METHODS[method], case.resolutions[1]).figures;
+    let fronts = figures
+        .iter()
+        .filter(|f| f.quantity.starts_with("front at"));
+    let off = |(front, known): (&Figure, f64)| (front.measured / known - 1.0).abs();
+    let worst = fronts.clone().zip(CONVERGED).map(off).fold(0.0, f64::max);
+    let method = METHODS[method].name;
+    measured(&format!("{method}: {worst:.4} off the converged front"));
+    assert_eq!(fronts.count(), CONVERGED.len());
+    assert!(worst <= bound, "{method}: {worst} above {bound}");
+    let ritter = figures
+        .iter()
+        .find(|f| f.quantity.starts_with("largest way"));
+    assert!(ritter.is_some_and(|way| way.measured <= 1.0), "{ritter:?}");
+}
+
+for_every_method!(front_of_koshizuka_and_oka, front_is_the_converged_one);
 // The experiment's early fronts lag behind the converged one by as much as 9.4 %.
 for_every_method!(column_of_martin_and_moyce, |method| front_converges(
     "dam_break_martin_moyce",
@@ -255,6 +275,41 @@ for_every_method!(column_of_martin_and_moyce, |method| front_converges(
     0.05,
     &[("front at", 0.1), ("height at", 0.15)]
 ));
+
+/// A flow that is chosen, with the forces that it needs: errors at 16 particles over the depth are within what they
+/// converge from. The uneven pressure goes to its value with the order 1 to 2, from 3.5 and 12 %. Viscosity is too
+/// large by what narrow kernels show of it where particles are out of order, and by the numerical one: 12 % here, 7 % with
+/// 64. The pressures of SESPH swing with the sound of a start without pressure.
+fn manufactured_flow(method: usize) {
+    let case = case("manufactured_solution");
+    let bounds = [
+        (
+            "amplitude of the shear",
+            [0.13, 0.13, 0.13, 0.13, 0.13, 0.02],
+        ),
+        (
+            "amplitude of the uneven",
+            [0.05, 0.05, 0.05, 0.05, 0.05, 0.13],
+        ),
+        ("error of the velocities", [0.1, 0.1, 0.1, 0.1, 0.1, 0.02]),
+        (
+            "error of the pressures",
+            [0.25, 0.25, 0.05, 0.03, 0.03, 0.025],
+        ),
+    ];
+    let name = METHODS[method].name;
+    for figure in run(case, &METHODS[method], case.resolutions[0]).figures {
+        let of = bounds
+            .iter()
+            .find(|(start, _)| figure.quantity.starts_with(start));
+        let bound = of.map_or(0.0, |(_, bounds)| bounds[method]);
+        let off = figure.error().abs();
+        measured(&format!("{name}: {} {off:.4}", figure.quantity));
+        assert!(off <= bound, "{name}: {figure:?} above {bound}");
+    }
+}
+
+for_every_method!(flow_that_is_manufactured, manufactured_flow);
 
 /// A wave swings with the period of linear theory at half the resolution of the case, and viscosity takes energy from
 /// it.

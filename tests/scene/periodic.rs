@@ -42,6 +42,10 @@ fn periodic_axes_that_cannot_be_are_refused() {
             "7:", &["cannot turn"]),
         (end, "duration: 1, domain: (min: (0.2, -1, 0), max: (2, 2, 0))", "5:19", &["widen `domain`"]),
         (end, "duration: 1, body_forces: [Central(center: (0, 0, 0), linear: 1)]", "8:", &["does not repeat along x"]),
+        (end, "duration: 1, body_forces: [Wave(amplitude: (1, 0, 0), wave_number: (5, 1, 0))]", "8:",
+            &["x is periodic", "0.7958 waves", "6.2831855"]),
+        (end, "duration: 1, body_forces: [Wave(amplitude: (1, 0, 1), frequency: 1)]", "8:", &["z = 0"]),
+        (end, "duration: 1, body_forces: [Wave(amplitude: (1, 0, 0), wave_number: (6.2832, 1, 0))]", "", &[]),
         (end, "duration: 1, gauges: [(name: \"f\", kind: Front(direction: (1, 0, 0)))]", "8:", &["no front along it"]),
     ];
     let mut wrong = Vec::new();

@@ -1,6 +1,6 @@
 //! Forces beside gravity, and velocities at the start that are not the same everywhere.
 
-use std::path::Path;
+use std::{f32::consts::TAU, path::Path};
 
 use glam::Vec3;
 
@@ -8,8 +8,12 @@ use super::problem::{Checked, Problem, ensure};
 use super::proper::{AXIS_NAMES, axes, is_flat};
 use super::size::box_of_body;
 use crate::scene::{
-    AccelerationTable, BodyForce, Dimension, FluidBody, Scene, VelocityField, VelocityGrid,
+    AccelerationTable, BodyForce, Dimension, FluidBody, ForceWave, Scene, VelocityField,
+    VelocityGrid,
 };
+
+/// Part of a wave that may be missing at the seam of a period: 2π is written with four digits or more \[-].
+const SEAM: f32 = 1e-3;
 
 pub(super) fn body_forces(scene: &Scene) -> Checked {
     for (index, force) in scene.body_forces.iter().enumerate() {
@@ -35,7 +39,46 @@ pub(super) fn body_forces(scene: &Scene) -> Checked {
                     "a 2-D scene is the plane z = 0; column `az` must be 0 or left out".to_owned()
                 })?;
             }
+            BodyForce::Wave(wave) => of_wave(scene, wave, &path)?,
         }
+    }
+    Ok(())
+}
+
+fn of_wave(scene: &Scene, wave: &ForceWave, path: &str) -> Checked {
+    let (amplitude, k) = (wave.amplitude, wave.wave_number);
+    is_flat(format!("{path}.amplitude"), amplitude, scene.dimension)?;
+    is_flat(format!("{path}.wave_number"), k, scene.dimension)?;
+    ensure(amplitude != Vec3::ZERO, format!("{path}.amplitude"), || {
+        "the force is zero everywhere; write an acceleration in m/s², or leave it out".to_owned()
+    })?;
+    ensure(k != Vec3::ZERO || wave.frequency != 0.0, path, || {
+        "the force is the same everywhere at all times; add it to `gravity`, or write a `wave_number` (rad/m) or a \
+         `frequency` (1/s)"
+            .to_owned()
+    })?;
+    let (length, least) = (TAU / k.length(), 4.0 * scene.spacing);
+    ensure(length >= least, format!("{path}.wave_number"), || {
+        format!(
+            "the wavelength, 2π over the wave number, is {length:.4} m; it must be at least {least} m, four spacings, \
+             for particles to feel it"
+        )
+    })?;
+    for (axis, name) in AXIS_NAMES.iter().enumerate() {
+        let Some([low, high]) = scene.period().faces(axis) else {
+            continue;
+        };
+        let period = high - low;
+        let waves = k[axis] * period / TAU;
+        let off = (waves - waves.round()).abs();
+        ensure(off <= SEAM, format!("{path}.wave_number"), || {
+            format!(
+                "{name} is periodic, and {waves:.4} waves are no whole number in a period of {period} m; along {name} \
+                 the wave number must be a multiple of {} rad/m, as {}",
+                TAU / period,
+                waves.round() * TAU / period
+            )
+        })?;
     }
     Ok(())
 }

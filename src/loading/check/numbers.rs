@@ -42,6 +42,16 @@ pub(super) fn finite(scene: &Scene) -> Checked {
     found.map_or(Ok(()), Err)
 }
 
+fn gravity(scene: &Scene) -> Checked {
+    is_flat("gravity", scene.gravity, scene.dimension)?;
+    ensure(scene.gravity_ramp >= 0.0, "gravity_ramp", || {
+        let ramp = scene.gravity_ramp;
+        format!(
+            "the ramp is {ramp} s; it must be 0 or more, and 0 is all of gravity from the start on"
+        )
+    })
+}
+
 /// What each number means allows.
 pub(super) fn numbers(scene: &Scene) -> Checked {
     let name_is_a_folder = !scene.name.trim().is_empty()
@@ -68,7 +78,7 @@ pub(super) fn numbers(scene: &Scene) -> Checked {
             advised.support()
         )
     })?;
-    is_flat("gravity", scene.gravity, scene.dimension)?;
+    gravity(scene)?;
     fluid(scene)?;
     pressure(&scene.pressure)?;
     boundary_handling(scene)?;

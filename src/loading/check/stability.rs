@@ -158,7 +158,7 @@ fn fixed(scene: &Scene, dt: f32) -> Checked {
     }
     match scene.shortest_period_of_forces() {
         period if period.is_finite() => refuse(
-            "a table of `body_forces` goes back and forth".to_owned(),
+            "a force of `body_forces` goes back and forth".to_owned(),
             period,
         ),
         _ => Ok(()),

@@ -88,7 +88,14 @@ fn curves(plot: &Area, [x, y]: [&str; 2], runs: &[(&str, &[(f64, f64)])], known:
     let area = chart.plotting_area();
     for (number, (_, points)) in runs.iter().enumerate() {
         let colour = COLOURS[number % COLOURS.len()];
-        area.draw(&PathElement::new(points.to_vec(), colour.stroke_width(2)))
+        // One point per pixel: a run has thousands of steps.
+        let mut last = None;
+        let seen = points.iter().filter(|point| {
+            let pixel = area.map_coordinate(point);
+            last.replace(pixel) != Some(pixel)
+        });
+        let line: Vec<_> = seen.copied().collect();
+        area.draw(&PathElement::new(line, colour.stroke_width(2)))
             .map_err(drawing)?;
     }
     for &&point in &points {

@@ -5,6 +5,7 @@ pub(super) mod dam_break;
 pub(super) mod elliptic_drop;
 pub(super) mod free_flight;
 pub(super) mod hydrostatic;
+pub(super) mod manufactured;
 pub(super) mod oscillating_drop;
 pub(super) mod plates;
 pub(super) mod rotating_patch;
