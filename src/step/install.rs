@@ -58,7 +58,7 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
     let size = scene.checked_size()?;
     let stages = world.get_resource::<Stages>().cloned().unwrap_or_default();
     let order = order_of(scene, &stages)?;
-    memory::check(scene, &size)?;
+    memory::check(scene, &size, 0.0)?;
     let execution = match world.get_resource::<Execution>() {
         Some(execution) => execution.clone(),
         None => Execution::new(0).map_err(InstallError::Threads)?,
