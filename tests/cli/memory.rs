@@ -6,7 +6,7 @@ use crate::support::{assert_exit, folder_with, overfall, stderr, stdout};
 
 /// Water on ground, so that a third of all particles are boundary particles; emitters, pictures and frames besides.
 const SCENE: &str = r#"(
-    name: "pond", spacing: 0.02, pressure: Pcisph, boundary_handling: DirectForcing(),
+    name: "pond", spacing: 0.03, pressure: Pcisph, boundary_handling: DirectForcing(),
     bodies: [(shape: Box(min: (-0.9, -0.1, -0.9), max: (0.9, 0.3, 0.9)), cut: true)],
     emitters: [(shape: Disc(center: (0, 0.6, 0), normal: (0, -1, 0), radius: 0.1), speed: 1)],
     boundaries: [Terrain(size: (2, 2), heights: Generated(seed: 3, cell: 0.05, amplitude: 0.05, wavelength: 0.5))],
