@@ -6,13 +6,23 @@
 //! order moves each row to the end of another table, which is then in that order, about 350 ns per row: 1 to 5 % of
 //! twenty-five steps. We use 2. Rows are taken last first, which saves the swap that fills a hole, so the Z-curve runs
 //! through the table upwards and downwards in turn.
+//!
+//! The second table takes as much memory as the first for ever. Of more than [`MANY`] rows each goes out of its table and
+//! back to its end instead, which changes places with the last row: twice the moves, and no second table.
 
-use bevy_ecs::prelude::*;
+use std::{collections::BTreeMap, iter};
+
+use bevy_ecs::{
+    prelude::*,
+    storage::{Table, TableId},
+};
 use glam::Vec4;
 
 use crate::{
     index::{FluidIndex, z_curve},
     neighbours::{BoundaryNeighbours, FluidNeighbours},
+    pairs::KernelGradients,
+    scene::RowOrder,
     state::{
         Clock, Execution, Phase, Remembers, Stage, in_order,
         particle::{Fluid, Position},
@@ -23,11 +33,30 @@ use crate::{
 pub(crate) const STAGE: Stage = Stage {
     invalidates: true,
     wanted: |scene| scene.reorder_interval > 0,
-    install: |world, scene| world.insert_resource(ReorderState::new(scene.reorder_interval)),
+    install: |world, scene| {
+        let state = ReorderState::new(scene.reorder_interval).by(scene.reorder_by);
+        world.insert_resource(state);
+    },
     ..Stage::new("reorder", Phase::Reorder, |_| {
         reorder.run_if(reorder_is_due)
     })
 };
+
+/// From so many rows on they change places within their tables.
+const MANY: usize = 1 << 20;
+
+/// Memory that reordering so many rows with `components` lasting components of their own takes beside the rows
+/// \[bytes]: the second table, with their change ticks and entities, and what is sorted.
+pub(crate) fn bytes(rows: f64, components: usize) -> f64 {
+    if rows > MANY as f64 {
+        // Less than what is freed for it.
+        return 0.0;
+    }
+    // Position and velocity, their ticks; density, pressure and number; the two marks; the entity, twice.
+    let known = 2.0 * 20.0 + 3.0 * 12.0 + 2.0 * 8.0 + 8.0 + 12.0;
+    let sorted = 8.0 + 16.0 + 16.0;
+    rows * (known + 12.0 * components as f64 + sorted)
+}
 
 /// Which of two tables a particle's row is in.
 #[derive(Component, Debug, Clone, Copy)]
@@ -38,6 +67,8 @@ pub struct Reordered;
 pub struct ReorderState {
     /// Steps between two reorderings.
     pub(crate) interval: u32,
+    /// What orders them.
+    by: RowOrder,
     /// Whether rows lie in the tables with the marker.
     marked: bool,
     /// Whether rows lie against the Z-curve.
@@ -57,12 +88,20 @@ impl ReorderState {
     pub fn new(interval: u32) -> Self {
         Self {
             interval,
+            by: RowOrder::ZCurve,
             marked: false,
             downwards: false,
             handles: Vec::new(),
             entities: Vec::new(),
             points: Vec::new(),
         }
+    }
+}
+
+impl ReorderState {
+    /// In another order.
+    fn by(self, by: RowOrder) -> Self {
+        Self { by, ..self }
     }
 }
 
@@ -127,6 +166,15 @@ pub fn reorder(world: &mut World) {
         state.points.clear();
         // In the order of the rows: particles of one cell keep it, whichever tables they were in.
         let mut fluid = world.query_filtered::<(Entity, &Position), With<Fluid>>();
+        let rows = fluid.iter(world).len();
+        if rows > MANY {
+            // They belong to the order before, and leave room for what follows.
+            if let Some(mut gradients) = world.get_resource_mut::<KernelGradients>() {
+                gradients.free();
+            }
+        }
+        state.entities.reserve_exact(rows);
+        state.points.reserve_exact(rows);
         let tables = fluid.contiguous_iter(world).into_iter().flatten();
         for (entities, positions) in in_order(tables, |table| table.0) {
             state.entities.extend_from_slice(entities);
@@ -136,12 +184,27 @@ pub fn reorder(world: &mut World) {
         }
         gather_strays(world, state.marked);
         let grid = world.resource::<FluidIndex>().structure.grid();
-        z_curve::sort_handles(&state.points, grid, &execution, &mut state.handles);
+        z_curve::sort_handles(
+            &state.points,
+            (grid, state.by),
+            &execution,
+            &mut state.handles,
+        );
         let entity = |handle: &z_curve::Handle| state.entities[handle.1 as usize];
-        if !state.downwards {
+        let many = rows > MANY;
+        // Rows that change places have the shortest way where the curve keeps its direction.
+        state.downwards ^= !many;
+        if state.downwards {
             state.handles.reverse();
         }
-        move_rows(world, state.marked, state.handles.iter().map(entity));
+        let ordered = state.handles.iter().map(entity);
+        if many {
+            state.points = Vec::new();
+            swap_rows(world, state.marked, ordered);
+        } else {
+            move_rows(world, state.marked, ordered);
+            state.marked = !state.marked;
+        }
         let old_rows = state.handles.iter().map(|handle| handle.1 as usize);
         if let Some(mut lists) = world.get_resource_mut::<FluidNeighbours>() {
             lists.lists.expect_order(old_rows.clone());
@@ -149,8 +212,9 @@ pub fn reorder(world: &mut World) {
         if let Some(mut lists) = world.get_resource_mut::<BoundaryNeighbours>() {
             lists.0.expect_order(old_rows);
         }
-        state.marked = !state.marked;
-        state.downwards = !state.downwards;
+        if many {
+            (state.handles, state.entities) = (Vec::new(), Vec::new());
+        }
     });
     world.resource_mut::<FluidIndex>().reordered = true;
 }
@@ -159,8 +223,12 @@ pub fn reorder(world: &mut World) {
 pub(crate) fn bring_back(world: &mut World, entities: &[Entity], downwards: bool) {
     world.resource_scope(|world, mut state: Mut<ReorderState>| {
         gather_strays(world, state.marked);
-        move_rows(world, state.marked, entities.iter().copied());
-        state.marked = !state.marked;
+        if entities.len() > MANY {
+            swap_rows(world, state.marked, entities.iter().copied());
+        } else {
+            move_rows(world, state.marked, entities.iter().copied());
+            state.marked = !state.marked;
+        }
         state.downwards = downwards;
     });
 }
@@ -175,6 +243,64 @@ fn move_rows(world: &mut World, marked: bool, entities: impl Iterator<Item = Ent
                 particle.insert(Reordered);
             }
         }
+    }
+}
+
+/// Gives the rows of every table the order of `entities`, within the table.
+fn swap_rows(world: &mut World, marked: bool, entities: impl Iterator<Item = Entity>) {
+    // Where the row at each place of a table belongs, and how many of them are known.
+    let mut tables: BTreeMap<u32, (Vec<u32>, u32)> = BTreeMap::new();
+    for entity in entities {
+        let Ok(particle) = world.get_entity(entity) else {
+            continue;
+        };
+        let at = particle.location();
+        let (belongs, known) = tables.entry(at.table_id.as_u32()).or_insert_with(|| {
+            let rows = rows_of(world, at.table_id.as_u32());
+            ((0..rows.len() as u32).collect(), 0)
+        });
+        belongs[at.table_row.index()] = *known;
+        *known += 1;
+    }
+    for (table, (belongs, known)) in tables {
+        // Else rows that nobody named would have no place.
+        if belongs.len() == known as usize {
+            swap_rows_of(world, marked, (table, belongs));
+        }
+    }
+}
+
+/// The entities of a table.
+fn rows_of(world: &World, table: u32) -> &[Entity] {
+    let table = world.storages().tables.get(TableId::from_u32(table));
+    table.map_or(&[], Table::entities)
+}
+
+/// The same for a table, by exchanges with its last row.
+fn swap_rows_of(world: &mut World, marked: bool, (table, mut belongs): (u32, Vec<u32>)) {
+    let Some(last) = belongs.len().checked_sub(1) else {
+        return;
+    };
+    let mut settled = 0;
+    loop {
+        let place = if belongs[last] as usize != last {
+            belongs[last] as usize
+        } else {
+            while settled < last && belongs[settled] as usize == settled {
+                settled += 1;
+            }
+            settled
+        };
+        if place == last {
+            return;
+        }
+        let Some(&entity) = rows_of(world, table).get(place) else {
+            return;
+        };
+        // The last row fills the place of one that goes; back in the table it is the last.
+        move_rows(world, marked, iter::once(entity));
+        move_rows(world, !marked, iter::once(entity));
+        belongs.swap(place, last);
     }
 }
 
@@ -193,5 +319,55 @@ fn gather_strays(world: &mut World, marked: bool) {
         strays.into_iter().for_each(|stray| {
             world.entity_mut(stray).remove::<Reordered>();
         });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[derive(Component)]
+    struct Tag;
+
+    /// Rows of all tables that hold fluid, by table.
+    fn rows(world: &mut World) -> Vec<Vec<Entity>> {
+        let mut fluid = world.query_filtered::<(Entity, &Position), With<Fluid>>();
+        let tables = fluid.contiguous_iter(world).into_iter().flatten();
+        let mut rows: Vec<Vec<Entity>> = tables.map(|table| table.0.to_vec()).collect();
+        rows.retain(|rows| !rows.is_empty());
+        rows.sort_by_key(|rows| rows.iter().min().copied());
+        rows
+    }
+
+    /// Exchanges within a table give every table the order that moves to another one give it, whatever the order is.
+    #[test]
+    fn rows_that_change_places_come_into_the_same_order_as_rows_that_move() {
+        let mut seed = 7_u64;
+        let mut random = |below: usize| {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (seed >> 33) as usize % below
+        };
+        for count in [0, 1, 2, 3, 50, 400] {
+            for tagged in [0, 3, 7] {
+                let mut world = World::new();
+                let mut entities: Vec<Entity> = (0..count)
+                    .map(|k| match tagged > 0 && k % tagged == 0 {
+                        true => world.spawn((Fluid, Tag)).id(),
+                        false => world.spawn(Fluid).id(),
+                    })
+                    .collect();
+                for _ in 0..3 {
+                    // Some stay where they are.
+                    for k in 0..count / 2 {
+                        entities.swap(random(count), 2 * k);
+                    }
+                    swap_rows(&mut world, false, entities.iter().copied());
+                    let swapped = rows(&mut world);
+                    move_rows(&mut world, false, entities.iter().copied());
+                    assert_eq!(swapped, rows(&mut world), "{count} {tagged}");
+                    move_rows(&mut world, true, entities.iter().copied());
+                }
+            }
+        }
     }
 }

@@ -16,7 +16,7 @@ use std::time::Instant;
 use glam::{IVec3, Vec4};
 use overfall::{
     index::{Grid, z_curve},
-    scene::Dimension,
+    scene::{Dimension, RowOrder},
     state::Execution,
 };
 use rayon::prelude::*;
@@ -65,7 +65,7 @@ fn lattice(size: IVec3, grid: &Grid, execution: &Execution) -> Vec<Vec4> {
         }
     }
     let mut handles = Vec::new();
-    z_curve::sort_handles(&points, grid, execution, &mut handles);
+    z_curve::sort_handles(&points, (grid, RowOrder::ZCurve), execution, &mut handles);
     let sorted = handles.iter().map(|handle| points[handle.1 as usize]);
     sorted.collect()
 }

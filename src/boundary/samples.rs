@@ -29,7 +29,7 @@ pub fn pack(
         .iter()
         .map(|sample| period.wrap(sample.position).extend(0.0))
         .collect();
-    let mut index = index::build(scene);
+    let mut index = index::build_for_walls(scene);
     index.rebuild(&packed, execution)?;
     packed.push(SENTINEL);
     let volumes = VolumeRule::new(scene).volumes(&*index, &packed, execution);

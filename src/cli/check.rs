@@ -11,9 +11,8 @@ use overfall::step::Product;
 use super::checkpoints::Resumed;
 use super::exit::{Exit, Failure};
 use super::folder::RunFolder;
-use super::report::size;
 use super::waiting::waiting;
-use super::{console, cost, options, plan_json};
+use super::{check_memory, console, cost, options, plan_json};
 
 /// Prints the plan of a scene.
 pub(super) fn check(asked: &options::Check) -> Result<Exit, Failure> {
@@ -23,7 +22,7 @@ pub(super) fn check(asked: &options::Check) -> Result<Exit, Failure> {
     if let Some(resumed) = &options.resume {
         Resumed::read(resumed)?;
     }
-    let plan = waiting("counting", quiet, || overfall::plan(&scene));
+    let plan = waiting("counting", quiet, || overfall::output::memory::plan(&scene));
     let plan = plan.map_err(|error| options.scene.refuse(&error))?;
     let threads = options.scene.threads();
     let cost = match asked.cost {
@@ -109,7 +108,7 @@ fn text(scene: &Scene, plan: &Plan, threads: usize, options: &options::Run) -> S
     text.push_str(&motions(scene));
     text.push_str(&gauges(scene));
     text.push_str(&time_step(scene, plan));
-    text.push_str(&memory(plan));
+    text.push_str(&check_memory::text(scene, plan));
     for warning in &plan.warnings {
         let _ = writeln!(text, "\nwarning: {warning}");
     }
@@ -370,30 +369,5 @@ fn time_step(scene: &Scene, plan: &Plan) -> String {
         };
         let _ = writeln!(text, "  {limit:<12} {name}");
     }
-    text
-}
-
-fn memory(plan: &Plan) -> String {
-    let mut text = String::new();
-    for (what, count, rows) in [
-        ("fluid", plan.particles, &plan.bytes_per_particle),
-        (
-            "boundary",
-            plan.boundary_particles,
-            &plan.bytes_per_boundary_particle,
-        ),
-    ] {
-        if count == 0 {
-            continue;
-        }
-        let _ = writeln!(text, "\nMemory per {what} particle [bytes]");
-        let mut total = 0.0;
-        for (name, bytes) in rows {
-            total += bytes;
-            let _ = writeln!(text, "  {bytes:>8.1}  {name}");
-        }
-        let _ = writeln!(text, "  {total:>8.1}  in all");
-    }
-    let _ = writeln!(text, "\n  {} for the scene at most", size(plan.memory));
     text
 }

@@ -1,10 +1,13 @@
 //! How pictures of a run look: size, what colours show, range, colours.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use clap::{Args, ValueEnum};
-use overfall::output::picture::{ColourMap, Quantity, View};
+use clap::{Args, ValueEnum, ValueHint};
+use overfall::output::picture::{CameraPath, ColourMap, Quantity, View};
 use overfall::output::{Frame, OutputError};
+
+use super::exit::Failure;
 
 /// Options of pictures.
 #[derive(Args, Debug)]
@@ -22,6 +25,10 @@ pub(super) struct Looks {
     /// The colours.
     #[arg(long, value_enum, default_value_t, value_name = "MAP")]
     pub(super) colours: Map,
+    /// Camera that moves: a CSV file with columns t, x, y, z, target_x, target_y, target_z and, if wanted,
+    /// field_of_view. By default the scene's.
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(super) camera: Option<PathBuf>,
 }
 
 /// What colours show.
@@ -79,6 +86,13 @@ pub(super) fn range(text: &str) -> Result<(f32, f32), String> {
         Some(_) => Err("the first value must be below the second".to_owned()),
         None => Err("write two numbers with two dots between, such as 0..20".to_owned()),
     }
+}
+
+/// The path of a camera in a file, if there is one.
+pub(super) fn path(file: Option<&Path>) -> Result<Option<Arc<CameraPath>>, Failure> {
+    let path = file.map(CameraPath::load).transpose();
+    let path = path.map_err(|error| Failure::Refused(format!("--camera: {error}")))?;
+    Ok(path.map(Arc::new))
 }
 
 impl Looks {

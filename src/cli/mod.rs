@@ -8,6 +8,7 @@ mod advise;
 mod beside;
 mod caret;
 mod check;
+mod check_memory;
 mod checkpoints;
 mod claims;
 mod command;

@@ -10,7 +10,7 @@ use overfall::state::Execution;
 use super::claims::Claims;
 use super::exit::{Exit, Failure, cannot_write};
 use super::folder::{self, CONTACT_SHEET, RunFolder};
-use super::looks::Looks;
+use super::looks::{self, Looks};
 use super::movie::{self, MOVIE, Movie};
 use super::scene_copy::SCENE;
 use super::{console, options};
@@ -43,6 +43,10 @@ impl Painter {
     /// Fails if there is no memory to draw a frame of so many particles.
     pub(super) fn check_memory(&self, particles: usize) -> Result<(), OutputError> {
         self.view.check_memory(particles)
+    }
+
+    fn needs_the_frame_before(&self) -> bool {
+        self.view.quantity.needs_the_frame_before()
     }
 
     /// Draws a frame; some colours need the frame before.
@@ -80,19 +84,21 @@ pub(super) fn picture(options: &options::Picture) -> Result<Exit, Failure> {
     folder.create_pictures()?;
     let execution = Execution::new(options.threads.count())
         .map_err(|error| Failure::Failed(format!("cannot start threads to draw with: {error}")))?;
+    let path = looks::path(options.looks.camera.as_deref())?;
     let looking = |painter: Painter| {
         painter
             .looking(&options.looks, &frames)
             .map_err(cannot_read)
     };
-    let painter = looking(Painter::new(&scene, execution))?;
+    let mut painter = looking(Painter::new(&scene, execution))?;
+    painter.view.camera_path = path;
     let mut before: Option<Frame> = None;
     for (number, path) in &frames {
         let frame = Frame::read(path).map_err(cannot_read)?;
         (claims.claim(&folder::picture(*number)))
             .and_then(|path| painter.draw(&frame, before.as_ref())?.write_png(&path))
             .map_err(cannot_write)?;
-        before = Some(frame);
+        before = painter.needs_the_frame_before().then_some(frame);
     }
     sheet(painter, &frames, &claims)?;
     if options.movie {
@@ -136,6 +142,7 @@ fn sheet(painter: Painter, frames: &[(u64, PathBuf)], claims: &Claims) -> Result
         let frame = Frame::read(&frames[index].1)?;
         let before = index
             .checked_sub(1)
+            .filter(|_| painter.needs_the_frame_before())
             .map(|before| Frame::read(&frames[before].1));
         painter.draw(&frame, before.transpose()?.as_ref())
     };

@@ -4,6 +4,7 @@ use overfall::Plan;
 use overfall::scene::Scene;
 use serde_json::{Value, json};
 
+use super::check_memory::run_memory;
 use super::exit::Failure;
 use super::report;
 
@@ -28,6 +29,11 @@ pub(super) fn text(
             "place_m": start.place.to_array(),
         })
     });
+    let memory = run_memory(scene, plan);
+    let all: f64 = memory.iter().map(|part| part.1).sum();
+    let memory: Vec<Value> = (memory.iter())
+        .map(|(part, bytes)| json!({"part": part, "bytes": bytes}))
+        .collect();
     report::pretty(&json!({
         "scene": scene.name,
         "dimension": u8::from(scene.dimension),
@@ -44,7 +50,8 @@ pub(super) fn text(
         "expected_steps": plan.expected_steps,
         "time_step_limits": limits,
         "phases": phases,
-        "memory_bytes": plan.memory,
+        "memory_bytes": all,
+        "memory": memory,
         "start_density": start,
         "threads": threads,
         "warnings": plan.warnings,

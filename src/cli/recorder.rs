@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant};
 
@@ -19,21 +19,24 @@ use super::manifest::is_absent;
 use super::picture::Painter;
 use super::walls::{WallFiles, Wanted};
 
-/// Frames that may wait to be written. One is enough to overlap writing with computing; a slow writer then slows the
-/// run down instead of filling the memory.
-const WAITING: usize = 1;
-
-/// Writes frames in a thread of its own.
+/// Writes frames in a thread of its own, one at a time: the next is copied when the one before is written. A slow writer
+/// then slows the run down instead of filling the memory, and a second frame in memory would only even that out.
 pub(super) struct Recorder {
-    sender: SyncSender<Task>,
+    sender: Sender<Task>,
+    /// Tells of every task that is done.
+    done: Receiver<()>,
+    /// Tasks that are not done.
+    given: usize,
     walls: Wanted,
     writer: JoinHandle<Recorded>,
 }
 
 /// A task for the writer.
 enum Task {
-    /// A frame; with the boundary particles, if they are wanted with it.
-    Write(Frame, Option<WallFrame>),
+    /// The boundary particles, if they are wanted with the next frame.
+    Walls(WallFrame),
+    /// A frame.
+    Write(Frame),
     /// The run went back to this time \[s]: frames after it are removed.
     WithdrawAfter(f64),
     /// A checkpoint, to be written after the frames that it counts.
@@ -64,7 +67,8 @@ impl Recorder {
         execution: &Execution,
         written: &[f64],
     ) -> Result<Self, Failure> {
-        let (sender, receiver) = sync_channel(WAITING);
+        let (sender, receiver) = channel();
+        let (tell, done) = channel();
         let pictures = scene.output.pictures;
         let painter = pictures.then(|| Painter::new(scene, execution.clone()));
         // Before the steps rather than after the first of them.
@@ -87,35 +91,52 @@ impl Recorder {
         };
         let writer = Builder::new()
             .name("frame writer".to_owned())
-            .spawn(move || writer.write_all(&receiver))
+            .spawn(move || writer.write_all(&receiver, &tell))
             .map_err(|error| {
                 Failure::Failed(format!("cannot start the frame writer's thread: {error}"))
             })?;
         Ok(Self {
             sender,
+            done,
+            given: 0,
             walls: Wanted::by(scene),
             writer,
         })
     }
 
-    /// Passes the state of a world to the writer; blocks while an earlier one is still waiting.
+    /// Passes the state of a world to the writer, once it has written all earlier ones.
     pub(super) fn record(&mut self, world: &mut World) -> Result<(), GaveUp> {
-        let walls = self.walls.take(world);
-        let task = Task::Write(Frame::from_world(world), walls);
-        self.sender.send(task).map_err(|_| GaveUp)
+        self.wait()?;
+        if let Some(walls) = self.walls.take(world) {
+            self.give(Task::Walls(walls))?;
+            // There may be as many of them as of the fluid.
+            self.wait()?;
+        }
+        self.give(Task::Write(Frame::from_world(world)))
     }
 
     /// Removes the frames after a time \[s], with their files.
-    pub(super) fn withdraw_after(&self, time: f64) -> Result<(), GaveUp> {
-        let task = Task::WithdrawAfter(time);
-        self.sender.send(task).map_err(|_| GaveUp)
+    pub(super) fn withdraw_after(&mut self, time: f64) -> Result<(), GaveUp> {
+        self.give(Task::WithdrawAfter(time))
     }
 
     /// Passes the bytes of a checkpoint to the writer.
-    pub(super) fn checkpoint(&self, bytes: Vec<u8>) -> Result<(), GaveUp> {
-        self.sender
-            .send(Task::Checkpoint(bytes))
-            .map_err(|_| GaveUp)
+    pub(super) fn checkpoint(&mut self, bytes: Vec<u8>) -> Result<(), GaveUp> {
+        self.give(Task::Checkpoint(bytes))
+    }
+
+    fn give(&mut self, task: Task) -> Result<(), GaveUp> {
+        self.given += 1;
+        self.sender.send(task).map_err(|_| GaveUp)
+    }
+
+    /// Waits until everything is written.
+    pub(super) fn wait(&mut self) -> Result<(), GaveUp> {
+        while self.given > 0 {
+            self.done.recv().map_err(|_| GaveUp)?;
+            self.given -= 1;
+        }
+        Ok(())
     }
 
     /// Waits until all frames are written.
@@ -153,12 +174,13 @@ struct Writer {
 }
 
 impl Writer {
-    fn write_all(mut self, tasks: &Receiver<Task>) -> Recorded {
+    fn write_all(mut self, tasks: &Receiver<Task>, tell: &Sender<()>) -> Recorded {
         let mut failure = None;
         // Returning drops the receiver, which tells the run to stop.
         while let Ok(task) = tasks.recv() {
             let done = match task {
-                Task::Write(frame, walls) => self.write(&frame, walls.as_ref()),
+                Task::Walls(walls) => self.write_walls(&walls),
+                Task::Write(frame) => self.write(&frame),
                 Task::WithdrawAfter(time) => self.withdraw_after(time),
                 Task::Checkpoint(bytes) => {
                     let started = Instant::now();
@@ -172,6 +194,8 @@ impl Writer {
                 failure = Some(format!("cannot write {error}"));
                 break;
             }
+            // Nobody listens when the run has ended.
+            tell.send(()).ok();
         }
         Recorded {
             frames: self.times.len() as u64,
@@ -200,7 +224,14 @@ impl Writer {
         self.walls.withdraw_after(time, gone)
     }
 
-    fn write(&mut self, frame: &Frame, walls: Option<&WallFrame>) -> Result<(), OutputError> {
+    fn write_walls(&mut self, walls: &WallFrame) -> Result<(), OutputError> {
+        let started = Instant::now();
+        self.walls.write(self.times.len() as u64, walls)?;
+        self.spent[0] += started.elapsed();
+        Ok(())
+    }
+
+    fn write(&mut self, frame: &Frame) -> Result<(), OutputError> {
         let number = self.times.len() as u64;
         let started = Instant::now();
         for &format in &self.formats {
@@ -210,9 +241,6 @@ impl Writer {
             if format == FrameFormat::Vtu {
                 self.series.push(frame.time, &file)?;
             }
-        }
-        if let Some(walls) = walls {
-            self.walls.write(number, walls)?;
         }
         let painting = Instant::now();
         self.spent[0] += painting - started;

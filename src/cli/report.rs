@@ -3,9 +3,9 @@
 use std::fmt::Write;
 
 use overfall::Phase;
+use overfall::output::memory::warnings;
 use overfall::output::{Status, Summary};
 use overfall::scene::Scene;
-use overfall::step::warnings;
 use serde::Serialize;
 
 use super::exit::Failure;
@@ -17,7 +17,7 @@ use super::{console, options};
 pub(super) fn warn(options: &options::Run, scene: &Scene) -> Result<(), Failure> {
     let quiet = options.reporting.quiet;
     let warnings = waiting("counting", quiet, || warnings(scene))
-        .map_err(|error| options.scene.refuse(&error.into()))?;
+        .map_err(|error| options.scene.refuse(&error))?;
     for warning in warnings.iter().filter(|_| !quiet) {
         console::note(&format!("warning: {warning}"));
     }

@@ -219,6 +219,7 @@ impl Run {
             history_rows: self.history.rows(),
             gauge_rows: self.gauges.flush()?,
         };
+        self.recorder.wait()?;
         let failed = |error: CheckpointError| Stop::Failure(error.to_string());
         let mut checkpoint = Checkpoint::of(self.simulation.world_mut()).map_err(failed)?;
         (state.attach(&mut checkpoint)).map_err(|failure| Stop::Failure(failure.into_text()))?;
@@ -333,9 +334,18 @@ impl Run {
         let finishing = Instant::now();
         let recorded = self.recorder.finish();
         self.spent.waiting += finishing.elapsed();
-        let painting = Instant::now();
         debug_assert!(last_frame.is_ok() || recorded.failure.is_some());
         failures.extend(recorded.failure);
+        let world = self.simulation.world_mut();
+        let particles = (world.query_filtered::<(), With<Fluid>>())
+            .iter(world)
+            .len();
+        let boundary_particles = (world.query_filtered::<(), With<Boundary>>())
+            .iter(world)
+            .len();
+        // Reading and drawing a dozen frames takes memory, too.
+        drop(self.simulation);
+        let painting = Instant::now();
         if scene.output.pictures
             && let Err(failure) = picture::write_contact_sheet(scene, folder, claims, &execution)
         {
@@ -347,20 +357,12 @@ impl Run {
         if !failures.is_empty() {
             status = Status::Failed;
         }
-        let world = self.simulation.world_mut();
-        let instruction_set = world.resource::<Execution>().instruction_set.name();
         Summary {
             status,
             failure: (!failures.is_empty()).then(|| failures.join("; ")),
-            particles: world
-                .query_filtered::<(), With<Fluid>>()
-                .iter(world)
-                .count(),
-            boundary_particles: world
-                .query_filtered::<(), With<Boundary>>()
-                .iter(world)
-                .count(),
-            instruction_set: instruction_set.to_owned(),
+            particles,
+            boundary_particles,
+            instruction_set: execution.instruction_set.name().to_owned(),
             frames: recorded.frames,
             wall_s_by_part: self.spent.by_part(recorded.times, sheet),
             ms_per_step: 1e3 * self.stepping.as_secs_f64() / self.totals.steps().max(1) as f64,

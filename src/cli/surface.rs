@@ -53,6 +53,10 @@ pub(super) struct Surface {
     /// Width and height of the pictures \[pixels], e.g. 1280x720 or 1920x1080.
     #[arg(long, value_name = "WxH", value_parser = looks::size)]
     size: Option<(u32, u32)>,
+    /// Camera that moves: a CSV file with columns t, x, y, z, target_x, target_y, target_z and, if wanted,
+    /// field_of_view. By default the scene's.
+    #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
+    pub(super) camera: Option<PathBuf>,
     /// Speeds at the two ends of the colours \[m/s], e.g. 0..2; up to free fall through the scene by default.
     #[arg(long, value_name = "LOW..HIGH", value_parser = looks::range, allow_hyphen_values = true)]
     range: Option<(f32, f32)>,
@@ -108,6 +112,7 @@ impl Surface {
             colour: Colour::Speed,
             range: self.range,
             colours: self.colours,
+            camera: None,
         }
     }
 }

@@ -20,6 +20,7 @@ use super::console;
 use super::exit::{Exit, Failure, cannot_write};
 use super::folder::{RunFolder, STEM, numbered_files};
 use super::interrupt;
+use super::looks;
 use super::manifest::{create_folder, failed};
 use super::movie::{self, Movie};
 use super::picture::{cannot_read, written_frames};
@@ -73,10 +74,15 @@ pub(super) fn write(options: &Surface) -> Result<Exit, Failure> {
         .check()
         .map_err(|error| Failure::Refused(error.to_string()))?;
     prepare(&folder, &claims, &frames, !options.no_pictures)?;
+    let path = looks::path(options.camera.as_deref())?;
     let view = (!options.no_pictures)
         .then(|| options.looks().of(view_of(options, &scene), &frames))
         .transpose()
-        .map_err(cannot_read)?;
+        .map_err(cannot_read)?
+        .map(|view| View {
+            camera_path: path,
+            ..view
+        });
     let work = Work {
         surfacing,
         formats: options.formats(),

@@ -3,6 +3,7 @@
 //!
 //! Everything is computed in f64 and rounded once: the same scene gives the same particles, for any number of threads.
 
+mod last;
 mod obstacle;
 mod thin;
 
@@ -36,18 +37,20 @@ fn meshes(scene: &Scene) -> Vec<Option<Mesh>> {
 pub(crate) fn lattices<'a>(
     scene: &'a Scene,
     meshes: &'a [Option<Mesh>],
-) -> impl Iterator<Item = Lattice> + 'a {
-    let is_cut = scene.bodies.iter().any(|body| body.cut);
-    let thin = is_cut.then(|| ThinMeshes::new(scene, meshes));
-    scene.bodies.iter().map(move |body| {
-        let lattice = Lattice::of(body, scene.spacing, scene.dimension);
-        match &thin {
-            Some(thin) if body.cut => {
-                cut(lattice, scene, meshes).cut(|point| thin.leave_room(point))
-            }
-            _ => lattice,
-        }
-    })
+) -> Box<dyn Iterator<Item = Lattice> + 'a> {
+    let whole = |body: &FluidBody| Lattice::of(body, scene.spacing, scene.dimension);
+    if !scene.bodies.iter().any(|body| body.cut) {
+        return Box::new(scene.bodies.iter().map(whole));
+    }
+    let make = || {
+        let thin = ThinMeshes::new(scene, meshes);
+        let of_body = |body: &FluidBody| match body.cut {
+            true => cut(whole(body), scene, meshes).cut(|point| thin.leave_room(point)),
+            false => whole(body),
+        };
+        scene.bodies.iter().map(of_body).collect()
+    };
+    Box::new(last::of(scene, make).into_iter())
 }
 
 /// A lattice without the points that boundaries have no room for, apart from those beside thin meshes.

@@ -12,7 +12,7 @@ use super::{
     uniform_grid, z_index_sort,
 };
 use crate::{
-    scene::{IndexStructure, Scene},
+    scene::{BoundaryHandling, IndexStructure, Scene},
     state::DomainTooLarge,
 };
 
@@ -35,10 +35,27 @@ fn grid(scene: &Scene) -> Grid {
     )
 }
 
-/// The structure of a scene.
+/// The structure of a scene's fluid.
 pub fn build(scene: &Scene) -> Box<dyn SpatialIndex> {
-    let cell = scene.index.cell_size * scene.search_radius() / scene.spacing;
-    let per_cell = cell.powi(u8::from(scene.dimension).into());
+    let dimension = i32::from(u8::from(scene.dimension));
+    with_per_cell(scene, cell(scene).powi(dimension))
+}
+
+/// The structure of its walls. Samples of one layer are on surfaces: fewer in a cell than of the fluid.
+pub(crate) fn build_for_walls(scene: &Scene) -> Box<dyn SpatialIndex> {
+    if scene.boundary_handling() == BoundaryHandling::Layers {
+        return build(scene);
+    }
+    let dimension = i32::from(u8::from(scene.dimension));
+    with_per_cell(scene, cell(scene).powi(dimension - 1))
+}
+
+/// Edge of a cell \[spacings].
+fn cell(scene: &Scene) -> f32 {
+    scene.index.cell_size * scene.search_radius() / scene.spacing
+}
+
+fn with_per_cell(scene: &Scene, per_cell: f32) -> Box<dyn SpatialIndex> {
     let structure = (row(scene.index.structure).build)(grid(scene), per_cell);
     let period = scene.period();
     if period.is_any() {

@@ -27,7 +27,7 @@ mod z_index_sort;
 pub use boundary::BoundarySamples;
 pub use brute_force::BruteForce;
 pub use build::build;
-pub(crate) use build::{bytes_per_particle, table_bytes};
+pub(crate) use build::{build_for_walls, bytes_per_particle, table_bytes};
 pub use compact_hashing::CompactHashing;
 pub use entries::{Entries, Run};
 pub use grid::Grid;

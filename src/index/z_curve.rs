@@ -1,10 +1,14 @@
-//! Order along the Z-curve (paper 4.3.1): keys by bit interleaving (Pascucci & Frank 2001).
+//! Order along the Z-curve (paper 4.3.1): keys by bit interleaving (Pascucci & Frank 2001). For comparison with it, the
+//! order by the cells' hash.
 
 use glam::{IVec3, Vec4};
 use rayon::prelude::*;
 
-use super::Grid;
-use crate::state::{CHUNK, Execution};
+use super::{Grid, hash::CellHash};
+use crate::{
+    scene::RowOrder,
+    state::{CHUNK, Execution},
+};
 
 /// Bits of one coordinate in a key.
 const BITS: u32 = 21;
@@ -29,13 +33,17 @@ pub fn key(cell: IVec3, origin: IVec3) -> u64 {
 /// A (cell key, row) pair, as the paper's handle.
 pub type Handle = (u64, u32);
 
-/// Fills `handles` with the rows of `points` in Z-curve order of their cells; rows of one cell keep their order.
+/// Hash values per point: the table of compact hashing.
+const HASHES_PER_POINT: f32 = 2.0;
+
+/// Fills `handles` with the rows of `points` in an order of their cells; rows of one cell keep their order.
 pub fn sort_handles(
     points: &[Vec4],
-    grid: &Grid,
+    (grid, by): (&Grid, RowOrder),
     execution: &Execution,
     handles: &mut Vec<Handle>,
 ) {
+    let hash = CellHash::for_points(points.len(), HASHES_PER_POINT);
     execution.install(|| {
         let origin = points
             .par_chunks(CHUNK)
@@ -48,7 +56,14 @@ pub fn sort_handles(
         points
             .par_iter()
             .enumerate()
-            .map(|(row, &point)| (key(grid.cell_of(point), origin), row as u32))
+            .map(|(row, &point)| {
+                let cell = grid.cell_of(point);
+                let key = match by {
+                    RowOrder::ZCurve => key(cell, origin),
+                    RowOrder::CellIndex => u64::from(hash.of(cell)),
+                };
+                (key, row as u32)
+            })
             .collect_into_vec(handles);
         if !handles.is_sorted() {
             handles.par_sort_unstable();

@@ -17,6 +17,8 @@ impl Frame {
         };
         let mut particles = world
             .query_filtered::<(&ParticleId, &Position, &Velocity, &Density, &Pressure), With<Fluid>>();
+        // Columns that grow would have room for twice as many.
+        frame.reserve(particles.iter(world).len());
         for (id, position, velocity, density, pressure) in particles.iter(world) {
             frame.ids.push(id.get());
             frame.positions.push(position.0);

@@ -34,6 +34,15 @@ impl Frame {
         self.positions.is_empty()
     }
 
+    /// Makes room for exactly so many more particles.
+    pub(super) fn reserve(&mut self, particles: usize) {
+        self.ids.reserve_exact(particles);
+        self.positions.reserve_exact(particles);
+        self.velocities.reserve_exact(particles);
+        self.densities.reserve_exact(particles);
+        self.pressures.reserve_exact(particles);
+    }
+
     /// Largest speed \[m/s]; 0 without particles. NaN is ignored.
     pub fn max_speed(&self) -> f32 {
         let squared = self.velocities.iter().map(|v| v.length_squared());

@@ -21,6 +21,8 @@ mod gauges;
 mod grid;
 mod history;
 #[cfg(feature = "cli")]
+pub mod memory;
+#[cfg(feature = "cli")]
 pub mod picture;
 mod ply;
 #[cfg(feature = "cli")]

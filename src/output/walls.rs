@@ -38,6 +38,10 @@ impl WallFrame {
         };
         let mut particles =
             world.query_filtered::<(&Position, &BoundaryNormal, &BoundaryVolume), With<Boundary>>();
+        let rows = particles.iter(world).len();
+        frame.positions.reserve_exact(rows);
+        frame.normals.reserve_exact(rows);
+        frame.volumes.reserve_exact(rows);
         for (position, normal, volume) in particles.iter(world) {
             frame.positions.push(position.0);
             frame.normals.push(normal.0);

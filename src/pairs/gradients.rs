@@ -38,6 +38,11 @@ pub struct KernelGradients {
 }
 
 impl KernelGradients {
+    /// Frees the memory of all factors.
+    pub(crate) fn free(&mut self) {
+        *self = Self::default();
+    }
+
     /// The factors, if they belong to these columns and lists.
     pub(super) fn at(&self, generations: Generations) -> Option<&Self> {
         (self.filled_at == Some(generations)).then_some(self)
@@ -66,7 +71,7 @@ pub(super) fn make_room(chunk: &mut Vec<Lanes>, fluid: &NeighbourLists, rows: Ra
     let len = rows.map(of_row).sum::<usize>();
     if chunk.capacity() < len {
         // A reserve, so that a slowly growing buffer is not moved in every step.
-        chunk.reserve_exact(len + len / 8 - chunk.len());
+        chunk.reserve_exact(len + len / 32 - chunk.len());
     }
     chunk.resize(len, Lanes::default());
 }

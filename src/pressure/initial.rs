@@ -22,8 +22,8 @@ use crate::{
     boundary::moving::move_walls_less,
     scene::{Criterion, NotConverged, Scene},
     state::{
-        Accelerations, Clock, Execution, Material, Positions, PressureAccelerations, Systems,
-        Velocities, wants_force,
+        Accelerations, Clock, Execution, Material, Positions, PredictedPositions,
+        PressureAccelerations, SENTINEL, Systems, Velocities, wants_force,
     },
     time_step::{RecoveryTime, remember_first_pressure, shorten_first_step},
 };
@@ -101,6 +101,11 @@ pub fn solve_initial_pressure(world: &mut World, is_linear: bool) {
         return;
     };
     let recovery = world.remove_resource::<RecoveryTime>();
+    if !is_linear {
+        // Nobody has predicted positions yet: the velocities take their memory meanwhile.
+        let lent = mem::take(&mut world.resource_mut::<PredictedPositions>().0);
+        world.resource_mut::<PredictedVelocities>().0 = lent;
+    }
     let convergence = Convergence {
         max_density_error: limit,
         mean_density_error: None,
@@ -137,8 +142,15 @@ pub fn solve_initial_pressure(world: &mut World, is_linear: bool) {
             world.remove_resource::<RecoveryTime>();
         }
     }
-    // PCISPH does not need this resource afterwards.
-    world.resource_mut::<PredictedVelocities>().0 = Vec::new();
+    if !is_linear {
+        // PCISPH needs neither afterwards.
+        let mut lent = mem::take(&mut world.resource_mut::<PredictedVelocities>().0);
+        if let Some(last) = lent.last_mut() {
+            *last = SENTINEL;
+        }
+        world.resource_mut::<PredictedPositions>().0 = lent;
+        world.resource_mut::<DensityRates>().0 = Vec::new();
+    }
 }
 
 /// Mean compression \[-] of a step in which the fluid falls with the part [`UNCARRIED`] of the largest acceleration

@@ -120,7 +120,12 @@ impl PressureSolver for Pcisph {
                 ),
                 Column::derived("diagonal", "m^8/kg^2", "inverse diagonal", 4),
                 Column::derived("pressure term", "Pa m^6/kg^2", "while it is solved for", 8),
-                Column::derived("density rate", "kg/(m^3 s)", "of the initial solve", 4),
+                Column::derived(
+                    "density rates",
+                    "kg/(m^3 s)",
+                    "of the initial solve: now and at the start",
+                    8,
+                ),
             ]
         }
     }

@@ -19,12 +19,13 @@ pub(super) const STAGE: Stage = Stage {
     makes: &[Product::Columns],
     install,
     bytes: |scene, neighbours| {
-        // Entities by row, those of the table and the archetype, places by entity, and the permanent numbers.
-        let mut bytes = vec![("entities and numbers", 8.0 + 8.0 + 16.0 + 24.0 + 12.0)];
+        // Entities by row, those of the table and the archetype, places by entity, the permanent numbers, and the mark.
+        let entities = 8.0 + 8.0 + 12.0 + 24.0 + 12.0 + 8.0;
+        let mut bytes = vec![("entities and numbers", entities)];
         if scene.stores_neighbours() {
             // Lists are padded to whole vectors, by half a vector on average.
             let entries = f64::from(neighbours) * scene.listed_per_neighbour();
-            let gradients = (entries + 4.0) * 4.0 * 9.0 / 8.0;
+            let gradients = (entries + 4.0) * 4.0 * 33.0 / 32.0;
             bytes.push(("gradients of the kernel", gradients));
         }
         bytes

@@ -131,6 +131,9 @@ pub struct Scene {
     /// break of 130 000 particles, 0.45 s of PCISPH, intervals of 25, 50 and 100 differ by less than the noise.
     #[serde(default = "default_reorder_interval")]
     pub reorder_interval: u32,
+    /// The order that a reordering gives the rows.
+    #[serde(default)]
+    pub reorder_by: RowOrder,
     /// A RON file with the order of the stages, relative to the scene file's folder (after
     /// [`load`](Scene::load): to the working directory); the default order if absent.
     #[serde(default)]
@@ -210,6 +213,7 @@ impl Scene {
             index: Index::default(),
             neighbours: Neighbours::default(),
             reorder_interval: default_reorder_interval(),
+            reorder_by: RowOrder::default(),
             order: None,
             executor: Executor::default(),
             limits: Limits::default(),

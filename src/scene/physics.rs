@@ -357,3 +357,15 @@ pub enum Executor {
     /// One system at a time, in the pool of the loops (see [`take_step`](crate::take_step)).
     SingleThreaded,
 }
+
+/// The order of the rows after a reordering.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub enum RowOrder {
+    /// Along a Z-curve through the cells: what is near in space is near in memory (paper 4.5.4).
+    #[default]
+    ZCurve,
+    /// By the index of the cells, which is their hash (paper eq. 3). Cells side by side are far apart in memory: slower,
+    /// and there for comparison with it (Figure 4).
+    CellIndex,
+}

@@ -62,7 +62,7 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
         Some(execution) => execution.clone(),
         None => Execution::new(0).map_err(InstallError::Threads)?,
     };
-    memory::check(scene, &size, execution.threads())?;
+    memory::check(scene, &size, 0.0, execution.threads())?;
     // Everything that can fail comes before the first change of the world.
     let files = fingerprints(scene);
     let material = Material::new(scene);

@@ -1,18 +1,25 @@
 //! Memory that a scene needs, by purpose, compared with what the machine has.
 
-use super::error::InstallError;
+use super::{error::InstallError, warnings};
 use crate::{
     boundary::{friction, moving},
     index,
     loading::Size,
     memory,
-    registry::Stages,
-    scene::Scene,
+    registry::{Stages, columns},
+    reorder,
+    scene::{Scene, TimeStep},
     state::Material,
 };
 
+/// Components that every particle has: position, velocity, density, pressure.
+const COMPONENTS: usize = 4;
+
 /// A candidate sample of a mesh, with its entries in the lists of the advancing front \[bytes].
 const BYTES_A_CANDIDATE: f64 = 60.0;
+
+/// The program, its threads, and what else does not grow with the particles \[bytes].
+const PROGRAM: f64 = 16e6;
 
 /// Memory that a scene needs \[bytes].
 pub(crate) struct Need {
@@ -20,6 +27,10 @@ pub(crate) struct Need {
     running: f64,
     /// At the peak: during setup, if that needs more.
     pub(crate) most: f64,
+    /// The part of it that no other spacing changes.
+    fixed: f64,
+    /// By what holds it.
+    pub(crate) parts: Vec<(&'static str, f64)>,
 }
 
 /// Expected number of neighbours of a particle inside the fluid.
@@ -44,24 +55,76 @@ pub(crate) fn need(scene: &Scene, size: &Size) -> Result<Need, InstallError> {
     // The places by entity grow to powers of two.
     let entities = fluid + size.boundary;
     let places = 24.0 * (entities.max(1.0).log2().ceil().exp2() - entities);
-    let running = fluid * a_particle + size.boundary * a_sample + places + tables as f64;
+    let mut parts = vec![
+        ("fluid particles", fluid * a_particle),
+        ("boundary particles", size.boundary * a_sample),
+        ("room in the places by entity", places),
+        ("reordering", reordering(scene, fluid)),
+        ("tables of the spatial index", tables as f64),
+        ("the program", PROGRAM),
+    ];
+    let running = parts.iter().map(|part| part.1).sum();
     let sampling = size.fluid * a_particle + size.boundary * a_sample;
-    let most = running.max(sampling + size.candidates * BYTES_A_CANDIDATE);
-    Ok(Need { running, most })
+    let most = f64::max(running, sampling + size.candidates * BYTES_A_CANDIDATE);
+    parts.push(("more while walls are sampled", most - running));
+    parts.retain(|part| part.1 > 0.0);
+    Ok(Need {
+        running,
+        most,
+        fixed: PROGRAM,
+        parts,
+    })
 }
 
-/// What a run takes beside its columns: files and pictures being written, and vectors that grow \[parts of the need].
+/// Memory of the reordering of so many rows, if the scene lasts until the first \[bytes].
+fn reordering(scene: &Scene, rows: f64) -> f64 {
+    let longest = match scene.time_step {
+        TimeStep::Fixed(dt) => dt,
+        TimeStep::Cfl(cfl) => cfl.max,
+        TimeStep::Adaptive(scheme) => scheme.max,
+    };
+    let least_steps = scene.duration / longest;
+    if scene.reorder_interval == 0 || least_steps < scene.reorder_interval as f32 {
+        return 0.0;
+    }
+    let components = columns(scene).filter(|column| column.lasting.is_some());
+    reorder::bytes(rows, components.count().saturating_sub(COMPONENTS))
+}
+
+/// What a run takes beside what is planned: vectors that grow \[parts of the need].
 const BESIDE: f64 = 1.25;
 
-/// Refuses a scene that needs more memory than there is, before any is allocated. It runs with a number of threads.
-pub(super) fn check(scene: &Scene, size: &Size, threads: usize) -> Result<Need, InstallError> {
-    let need = need(scene, size)?;
+/// Refuses a scene that needs more memory than there is `beside` what else needs it \[bytes], before any is allocated.
+/// It runs with a number of threads.
+pub(super) fn check(
+    scene: &Scene,
+    size: &Size,
+    beside: f64,
+    threads: usize,
+) -> Result<(), InstallError> {
+    let mut need = need(scene, size)?;
+    need.running += beside;
+    need.fixed += beside;
+    need.most = need.most.max(need.running);
     enough(scene, size, &need, memory::of_machine() as f64)?;
     if !memory::is_left_by_limit(BESIDE * need.most, threads) {
         let needed = memory::in_words(BESIDE * need.most);
         return Err(InstallError::MemoryLimit { needed });
     }
-    Ok(need)
+    Ok(())
+}
+
+/// As [`warnings`](super::warnings()), of a scene that is to run beside what else needs memory: refused if both do not
+/// fit, as [`install`](super::install) refuses one that does not fit alone. `beside` says how much that is \[bytes] for
+/// so many fluid and boundary particles.
+pub fn warnings_beside(
+    scene: &Scene,
+    beside: impl FnOnce(f64, f64) -> f64,
+) -> Result<Vec<String>, InstallError> {
+    let size = scene.checked_size()?;
+    let beside = beside(size.fluid + size.emitted, size.boundary);
+    check(scene, &size, beside, 1)?;
+    Ok(warnings::of_size(scene, &size))
 }
 
 /// Memory that a scene may take \[bytes]: the machine's, or less where it says so.
@@ -98,7 +161,8 @@ fn enough(scene: &Scene, size: &Size, need: &Need, machine: f64) -> Result<(), I
     }
     // The number of particles on surfaces grows with spacing⁻², in bodies with spacing⁻³: the square is the safe
     // choice.
-    let better = f64::from(scene.spacing) * (1.2 * need.most / machine).sqrt();
+    let left = (machine - need.fixed).max(0.01 * machine);
+    let better = f64::from(scene.spacing) * (1.2 * (need.most - need.fixed) / left).sqrt();
     Err(InstallError::Memory {
         needed: memory::in_words(need.most),
         machine: memory::in_words(machine) + by_limit,

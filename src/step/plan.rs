@@ -15,6 +15,7 @@ use crate::{
     boundary,
     filling::{self, Filling},
     index,
+    loading::Size,
     registry::Stages,
     sampling,
     scene::{Scene, shapes::Inlet},
@@ -58,8 +59,12 @@ pub struct Plan {
     pub expected_neighbours: f32,
     /// Steps until the end of the scene if every step is as long as the limits at the largest speed of free fall allow.
     pub expected_steps: f64,
-    /// Peak memory of the run, tables of a dense index included \[bytes].
+    /// Peak memory of the simulation, tables of a dense index included, without output \[bytes].
     pub memory: f64,
+    /// The same by what holds it \[bytes].
+    pub memory_by_part: Vec<(&'static str, f64)>,
+    /// Fluid particles at once, at most: those that emitters add included.
+    pub most_particles: f64,
     /// Allowed settings that are probably mistakes.
     pub warnings: Vec<String>,
     /// Initial density of the fluid; `None` if meshes have too many samples to compute it for a plan.
@@ -108,16 +113,27 @@ fn emitters(
 
 /// Plans a scene. Refuses what [`install`](super::install) would refuse.
 pub fn plan(scene: &Scene) -> Result<Plan, InstallError> {
+    plan_beside(scene, |_, _| 0.0)
+}
+
+/// Plans a scene that is to run beside what else needs memory: `beside` says how much \[bytes] for so many fluid and
+/// boundary particles. Refuses also what does not fit together.
+pub fn plan_beside(
+    scene: &Scene,
+    beside: impl FnOnce(f64, f64) -> f64,
+) -> Result<Plan, InstallError> {
     let size = scene.checked_size()?;
     let order = order_of(scene, &Stages::default())?;
+    let beside = beside(size.fluid + size.emitted, size.boundary);
     // Its checks run on one thread.
-    let need = memory::check(scene, &size, 1)?;
+    memory::check(scene, &size, beside, 1)?;
     let material = Material::new(scene);
     let (mut particles, mut low, mut high) = (0, Vec3::INFINITY, Vec3::NEG_INFINITY);
     Filling::new(scene).for_each(|seed| {
         particles += 1;
         (low, high) = (low.min(seed.position), high.max(seed.position));
     });
+    let in_bodies = particles as f64;
     let emitters = emitters(scene, (&mut particles, &mut low, &mut high));
     index::table_bytes(scene, low.as_dvec3(), high.as_dvec3()).map_err(InstallError::Fluid)?;
     let (start_density, sampled) = if start_density::is_small(scene, &size) {
@@ -137,6 +153,12 @@ pub fn plan(scene: &Scene) -> Result<Plan, InstallError> {
         boundary_particles = 0;
         sampling::for_each_sample(scene, &mut |_| boundary_particles += 1)?;
     }
+    let counted = Size {
+        fluid: in_bodies,
+        boundary: boundary_particles as f64,
+        ..size
+    };
+    let need = memory::need(scene, &counted)?;
     let expected_neighbours = memory::expected_neighbours(scene, &material);
     let limits = limits::of(scene, low, high);
     let single = |(low, high): (DVec3, DVec3)| (low.as_vec3(), high.as_vec3());
@@ -158,6 +180,8 @@ pub fn plan(scene: &Scene) -> Result<Plan, InstallError> {
         time_step_limits: limits,
         expected_neighbours,
         memory: need.most,
+        memory_by_part: need.parts,
+        most_particles: in_bodies + size.emitted,
         warnings,
         start_density,
     })

@@ -57,7 +57,12 @@ impl FluidStart {
                 ..scene.clone()
             };
             let index = index::build(&every_step);
-            z_curve::sort_handles(&points, index.grid(), execution, &mut order);
+            z_curve::sort_handles(
+                &points,
+                (index.grid(), scene.reorder_by),
+                execution,
+                &mut order,
+            );
         }
         Ok(Self { seeds, order })
     }

@@ -19,6 +19,10 @@ pub enum Measure {
     Share(Vec<Phase>),
     /// Wall time per simulated time \[s/s].
     WallTime,
+    /// Wall time per step and fluid particle \[µs].
+    MicrosecondsPerParticle,
+    /// Fluid particles, averaged over the steps \[-].
+    Particles,
     /// Mean length of a step in simulated time \[ms].
     TimeStep,
     /// Pressure iterations per step \[-].
@@ -50,16 +54,21 @@ impl Measure {
             Self::UpdatesPerSecond => "1/s",
             Self::Share(_) | Self::MeanDensityError | Self::LargestDensityError => "%",
             Self::WallTime => "s/s",
+            Self::MicrosecondsPerParticle => "µs",
             Self::Distance => "spacings",
             Self::Gauge(measure) => measure.unit(),
-            Self::Iterations | Self::Pairs | Self::TestedPairs | Self::TestedRatio => "",
+            Self::Particles
+            | Self::Iterations
+            | Self::Pairs
+            | Self::TestedPairs
+            | Self::TestedRatio => "",
         }
     }
 
     /// Whether a larger figure is faster; none for what is no speed.
     pub(super) fn is_rate(&self) -> Option<bool> {
         match self {
-            Self::Milliseconds(_) | Self::WallTime => Some(false),
+            Self::Milliseconds(_) | Self::WallTime | Self::MicrosecondsPerParticle => Some(false),
             Self::UpdatesPerSecond => Some(true),
             _ => None,
         }
@@ -80,7 +89,10 @@ impl Measure {
     pub(super) fn is_median(&self) -> bool {
         matches!(
             self,
-            Self::Milliseconds(_) | Self::UpdatesPerSecond | Self::Share(_)
+            Self::Milliseconds(_)
+                | Self::UpdatesPerSecond
+                | Self::Share(_)
+                | Self::MicrosecondsPerParticle
         )
     }
 
@@ -98,6 +110,8 @@ impl Measure {
             Self::UpdatesPerSecond => steps / seconds(&Phase::ALL),
             Self::Share(phases) => 100.0 * seconds(phases) / seconds(&Phase::ALL),
             Self::WallTime => seconds(&Phase::ALL) / block.time,
+            Self::MicrosecondsPerParticle => 1e6 * seconds(&Phase::ALL) / block.particles,
+            Self::Particles => block.particles / steps,
             Self::TimeStep => 1e3 * block.time / steps,
             Self::Iterations => block.iterations as f64 / steps,
             Self::MeanDensityError => 100.0 * block.mean_density_errors / steps,
@@ -124,6 +138,8 @@ pub struct Block {
     pub time: f64,
     /// Wall time of each phase \[s], in the order of [`Phase::ALL`].
     pub phase_seconds: [f64; Phase::ALL.len()],
+    /// Fluid particles, summed over the steps.
+    pub particles: f64,
     /// Pressure iterations.
     pub iterations: u64,
     /// Sum of the steps' mean density errors \[-].
@@ -159,6 +175,7 @@ impl Default for Block {
             steps: 0,
             time: 0.0,
             phase_seconds: Default::default(),
+            particles: 0.0,
             iterations: 0,
             mean_density_errors: 0.0,
             max_density_error: 0.0,
@@ -185,7 +202,10 @@ impl Block {
                     largest_before: self.max_density_error,
                 };
                 match self.owed {
-                    0 => self.steps += 1,
+                    0 => {
+                        self.steps += 1;
+                        self.particles += report.particles as f64;
+                    }
                     _ => self.owed -= 1,
                 }
                 self.time += f64::from(report.dt);
@@ -197,6 +217,7 @@ impl Block {
                 match self.steps {
                     0 => self.owed += 1,
                     _ => {
+                        self.particles *= 1.0 - 1.0 / self.steps as f64;
                         self.steps -= 1;
                         self.max_density_error = last.largest_before;
                     }
@@ -217,6 +238,7 @@ impl Block {
         blocks.iter().fold(Self::default(), |mut sum, block| {
             sum.steps += block.steps;
             sum.time += block.time;
+            sum.particles += block.particles;
             sum.iterations += block.iterations;
             sum.mean_density_errors += block.mean_density_errors;
             sum.max_density_error = sum.max_density_error.max(block.max_density_error);
@@ -245,6 +267,7 @@ mod tests {
         StepReport {
             dt,
             iterations: 5,
+            particles: 7,
             max_density_error: error,
             mean_density_error: error,
             ..StepReport::default()
@@ -278,6 +301,7 @@ mod tests {
             block.add(&report, &mut last);
         }
         assert_eq!((block.steps, block.time, block.iterations), (3, 2.0, 30));
+        assert_eq!(Measure::Particles.of(&block), Some(7.0));
         assert_eq!(
             (block.mean_density_errors, block.max_density_error),
             (0.5, 0.25)

@@ -9,6 +9,7 @@ mod frontier;
 mod gauges;
 #[cfg(unix)]
 mod limits;
+mod memory;
 mod picture;
 #[cfg(unix)]
 mod replaced;

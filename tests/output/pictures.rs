@@ -38,6 +38,7 @@ fn view() -> View {
             min: Vec3::splat(-1.0),
             max: Vec3::splat(1.0),
         },
+        camera_path: None,
         particle_radius: 0.5,
         quantity: Quantity::Speed,
         range: (0.0, 4.0),

@@ -1,6 +1,7 @@
 //! Named cases: many points, several threads, unusual inputs.
 
 use super::*;
+use crate::scene::RowOrder;
 
 /// A few thousand points: many blocks of cells and several chunks of rows.
 fn many_points(seed: u64) -> Vec<Vec4> {
@@ -239,7 +240,12 @@ fn a_rebuild_from_rows_along_the_z_curve_lists_its_cells_along_it() {
     let grid = Grid::new(Dimension::Three, H, 1.0);
     let points = many_points(3);
     let mut handles = Vec::new();
-    z_curve::sort_handles(&points, &grid, two_threads(), &mut handles);
+    z_curve::sort_handles(
+        &points,
+        (&grid, RowOrder::ZCurve),
+        two_threads(),
+        &mut handles,
+    );
     let points: Vec<Vec4> = handles
         .iter()
         .map(|&(_, row)| points[row as usize])

@@ -31,6 +31,12 @@ pub fn draw_surface(mesh: &SurfaceMesh, view: &View) -> Image {
 }
 
 fn draw_fluid(fluid: Fluid<'_>, values: &[f32], time: f64, view: &View) -> Image {
+    let on_path = view.camera_path.as_ref().map(|path| View {
+        camera: path.at(time),
+        camera_path: None,
+        ..view.clone()
+    });
+    let view = on_path.as_ref().unwrap_or(view);
     let (width, height) = view.size();
     let projection = view.projection();
     let samples = projection.magnified(SAMPLES as f32);

@@ -7,6 +7,7 @@
 //!
 //! In 2-D a picture shows the plane z = 0 seen from +z, with discs and little shading.
 
+mod camera_path;
 mod canvas;
 mod colour;
 mod drawing;
@@ -26,6 +27,7 @@ mod triangles;
 mod view;
 mod window;
 
+pub use camera_path::CameraPath;
 pub use colour::ColourMap;
 pub use drawing::{draw, draw_after, draw_surface};
 pub use image::Image;

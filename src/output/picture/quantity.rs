@@ -34,6 +34,11 @@ impl Quantity {
         }
     }
 
+    /// Whether its values need the frame before.
+    pub fn needs_the_frame_before(self) -> bool {
+        self == Self::Acceleration
+    }
+
     /// Its value for every particle of a frame; `before` is the frame before, which accelerations need.
     pub fn values(self, frame: &Frame, before: Option<&Frame>) -> Vec<f32> {
         match self {

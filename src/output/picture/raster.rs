@@ -43,6 +43,16 @@ pub(super) struct Spheres<'a> {
     pub(super) radius: f32,
 }
 
+impl Fluid<'_> {
+    /// Number of particles or triangles.
+    fn len(&self) -> usize {
+        match self {
+            Self::Spheres(spheres) => spheres.positions.len(),
+            Self::Surface(mesh) => mesh.triangles.len(),
+        }
+    }
+}
+
 /// The nearest surface of every sample, rows from the top.
 pub(super) struct Layer {
     pub(super) width: usize,
@@ -51,8 +61,14 @@ pub(super) struct Layer {
     pub(super) depth: Vec<f32>,
     /// Row of a particle or number of a triangle, [`FLOOR`], [`NOTHING`], or a solid (see [`Layer::solid`]).
     pub(super) surface: Vec<u32>,
-    /// One per particle; of a surface, one around each triangle.
-    pub(super) splats: Vec<Splat>,
+}
+
+impl Spheres<'_> {
+    /// A particle on a picture of this size. Computed wherever it is needed: the splats of all particles would take as
+    /// much memory as half a frame.
+    pub(super) fn splat(&self, row: u32, projection: &Projection, size: (usize, usize)) -> Splat {
+        splat(projection, size, self.positions[row as usize], self.radius)
+    }
 }
 
 impl Layer {
@@ -63,17 +79,18 @@ impl Layer {
         solids: &[Solid],
         floor: Option<f32>,
     ) -> Self {
-        let (splats, faces) = match fluid {
-            Fluid::Spheres(Spheres { positions, radius }) => {
-                let splat = |&centre| splat(projection, (width, height), centre, radius);
-                (positions.par_iter().map(splat).collect(), None)
-            }
-            Fluid::Surface(mesh) => {
-                let faces = Faces::new(projection, mesh);
-                (faces.splats((width, height)), Some(faces))
-            }
+        let size = (width, height);
+        let faces = match fluid {
+            Fluid::Spheres(_) => None,
+            Fluid::Surface(mesh) => Some(Faces::new(projection, mesh)),
         };
-        let bands = Bands::new(&splats, height);
+        let splat = |row: u32| match (fluid, &faces) {
+            (Fluid::Surface(_), Some(faces)) => faces.splat(row, size),
+            (Fluid::Spheres(spheres), _) => spheres.splat(row, projection, size),
+            // A surface has faces.
+            (Fluid::Surface(_), None) => Splat::default(),
+        };
+        let bands = Bands::new(fluid.len(), splat, height);
         let windows: Vec<Window> = solids
             .iter()
             .take(MAX_SOLIDS)
@@ -105,7 +122,7 @@ impl Layer {
                 for &row in bands.rows(band) {
                     match (fluid, &faces) {
                         (Fluid::Spheres(spheres), _) => {
-                            target.sphere(&splats[row as usize], row, spheres.radius);
+                            target.sphere(&splat(row), row, spheres.radius);
                         }
                         (_, Some(faces)) => faces.draw(row, projection, &mut target),
                         _ => {}
@@ -117,7 +134,6 @@ impl Layer {
             height,
             depth,
             surface,
-            splats,
         }
     }
 
@@ -156,7 +172,7 @@ struct Bands {
 }
 
 impl Bands {
-    fn new(splats: &[Splat], height: usize) -> Self {
+    fn new(count: usize, splat: impl Fn(u32) -> Splat, height: usize) -> Self {
         let bands = height.div_ceil(BAND);
         let touched = |splat: &Splat| {
             // The cast turns a negative number into 0.
@@ -164,11 +180,12 @@ impl Bands {
             let last = (splat.at.y + splat.radius) as usize / BAND;
             first..(last + 1).min(bands)
         };
-        let drawn = || splats.iter().enumerate().filter(|(_, s)| s.radius > 0.0);
+        let all = || (0..count as u32).map(|row| (row, splat(row)));
+        let drawn = || all().filter(|(_, splat)| splat.radius > 0.0);
 
         let mut starts = vec![0; bands + 1];
         for (_, splat) in drawn() {
-            touched(splat).for_each(|band| starts[band + 1] += 1);
+            touched(&splat).for_each(|band| starts[band + 1] += 1);
         }
         for band in 0..bands {
             starts[band + 1] += starts[band];
@@ -176,8 +193,8 @@ impl Bands {
         let mut next = starts.clone();
         let mut rows = vec![0; starts[bands]];
         for (row, splat) in drawn() {
-            for band in touched(splat) {
-                rows[next[band]] = row as u32;
+            for band in touched(&splat) {
+                rows[next[band]] = row;
                 next[band] += 1;
             }
         }

@@ -3,7 +3,6 @@
 
 use super::image::Image;
 use super::raster::SAMPLES;
-use super::target::Splat;
 use super::view::View;
 use crate::memory::{in_words, is_left};
 use crate::output::OutputError;
@@ -14,29 +13,41 @@ const SAMPLE: usize = 8;
 const PIXEL: usize = 12 + 3 + 3;
 /// The first depth of a pixel, for occlusion \[bytes].
 const DEPTH: usize = 4;
-/// Bands of rows that a particle touches.
-const BANDS: usize = 4;
+/// Bands of rows that a particle touches, at most and on average.
+const MOST_BANDS: f64 = 4.0;
+const BANDS: f64 = 1.2;
 /// What the encoder, colours, text and the threads hold besides, and steps that go on meanwhile \[bytes].
 const BESIDE: usize = 16 << 20;
 
 impl View {
+    /// Memory that drawing a picture takes, whatever is on it \[bytes].
+    fn bytes_of_pixels(&self) -> f64 {
+        let (width, height) = self.size();
+        let pixels = width as f64 * height as f64;
+        let lit = self
+            .shadow_projection()
+            .map_or(0.0, |(_, size)| (size * size) as f64);
+        let samples = pixels * (SAMPLES * SAMPLES) as f64 + lit;
+        samples * SAMPLE as f64 + pixels * (PIXEL + DEPTH) as f64
+    }
+
+    /// Memory that a picture of so many particles takes while it is drawn \[bytes].
+    pub(in crate::output) fn expected_bytes(&self, particles: f64) -> f64 {
+        // The bands of one layer are gone before the next is drawn; the colours are there all the time.
+        let particle = BANDS * size_of::<u32>() as f64 + size_of::<f32>() as f64;
+        self.bytes_of_pixels() + particles * particle
+    }
+
     /// Fails if the process cannot have the memory that a picture of so many particles, or triangles of a surface,
     /// takes while it is drawn.
     ///
     /// # Errors
     /// [`OutputError::NoMemory`]
     pub fn check_memory(&self, particles: usize) -> Result<(), OutputError> {
-        let (width, height) = self.size();
-        let pixels = width.saturating_mul(height);
-        let lit = self.shadow_projection().map_or(0, |(_, size)| size * size);
-        let layers = 1 + usize::from(lit > 0);
-        let samples = pixels.saturating_mul(SAMPLES * SAMPLES).saturating_add(lit);
-        let particle = layers * (size_of::<Splat>() + BANDS * size_of::<u32>()) + size_of::<f32>();
-        let bytes = samples
-            .saturating_mul(SAMPLE)
-            .saturating_add(pixels.saturating_mul(PIXEL + DEPTH))
-            .saturating_add(particles.saturating_mul(particle));
-        check((width, height), bytes.saturating_add(BESIDE))
+        let particle = MOST_BANDS * size_of::<u32>() as f64 + size_of::<f32>() as f64;
+        let bytes = self.bytes_of_pixels() + particles as f64 * particle;
+        // The cast of what is too large is the largest number.
+        check(self.size(), (bytes as usize).saturating_add(BESIDE))
     }
 }
 

@@ -255,10 +255,11 @@ impl Shader<'_> {
                 shadow_bias: SOLID_SHADOW_BIAS,
             };
         }
-        if let Fluid::Surface(mesh) = self.fluid {
-            return self.of_triangle(mesh, id, position);
-        }
-        let splat = &self.layer.splats[id as usize];
+        let spheres = match self.fluid {
+            Fluid::Surface(mesh) => return self.of_triangle(mesh, id, position),
+            Fluid::Spheres(spheres) => spheres,
+        };
+        let splat = spheres.splat(id, self.projection, (self.layer.width, self.layer.height));
         let offset = (at - splat.at) / splat.radius;
         let bulge = (1.0 - offset.length_squared()).max(0.0).sqrt();
         let value = self.values.get(id as usize).copied().unwrap_or_default();

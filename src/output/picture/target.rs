@@ -3,7 +3,7 @@
 use glam::Vec2;
 
 /// A sphere, projected onto the picture.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Splat {
     pub(super) at: Vec2,
     /// \[samples]; 0 if it is outside the picture.

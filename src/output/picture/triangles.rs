@@ -35,26 +35,24 @@ impl<'a> Faces<'a> {
         }
     }
 
-    /// Circles around the triangles; of radius 0 around those that are not on the picture.
-    pub(super) fn splats(&self, (width, height): (usize, usize)) -> Vec<Splat> {
+    /// A circle around a triangle; of radius 0 around one that is not on the picture.
+    pub(super) fn splat(&self, triangle: u32, (width, height): (usize, usize)) -> Splat {
         let size = vec2(width as f32, height as f32);
-        let splat = |triangle: &[u32; 3]| {
-            let corners = triangle.map(|i| self.vertices[i as usize].at);
-            let low = corners.into_iter().fold(Vec2::INFINITY, Vec2::min);
-            let high = corners.into_iter().fold(Vec2::NEG_INFINITY, Vec2::max);
-            let in_front = triangle.iter().all(|i| self.seen[*i as usize]);
-            let on_picture = in_front && high.cmpgt(Vec2::ZERO).all() && low.cmplt(size).all();
-            Splat {
-                at: 0.5 * (low + high),
-                radius: if on_picture {
-                    (0.5 * (high - low)).max_element().max(1.0)
-                } else {
-                    0.0
-                },
-                depth: 0.0,
-            }
-        };
-        self.mesh.triangles.par_iter().map(splat).collect()
+        let triangle = &self.mesh.triangles[triangle as usize];
+        let corners = triangle.map(|i| self.vertices[i as usize].at);
+        let low = corners.into_iter().fold(Vec2::INFINITY, Vec2::min);
+        let high = corners.into_iter().fold(Vec2::NEG_INFINITY, Vec2::max);
+        let in_front = triangle.iter().all(|i| self.seen[*i as usize]);
+        let on_picture = in_front && high.cmpgt(Vec2::ZERO).all() && low.cmplt(size).all();
+        Splat {
+            at: 0.5 * (low + high),
+            radius: if on_picture {
+                (0.5 * (high - low)).max_element().max(1.0)
+            } else {
+                0.0
+            },
+            depth: 0.0,
+        }
     }
 
     /// Draws the part of a triangle that is in a band.

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec2, Vec3, vec2, vec3};
 
+use super::camera_path::CameraPath;
 use super::colour::ColourMap;
 use super::projection::Projection;
 use super::quantity::Quantity;
@@ -34,6 +35,8 @@ pub struct View {
     pub dimension: Dimension,
     /// The camera; if absent, one that fills the picture with [`bounds`](Self::bounds).
     pub camera: Option<Camera>,
+    /// Where the camera is over time, instead.
+    pub camera_path: Option<Arc<CameraPath>>,
     /// The region that should be visible.
     pub bounds: Bounds,
     /// Radius of drawn particles \[m].
@@ -68,6 +71,7 @@ impl View {
             height: 540,
             dimension: scene.dimension,
             camera: scene.output.camera,
+            camera_path: None,
             bounds: Bounds {
                 min: Vec3::INFINITY,
                 max: Vec3::NEG_INFINITY,

@@ -53,6 +53,7 @@ fn largest(shape: &Shape) -> f64 {
 /// Option 1 for round shapes: a lattice point at the centre, and points within `radius − spacing/2`. Option 2: as
 /// above. We use 2: the number of particles times spacing³ is then an unbiased estimate of the volume (option 1 loses
 /// 1.5 spacing/radius of it), and no isolated particles remain at the poles.
+#[derive(Clone)]
 pub(crate) struct Lattice {
     /// The first point \[m].
     origin: DVec3,
@@ -70,7 +71,18 @@ struct Span {
     points: Range<u32>,
 }
 
+/// Adds points of a row behind those of the last span.
+fn join(spans: &mut Vec<Span>, row: [u32; 2], points: Range<u32>) {
+    match spans.last_mut() {
+        Some(last) if last.row == row && last.points.end == points.start => {
+            last.points.end = points.end;
+        }
+        _ => spans.push(Span { row, points }),
+    }
+}
+
 /// Which lattice points belong to the shape.
+#[derive(Clone)]
 enum Keep {
     All,
     /// These, in the order of rows.
@@ -240,13 +252,8 @@ impl Lattice {
             while i < across {
                 let (is_kept, beside) = keep(self.point(i, row));
                 let end = i.saturating_add((beside as u32).max(1)).min(across);
-                match spans.last_mut() {
-                    _ if !is_kept => {}
-                    Some(last) if last.points.end == i => last.points.end = end,
-                    _ => spans.push(Span {
-                        row,
-                        points: i..end,
-                    }),
+                if is_kept {
+                    join(&mut spans, row, i..end);
                 }
                 i = end;
             }
@@ -269,28 +276,23 @@ impl Lattice {
             velocities.iter_mut().for_each(of);
             return self;
         }
-        let before = std::mem::replace(&mut self.keep, Keep::All);
-        let whole = Self {
-            keep: before,
-            ..self
-        };
         let mut cut = Self {
             keep: Keep::All,
-            ..whole
+            ..self
         };
-        match &whole.keep {
+        match &self.keep {
             Keep::Spans(spans) => {
                 let pieces = spans.par_iter().flat_map_iter(|span| {
-                    let is_kept = |i: &u32| keep(whole.point(*i, span.row));
-                    let points = span.points.clone().filter(is_kept);
-                    points.map(|i| Span {
-                        row: span.row,
-                        points: i..i + 1,
-                    })
+                    let is_kept = |i: &u32| keep(self.point(*i, span.row));
+                    let mut pieces: Vec<Span> = Vec::new();
+                    for i in span.points.clone().filter(is_kept) {
+                        join(&mut pieces, span.row, i..i + 1);
+                    }
+                    pieces
                 });
                 cut.keep = Keep::Spans(pieces.collect());
             }
-            _ => cut.keep_only(|point| (whole.keeps(point) && keep(point), 1.0)),
+            _ => cut.keep_only(|point| (self.keeps(point) && keep(point), 1.0)),
         }
         cut
     }
@@ -300,6 +302,15 @@ impl Lattice {
             + f64::from(row[1]) * self.steps[2]
             + f64::from(row[0]) * self.steps[1]
             + f64::from(i) * self.steps[0]
+    }
+
+    /// Number of points and spans that it holds one by one.
+    pub(crate) fn stored_points(&self) -> f64 {
+        match &self.keep {
+            Keep::Spans(spans) => spans.len() as f64,
+            Keep::Points(points, _) => points.len() as f64,
+            _ => 0.0,
+        }
     }
 
     /// Number of the points, of a file's or spans that are known; else an upper bound of it.
