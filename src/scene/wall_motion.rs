@@ -88,29 +88,20 @@ impl WallPose {
     /// Where a point of the shape is \[m].
     #[inline]
     pub fn place(&self, point: Vec3) -> DVec3 {
-        let arm = point.as_dvec3() - self.center;
-        let turned = if self.turns() {
-            self.rotation * arm
-        } else {
-            arm
-        };
-        self.center + self.displacement + turned
+        self.center + self.displacement + self.turned(point.as_dvec3() - self.center)
     }
 
     /// Where a direction of the shape points to.
-    #[inline]
     pub fn turn(&self, direction: Vec3) -> Vec3 {
-        if self.turns() {
-            (self.rotation * direction.as_dvec3()).as_vec3()
-        } else {
-            direction
-        }
+        self.turned(direction.as_dvec3()).as_vec3()
     }
 
     /// Most walls do not turn: to turn every sample by nothing costs as much as to find it.
-    #[inline]
-    fn turns(&self) -> bool {
-        self.rotation != DQuat::IDENTITY
+    fn turned(&self, arm: DVec3) -> DVec3 {
+        if self.rotation == DQuat::IDENTITY {
+            return arm;
+        }
+        self.rotation * arm
     }
 }
 
@@ -373,15 +364,11 @@ mod tests {
             ),
         ] {
             let course = course(text);
-            assert!(
-                course.pose(0.0).place(x).distance(x.as_dvec3()) < 1e-12,
-                "{text}"
-            );
+            let start = course.pose(0.0).place(x);
+            assert!(start.distance(x.as_dvec3()) < 1e-12, "{text}");
             let found = course.pose(time).place(x);
-            assert!(
-                found.distance(DVec3::from_array(expected)) < 1e-6,
-                "{text}: {found}"
-            );
+            let away = found.distance(DVec3::from_array(expected));
+            assert!(away < 1e-6, "{text}: {found}");
         }
     }
 
