@@ -7,8 +7,8 @@
 //! twenty-five steps. We use 2. Rows are taken last first, which saves the swap that fills a hole, so the Z-curve runs
 //! through the table upwards and downwards in turn.
 //!
-//! The second table takes as much memory as the first for ever. Of more than [`MANY`] rows each goes out of its table and
-//! back to its end instead, which changes places with the last row: twice the moves, and no second table.
+//! The second table takes as much memory as the first for ever. Of more than [`MANY`] rows each goes out of its table
+//! and back to its end instead, which changes places with the last row: twice the moves, and no second table.
 
 use std::{collections::BTreeMap, iter};
 

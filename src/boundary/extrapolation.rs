@@ -4,8 +4,8 @@
 //!
 //! With several layers g across the wall is a, the acceleration by gravity and body forces, but the pressure does not
 //! fall below zero: a lid does not pull. Along it g is the part of a that the pressure of the fluid bears, from nothing
-//! (fluid that slides freely) to all (fluid at rest). With one layer g is that part of all of a, no pressure falls below
-//! zero, and samples push across the wall alone, times their push. Walls in motion are taken to move uniformly.
+//! (fluid that slides freely) to all (fluid at rest). With one layer g is that part of all of a, no pressure falls
+//! below zero, and samples push across the wall alone, times their push. Walls in motion are taken to move uniformly.
 
 use bevy_ecs::prelude::*;
 use glam::{Mat3, Vec3, Vec4};

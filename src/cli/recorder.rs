@@ -19,8 +19,8 @@ use super::manifest::is_absent;
 use super::picture::Painter;
 use super::walls::{WallFiles, Wanted};
 
-/// Writes frames in a thread of its own, one at a time: the next is copied when the one before is written. A slow writer
-/// then slows the run down instead of filling the memory, and a second frame in memory would only even that out.
+/// Writes frames in a thread of its own, one at a time: the next is copied when the one before is written. A slow
+/// writer then slows the run down instead of filling the memory, and a second frame in memory would only even that out.
 pub(super) struct Recorder {
     sender: Sender<Task>,
     /// Tells of every task that is done.

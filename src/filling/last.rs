@@ -1,7 +1,7 @@
 //! The lattices of the last scene whose bodies boundaries cut.
 //!
-//! The check of a scene, its plan and its start ask for the same ones, one after the other; to cut the 50 million points
-//! of the river's body takes ten seconds. What is kept are spans of rows: a few hundred kilobytes.
+//! The check of a scene, its plan and its start ask for the same ones, one after the other; to cut the 50 million
+//! points of the river's body takes ten seconds. What is kept are spans of rows: a few hundred kilobytes.
 
 use std::{
     path::Path,

@@ -6,8 +6,8 @@
 //! (gains are negative).
 //!
 //! Gravity and central forces have a potential. Work by moving walls, by emitters on what waits behind their faces, by
-//! tables of accelerations and waves, by gravity along a periodic axis, and what a ramp of gravity lacks is external: it
-//! is included in the dissipation, as a negative contribution.
+//! tables of accelerations and waves, by gravity along a periodic axis, and what a ramp of gravity lacks is external:
+//! it is included in the dissipation, as a negative contribution.
 
 use bevy_ecs::prelude::*;
 use serde::{Deserialize, Serialize};

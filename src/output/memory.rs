@@ -29,8 +29,8 @@ pub fn bytes(scene: &Scene, fluid: f64, boundary: f64) -> Vec<(&'static str, f64
     bytes
 }
 
-/// Settings of a scene that are probably mistakes. Refuses a scene whose run does not fit into the memory that there is,
-/// or into its `memory_limit`, before any is allocated.
+/// Settings of a scene that are probably mistakes. Refuses a scene whose run does not fit into the memory that there
+/// is, or into its `memory_limit`, before any is allocated.
 ///
 /// # Errors
 /// Those of [`install`](crate::install).

@@ -365,7 +365,7 @@ pub enum RowOrder {
     /// Along a Z-curve through the cells: what is near in space is near in memory (paper 4.5.4).
     #[default]
     ZCurve,
-    /// By the index of the cells, which is their hash (paper eq. 3). Cells side by side are far apart in memory: slower,
-    /// and there for comparison with it (Figure 4).
+    /// By the index of the cells, which is their hash (paper eq. 3). Cells side by side are far apart in memory:
+    /// slower, and there for comparison with it (Figure 4).
     CellIndex,
 }

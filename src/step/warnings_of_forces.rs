@@ -23,8 +23,8 @@ fn ramp(scene: &Scene) -> Option<String> {
     }
     (ramp > end).then(|| {
         format!(
-            "gravity grows over {ramp} s, and the scene ends at {end} s: it never has all of its gravity; a ramp of some \
-             times the fall through the fluid's depth would do"
+            "gravity grows over {ramp} s, and the scene ends at {end} s: it never has all of its gravity; a ramp of \
+             some times the fall through the fluid's depth would do"
         )
     })
 }

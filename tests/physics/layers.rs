@@ -211,9 +211,9 @@ fn the_surface_is_not_pressed_into_extrapolated_walls() {
     }
 }
 
-/// The pressure on the floor is the weight of the water above it: with extrapolated walls the error is at most two thirds
-/// of the one with walls that have the pressure of the particle. PCISPH in space is left out: most of its error, 4.6 of
-/// 5.3 %, is not the walls' but that of the slope.
+/// The pressure on the floor is the weight of the water above it: with extrapolated walls the error is at most two
+/// thirds of the one with walls that have the pressure of the particle. PCISPH in space is left out: most of its error,
+/// 4.6 of 5.3 %, is not the walls' but that of the slope.
 #[test]
 fn extrapolated_walls_bear_the_weight_of_the_water() {
     let (plane, space) = ([12, 20, 0], [8, 12, 8]);

@@ -311,8 +311,8 @@ fn systems(text: &str) -> BTreeSet<String> {
     })
 }
 
-/// What a scene does not ask for is not in its step: periodic axes and walls in motion come with systems of their own, and
-/// one without them has none of these.
+/// What a scene does not ask for is not in its step: periodic axes and walls in motion come with systems of their own,
+/// and one without them has none of these.
 #[test]
 fn scenes_without_seams_and_motion_have_no_systems_of_them() {
     let scene = |motion: &str, more: &str| {

@@ -242,9 +242,9 @@ fn front_converges(name: &str, method: usize, bound: f64, to_experiment: &[(&str
     assert!(worst <= bound, "{name}, {method}: {worst} above {bound}");
 }
 
-/// Converged front of the column of Koshizuka & Oka at the times of the experiment \[L]: what DFSPH and δ-SPH go to with
-/// the order 1, from 20 and 40 particles over the width, on the mean. Both are within 1 % of it. The experiment is up to
-/// a fifth behind: its gate opens and its floor has friction.
+/// Converged front of the column of Koshizuka & Oka at the times of the experiment \[L]: what DFSPH and δ-SPH go to
+/// with the order 1, from 20 and 40 particles over the width, on the mean. Both are within 1 % of it. The experiment is
+/// up to a fifth behind: its gate opens and its floor has friction.
 const CONVERGED: [f64; 8] = [1.106, 1.376, 1.722, 2.118, 2.591, 3.104, 3.670, 4.246];
 
 /// The front at the middle resolution is as near to the converged one as twice the distance at the finest \[-].
@@ -278,8 +278,8 @@ for_every_method!(column_of_martin_and_moyce, |method| front_converges(
 
 /// A flow that is chosen, with the forces that it needs: errors at 16 particles over the depth are within what they
 /// converge from. The uneven pressure goes to its value with the order 1 to 2, from 3.5 and 12 %. Viscosity is too
-/// large by what narrow kernels show of it where particles are out of order, and by the numerical one: 12 % here, 7 % with
-/// 64. The pressures of SESPH swing with the sound of a start without pressure.
+/// large by what narrow kernels show of it where particles are out of order, and by the numerical one: 12 % here, 7 %
+/// with 64. The pressures of SESPH swing with the sound of a start without pressure.
 fn manufactured_flow(method: usize) {
     let case = case("manufactured_solution");
     let bounds = [

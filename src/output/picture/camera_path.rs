@@ -15,9 +15,9 @@ pub struct CameraPath(Vec<(f64, Camera)>);
 const FIELD_OF_VIEW: f64 = 40.0;
 
 impl CameraPath {
-    /// Reads a CSV file: a line of names, a column `t` or `time` of ascending times \[s], the columns `x`, `y`, `z` of the
-    /// eye and `target_x`, `target_y`, `target_z` of what it looks at \[m], and if wanted `field_of_view` \[degrees], in
-    /// any order.
+    /// Reads a CSV file: a line of names, a column `t` or `time` of ascending times \[s], the columns `x`, `y`, `z` of
+    /// the eye and `target_x`, `target_y`, `target_z` of what it looks at \[m], and if wanted `field_of_view`
+    /// \[degrees], in any order.
     ///
     /// # Errors
     /// When the file cannot be read, lacks a column, has an unknown one, or an eye that is where it looks.
