@@ -33,7 +33,7 @@ fn of_process() -> u64 {
     getrlimit(Resource::As).current.unwrap_or(u64::MAX)
 }
 
-#[cfg(all(not(unix), feature = "memory"))]
+#[cfg(not(all(unix, feature = "memory")))]
 fn of_process() -> u64 {
     u64::MAX
 }
