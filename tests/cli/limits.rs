@@ -11,14 +11,14 @@ use crate::support::{assert_exit, command, overfall, stderr};
 #[test]
 fn a_write_that_fails_ends_the_run_with_path_and_cause() {
     let folder = folder();
-    // A limit on the size of files simulates a full disk: frames no longer fit, a summary does.
+    // A limit on the size of files simulates a full disk: boundary particles and frames no longer fit, a summary does.
     let output = command_after(&folder, "ulimit -f 16")
         .args(["run", "long.ron", "--quiet"])
         .output()
         .expect("sh starts");
     assert_exit(&output, 1);
     let errors = stderr(&output);
-    assert!(errors.contains("frame_00000.vtu"), "{errors}");
+    assert!(errors.contains("out/long/boundary.vtu"), "{errors}");
     assert!(errors.contains("File too large"), "{errors}");
     let out = folder.path().join("out/long");
     let summary = Summary::read(&out.join("summary.json")).expect("a summary");
@@ -26,8 +26,9 @@ fn a_write_that_fails_ends_the_run_with_path_and_cause() {
     assert!(
         summary
             .failure
-            .is_some_and(|text| text.contains("frame_00000.vtu"))
+            .is_some_and(|text| text.contains("boundary.vtu"))
     );
+    assert!(!out.join("boundary.vtu").exists());
     let left = fs::read_dir(out.join("frames")).expect("a folder").count();
     assert_eq!(left, 0, "no half-written frame stays");
 }
