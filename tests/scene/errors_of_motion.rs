@@ -31,7 +31,7 @@ fn motions_forces_and_fields_that_cannot_be_are_refused() {
         (force, "body_forces: [Central(center: (0, 0, 0))]", "9:32", &["zero everywhere", "`linear`"]),
         (force, "body_forces: [Central(center: (0, 0, 0), linear: inf)]", "9:", &["is inf", "finite"]),
         (force, "body_forces: [Table(file: \"none.csv\")]", "9:44", &["none.csv"]),
-        (force, "body_forces: [Wave(amplitude: (0, 0, 0), frequency: 1)]", "9:47", &["zero everywhere", "m/s²"]),
+        (force, "body_forces: [Wave(amplitude: (0, 0, 0), frequency: 1)]", "9:48", &["zero everywhere", "m/s²"]),
         (force, "body_forces: [Wave(amplitude: (1, 0, 0))]", "9:",
             &["the same everywhere", "`gravity`", "`frequency`"]),
         (force, "body_forces: [Wave(amplitude: (1, 0, 0), wave_number: (0, 100, 0))]", "9:",
