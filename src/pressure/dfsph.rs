@@ -23,7 +23,7 @@ use super::{
     diagonal::{DensitiesAndDiagonals, InverseDiagonals},
     force::pressure_force,
     implicit::{self, Iterate, Jacobi, store_pressures},
-    iterate::{PressureIteration, iterate, solve_pressure},
+    iterate::{End, PressureIteration, iterate, solve_pressure},
     neighbour_count::{NeighbourCount, NeighbourCounts, NeighboursWithin},
     solver::{Iterations, PressureSolver, Requirement, iterations, take_tolerances},
     stabilisation::Stabilisation,
@@ -37,6 +37,7 @@ use crate::{
         Clock, Column, Corrected, Densities, Execution, Material, Positions, PressureAccelerations,
         Pressures, SolverState, Systems, Velocities, wants_force,
     },
+    time_step::MOST_MISSING,
 };
 
 impl PressureSolver for Dfsph {
@@ -162,6 +163,11 @@ pub struct DivergenceConvergence(Convergence);
 #[derive(Resource, Debug, Default)]
 pub struct DivergenceTerms(Vec<Iterate>);
 
+/// Largest compression within the step \[-] of velocities that the divergence solve corrects. With more of it, rates say
+/// nothing of the step's end: rows of a block that falls onto a floor would evade it into each other and into the floor.
+/// The density solve stops them, in a shorter step.
+const MOST_RATE: f32 = 0.1;
+
 /// Particles with fewer neighbours keep their divergence: at a surface or in spray, Dρ/Dt describes how particles meet
 /// and not their compression (2015, section 3.4).
 fn least_neighbours(dimension: Dimension) -> u32 {
@@ -225,17 +231,25 @@ pub fn solve_divergence(world: &mut World) {
     let overshoots = world.resource::<Jacobi>().overshoots();
     world.resource_mut::<SolverState>().begin(false, overshoots);
     let convergence = world.resource::<DivergenceConvergence>().0;
+    let measuring = Convergence {
+        max_iterations: 1,
+        ..convergence
+    };
     let patience = convergence.max_iterations;
-    iterate(world, DivergenceIteration, &convergence, patience, true);
+    let end = iterate(world, DivergenceIteration, &measuring, patience, true);
+    let largest = world.resource::<SolverState>().error.largest;
+    if end != End::Converged && largest <= MOST_RATE {
+        iterate(world, DivergenceIteration, &convergence, patience, true);
+    }
     let mut solve = world.resource_mut::<SolverState>();
     solve.divergence_iterations = solve.iterations - 1;
     if solve.divergence_iterations > 0 {
+        let Stabilisation(share) = *world.resource::<Stabilisation>();
         let mut velocities = mem::take(&mut world.resource_mut::<Velocities>().0);
         mem::swap(
             &mut velocities,
             &mut world.resource_mut::<PredictedVelocities>().0,
         );
-        let Stabilisation(share) = *world.resource::<Stabilisation>();
         if share > 0.0 {
             // Those of the sums lack this share of the change.
             let changes = &world.resource::<PressureAccelerations>().0;
@@ -286,13 +300,15 @@ fn update_impulses(
         Res<NeighbourCounts>,
         Res<DensityRates>,
         Res<InverseDiagonals>,
+        Res<Densities>,
     ),
     mut jacobi: ResMut<Jacobi>,
     material: Res<Material>,
     clock: Res<Clock>,
     execution: Res<Execution>,
 ) {
-    let (counts, rates, diagonals) = columns;
+    let (counts, rates, diagonals, densities) = columns;
+    let full = (1.0 - MOST_MISSING) * material.rest_density;
     let least = least_neighbours(material.dimension);
     let to_error = clock.dt / material.rest_density;
     let first = solve.iterations == 0;
@@ -304,7 +320,8 @@ fn update_impulses(
         let rate = if counts.0[row] < least {
             0.0
         } else {
-            rates.0[row]
+            // What is missing may be filled within the step, as in the density solve.
+            rates.0[row] - (full - densities.0[row]).max(0.0) / clock.dt
         };
         // Before the first correction, the positions still carry the terms of the last step.
         let acted = if first { 0.0 } else { term };

@@ -15,14 +15,15 @@ use super::{
     density_rate::{DensityRates, PredictedVelocities, predict_rates},
     diagonal::InverseDiagonals,
     force::pressure_force,
+    impact::ImpactLimit,
     stabilisation::Stabilisation,
 };
 use crate::{
     lattice::Lattice,
     state::{
         Accelerations, Clock, Column, Corrected, Densities, Execution, Material, MeanPressures,
-        Positions, PressureAccelerations, Pressures, Remembers, SolverState, Systems, Velocities,
-        wants_force,
+        Positions, PredictedPositions, PressureAccelerations, Pressures, Remembers, SolverState,
+        Systems, Velocities, wants_force,
     },
     time_step::RecoveryTime,
 };
@@ -215,6 +216,7 @@ pub fn install(
     let kernel = &material.kernel;
     let support = kernel.support_radius / material.spacing;
     let lattice = Lattice::new(kernel.function, material.dimension, support);
+    let longest_way = lattice.pressure_step() as f32 * material.spacing;
     let eigenvalue = lattice.largest_eigenvalue(stabilisation.0.into()) as f32;
     let stable = if momentum {
         WITH_MOMENTUM
@@ -231,6 +233,7 @@ pub fn install(
         carried: 0.0,
         least: 0.0,
     });
+    world.insert_resource(ImpactLimit(longest_way.powi(2)));
     world.insert_resource(stabilisation);
     world.init_resource::<Iterates>();
     world.init_resource::<InverseDiagonals>();
@@ -256,6 +259,30 @@ pub fn predict_velocities(
         &execution,
         |row, a_p| dt * (accelerations[row] + share * a_p),
     );
+}
+
+/// `x + dt (v + dt a)` with all accelerations.
+pub(super) fn predict_positions(
+    mut predicted: ResMut<PredictedPositions>,
+    positions: Res<Positions>,
+    velocities: Res<Velocities>,
+    accelerations: Res<Accelerations>,
+    pressure_accelerations: Res<PressureAccelerations>,
+    clock: Res<Clock>,
+    execution: Res<Execution>,
+) {
+    let dt = clock.dt;
+    let rows = positions.rows();
+    execution.for_each_chunk(&mut predicted.0[..rows], |first, predicted| {
+        let state = positions.0[first..].iter().zip(&velocities.0[first..]);
+        let forces = accelerations.0[first..]
+            .iter()
+            .zip(&pressure_accelerations.0[first..]);
+        for ((predicted, (x, v)), (a, a_p)) in predicted.iter_mut().zip(state).zip(forces) {
+            let velocity = v.truncate() + dt * (*a + *a_p);
+            *predicted = (x.truncate() + dt * velocity).extend(0.0);
+        }
+    });
 }
 
 /// Corrects the pressure terms by the predicted densities.

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::{
     convergence::Convergence,
-    first_force,
+    first_force, impact,
     implicit::Jacobi,
     warm_start::{self, WarmStart},
 };
@@ -66,7 +66,21 @@ pub fn solve_pressure(world: &mut World) {
             warm_start::start(world, share);
         }
         let jacobi = *world.resource::<Jacobi>();
-        let end = iterate(world, PressureIteration, &convergence, patience, true);
+        let mut end = iterate(world, PressureIteration, &convergence, patience, true);
+        if end == End::Converged && impact::is_met(world) {
+            if impact::is_stabilised(world) {
+                end = impact::without_stabilisation(world, |world| {
+                    warm_start::start(world, share);
+                    iterate(world, PressureIteration, &convergence, patience, true)
+                });
+            }
+            if end == End::Converged
+                && (shorter.is_some() || goes_back)
+                && impact::compresses(world)
+            {
+                end = End::Overshot;
+            }
+        }
         if end == End::Stalled {
             // Not the relaxation was too large, but the step too long.
             *world.resource_mut::<Jacobi>() = jacobi;
@@ -74,7 +88,7 @@ pub fn solve_pressure(world: &mut World) {
         // Present only if the scene needs it.
         let _ = world.try_run_schedule(LastCorrection);
         if let Some(dt) = shorter
-            && (end == End::Stalled || moves_too_far(world))
+            && (matches!(end, End::Stalled | End::Overshot) || moves_too_far(world))
         {
             world.resource_mut::<Clock>().dt = dt;
             world.resource_mut::<OfStep>().shorten(dt);
@@ -125,6 +139,8 @@ pub(super) enum End {
     Exhausted,
     /// The error has stopped falling.
     Stalled,
+    /// The error is below its limit, and the step compresses the fluid nevertheless.
+    Overshot,
 }
 
 /// Runs `iteration` until the error is below its limit, the number of iterations is reached, or `patience` iterations

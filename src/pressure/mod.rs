@@ -19,6 +19,7 @@ pub mod diagonal;
 pub mod first_force;
 pub mod force;
 pub mod iisph;
+mod impact;
 pub mod implicit;
 pub mod initial;
 pub mod iterate;

@@ -22,7 +22,7 @@ use super::{
     density_rate::{DensityRates, PredictedVelocities, sum_rates},
     diagonal::{self, InverseDiagonals, lattice_diagonal},
     force::pressure_force,
-    implicit::{self, Iterates, Jacobi, store_pressures},
+    implicit::{self, Iterates, Jacobi, predict_positions, store_pressures},
     iterate::{LastCorrection, PressureIteration, solve_pressure},
     solver::{Iterations, PressureSolver, Requirement, iterations, take_tolerances},
     stabilisation::Stabilisation,
@@ -34,8 +34,8 @@ use crate::{
     pairs::{Pairs, PairsWithGradients},
     scene::{Pcisph, PressureMethod, Scene},
     state::{
-        Accelerations, Clock, Column, Corrected, Densities, Execution, Material, Positions,
-        PredictedPositions, PressureAccelerations, SolverState, Systems, Velocities, wants_force,
+        Clock, Column, Corrected, Densities, Execution, Material, Positions, PredictedPositions,
+        PressureAccelerations, SolverState, Systems, wants_force,
     },
     time_step::RecoveryTime,
 };
@@ -171,29 +171,6 @@ fn iteration(scene: &Scene) -> Systems {
         update_pressure,
     )
         .chain()
-}
-
-fn predict_positions(
-    mut predicted: ResMut<PredictedPositions>,
-    positions: Res<Positions>,
-    velocities: Res<Velocities>,
-    accelerations: Res<Accelerations>,
-    pressure_accelerations: Res<PressureAccelerations>,
-    clock: Res<Clock>,
-    execution: Res<Execution>,
-) {
-    let dt = clock.dt;
-    let rows = positions.rows();
-    execution.for_each_chunk(&mut predicted.0[..rows], |first, predicted| {
-        let state = positions.0[first..].iter().zip(&velocities.0[first..]);
-        let forces = accelerations.0[first..]
-            .iter()
-            .zip(&pressure_accelerations.0[first..]);
-        for ((predicted, (x, v)), (a, a_p)) in predicted.iter_mut().zip(state).zip(forces) {
-            let velocity = v.truncate() + dt * (*a + *a_p);
-            *predicted = (x.truncate() + dt * velocity).extend(0.0);
-        }
-    });
 }
 
 fn predict_density(

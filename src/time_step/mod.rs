@@ -25,4 +25,5 @@ pub(crate) use first::{remember_first_pressure, shorten_first_step};
 pub use install::install;
 pub(crate) use limits::pressure_limit;
 pub use limits::{StepLimits, motion_limits};
+pub(crate) use recovery::MOST_MISSING;
 pub use recovery::{RecoveryTime, choose_recovery_time};

@@ -26,7 +26,7 @@ const MOST_LEFT: f32 = 0.2;
 
 /// Maximum density that is missing and left missing by a step \[-]: what rows beside walls and rounding lack. Rows at a
 /// free surface lack more, which the fluid may fill at once. `docs/decisions/still_water.md` has the measurements.
-const MOST_MISSING: f32 = 0.01;
+pub(crate) const MOST_MISSING: f32 = 0.01;
 
 /// Minimum factor on τ per step \[-], so that a large τ of fluid at rest ends.
 const LEAST_LEFT: f32 = 0.97;
