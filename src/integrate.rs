@@ -3,9 +3,14 @@
 //! Both work on the columns; the tables take the new state only if the guard finds nothing, so they always hold the
 //! last good one.
 
+mod budget;
+
 use bevy_ecs::prelude::*;
 use glam::Vec4;
 use rayon::prelude::*;
+
+pub(crate) use budget::EnergyBudget;
+use budget::{StepWork, Work};
 
 use crate::{
     boundary::sums::{BoundarySums, Walls},
@@ -13,7 +18,7 @@ use crate::{
     state::{
         Accelerations, BodyForces, CHUNK, ChunkResults, Clock, Densities, Displacements, Execution,
         Failure, FailureCause, Material, Positions, PredictedPositions, PressureAccelerations,
-        Pressures, Remembers, Velocities,
+        Pressures, Remembers, SolverState, Velocities,
     },
 };
 
@@ -35,6 +40,7 @@ pub struct Motion {
     pub(crate) given: f64,
     /// Largest pressure of the step before \[Pa].
     pressure_before: f32,
+    budget: EnergyBudget,
     rows: usize,
     chunks: ChunkResults<ChunkMotion>,
     end: ChunkResults<ChunkEnd>,
@@ -42,7 +48,7 @@ pub struct Motion {
 
 /// The next step's length follows from it, and so do the limits of a step that fails before it moves.
 impl Remembers for Motion {
-    type State = ([f32; 4], [f64; 2]);
+    type State = ([f32; 4], [f64; 2], EnergyBudget);
 
     fn state(&self, _: &[Entity]) -> Self::State {
         let largest = [
@@ -51,7 +57,8 @@ impl Remembers for Motion {
             self.max_pressure,
             self.pressure_before,
         ];
-        (largest, [self.kinetic_energy, self.potential_energy])
+        let energies = [self.kinetic_energy, self.potential_energy];
+        (largest, energies, self.budget)
     }
 
     fn set_state(&mut self, state: Self::State, _: &[Entity]) -> Result<(), &'static str> {
@@ -62,6 +69,7 @@ impl Remembers for Motion {
             self.pressure_before,
         ] = state.0;
         [self.kinetic_energy, self.potential_energy] = state.1;
+        self.budget = state.2;
         Ok(())
     }
 }
@@ -85,33 +93,13 @@ struct ChunkMotion {
     work: Work,
 }
 
-/// Sums over particles, for a mass of 1 each.
-#[derive(Debug, Clone, Copy, Default)]
-struct Work {
-    /// Squares of the speeds at the start \[m²/s²].
-    speed_squared: f64,
-    /// Gain of half of them, less the work of all forces but pressure: the work of pressure \[m²/s²].
-    pressure: f64,
-    /// Squares of what those forces change velocities by \[m²/s²].
-    change_squared: f64,
-    /// Work of the pressure of walls that move \[m²/s²].
-    walls: f64,
-}
-
-impl Work {
-    fn add(&mut self, other: Self) {
-        self.speed_squared += other.speed_squared;
-        self.pressure += other.pressure;
-        self.change_squared += other.change_squared;
-        self.walls += other.walls;
-    }
-}
-
 /// Where one chunk of rows ended up.
 #[derive(Debug, Clone, Copy, Default)]
 struct ChunkEnd {
     speed_squared_sum: f64,
     height_sum: f64,
+    /// Lowest and highest potential \[m²/s²], negative.
+    heights: Option<(f32, f32)>,
     outside: Option<usize>,
 }
 
@@ -155,9 +143,11 @@ pub fn integrate(
             let before = v.truncate();
             let change = dt * *a;
             let gain = velocity.length_squared() - before.length_squared();
+            let of_forces = change.dot(before + velocity);
             result.work.add(Work {
                 speed_squared: f64::from(before.length_squared()),
-                pressure: 0.5 * f64::from(gain - change.dot(before + velocity)),
+                pressure: 0.5 * f64::from(gain - of_forces),
+                forces: 0.5 * f64::from(of_forces),
                 change_squared: f64::from(change.length_squared()),
                 // The force on the row, −ρ0 p/ρ² Σ V_b ∇W, by the velocities of the walls.
                 walls: if moving {
@@ -228,10 +218,15 @@ pub fn measure(
             for (row, (x, v)) in (chunk * CHUNK..).zip(positions.iter().zip(velocities)) {
                 let position = x.truncate();
                 end.speed_squared_sum += f64::from(v.truncate().length_squared());
-                end.height_sum += f64::from(gravity.dot(position));
+                let mut height = gravity.dot(position);
+                end.height_sum += f64::from(height);
                 if let Some(forces) = &body_forces {
-                    end.height_sum -= f64::from(forces.potential(position));
+                    let potential = forces.potential(position);
+                    end.height_sum -= f64::from(potential);
+                    height -= potential;
                 }
+                let (low, high) = end.heights.unwrap_or((height, height));
+                end.heights = Some((low.min(height), high.max(height)));
                 if let Some(Bounds { min, max }) = bounds
                     && !(position.cmpge(min).all() && position.cmple(max).all())
                 {
@@ -267,6 +262,33 @@ impl Motion {
         self.total().speed_squared.1
     }
 
+    /// The budget after the step.
+    ///
+    /// Fails with the work of pressure and its limit, for a mass of 1 each.
+    fn spend(
+        &self,
+        material: &Material,
+        clock: &Clock,
+        limits: Limits,
+        solve: &SolverState,
+    ) -> Result<EnergyBudget, (f64, f64)> {
+        let (total, end) = (self.total(), self.end());
+        let step = StepWork {
+            work: total.work,
+            // Fluid at rest that a wall meets takes half of what the wall does at least.
+            passed_on: total.work.walls.max(0.0) + self.given,
+            kinetic: 0.5 * end.speed_squared_sum,
+            is_elastic: solve.iterations() == 0,
+            rows: self.rows as f64,
+            dt: clock.dt,
+            pressure: self.pressure_before,
+            rest_density: material.rest_density,
+            pushed: total.compression.0 * material.kernel.support_radius,
+            heights: end.heights.map_or(0.0, |(low, high)| f64::from(high - low)),
+        };
+        self.budget.after(&step, limits.energy.into())
+    }
+
     /// All chunks, folded in their order.
     fn total(&self) -> ChunkMotion {
         let larger = |a: (f32, usize), b: (f32, usize)| if b.0 > a.0 { b } else { a };
@@ -292,8 +314,25 @@ impl Motion {
         chunks.fold(ChunkEnd::default(), |sum, chunk| ChunkEnd {
             speed_squared_sum: sum.speed_squared_sum + chunk.speed_squared_sum,
             height_sum: sum.height_sum + chunk.height_sum,
+            heights: match (sum.heights, chunk.heights) {
+                (Some(a), Some(b)) => Some((a.0.min(b.0), a.1.max(b.1))),
+                (a, b) => a.or(b),
+            },
             outside: sum.outside.or(chunk.outside),
         })
+    }
+}
+
+/// Keeps account of the energy that pressure gave (phase `Integrate`, if the step succeeded).
+pub fn keep_account(
+    mut motion: ResMut<Motion>,
+    limits: Res<GuardLimits>,
+    material: Res<Material>,
+    clock: Res<Clock>,
+    solve: Res<SolverState>,
+) {
+    if let Ok(budget) = motion.spend(&material, &clock, limits.0, &solve) {
+        motion.budget = budget;
     }
 }
 
@@ -304,6 +343,7 @@ pub fn guard(
     limits: Res<GuardLimits>,
     material: Res<Material>,
     clock: Res<Clock>,
+    solve: Res<SolverState>,
 ) {
     let total = motion.total();
     if let Some((quantity, row)) = total.not_finite {
@@ -321,23 +361,11 @@ pub fn guard(
             Some(total.speed_squared.1),
         );
     }
-    // What pressure may do work with: motion, the pressure of the last step, compression that is pushed out, and what
-    // other forces drive together, and the work of walls that move and of emitters. A host that moves particles between
-    // steps does none.
     let (compression, row) = total.compression;
-    let pushed = f64::from(compression * material.kernel.support_radius / clock.dt);
-    let before = f64::from(motion.pressure_before / material.rest_density);
-    let rows = motion.rows as f64;
-    let available = 0.5
-        * (total.work.speed_squared + total.work.change_squared + rows * pushed.powi(2))
-        + rows * before;
-    // Pressure may pass on all that walls and emitters do: fluid at rest that a wall meets takes half of it at least.
-    let passed_on = total.work.walls.max(0.0) + motion.given;
-    let limit = f64::from(limits.0.energy) * available + passed_on;
-    if total.work.pressure > limit {
+    if let Err((work, limit)) = motion.spend(&material, &clock, limits.0, &solve) {
         let mass = f64::from(material.particle_mass);
         let cause = FailureCause::EnergyGained {
-            work: mass * total.work.pressure,
+            work: mass * work,
             limit: mass * limit,
         };
         return failure.record(cause, Some(total.speed_squared.1));

@@ -9,7 +9,7 @@ use crate::{
 };
 
 /// Version of the format, increased when a part changes its meaning.
-pub const FORMAT_VERSION: u32 = 2;
+pub const FORMAT_VERSION: u32 = 3;
 
 /// Why a checkpoint could not be written or a run not be resumed.
 #[derive(Debug, thiserror::Error)]

@@ -92,7 +92,7 @@ fn systems(scene: &Scene) -> Systems {
 /// Completion of a step that succeeded.
 fn accept(scene: &Scene) -> Systems {
     let lasting = lasting(scene);
-    let mut systems: Vec<Systems> = Vec::new();
+    let mut systems: Vec<Systems> = vec![integrate::keep_account.into_configs()];
     if let TimeStep::Adaptive(_) = scene.time_step {
         systems.push(roll_back::keep_state.into_configs());
         if changes::are_kept(scene) {

@@ -284,7 +284,7 @@ pub enum FailureCause {
     },
     /// Pressure did more work than the energies that it can draw on.
     #[error(
-        "pressure did {work:.3e} J of work in one step, `limits.energy` allows {limit:.3e} J; a smaller time step, \
+        "pressure did {work:.3e} J of work in the last steps, `limits.energy` allows {limit:.3e} J; a smaller time step, \
          more iterations (`pressure.max_density_error`) or a smaller `pressure.recovery` is needed"
     )]
     EnergyGained {

@@ -16,6 +16,7 @@ mod emitters;
 mod forces;
 mod gauge_readings;
 mod gauges;
+mod impacts;
 mod layers;
 mod mesh_rims;
 mod mesh_shots;
