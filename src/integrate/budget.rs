@@ -23,7 +23,7 @@ const AT_ONCE: f32 = 0.02;
 pub(crate) struct EnergyBudget {
     /// Work that pressure did since it last took energy.
     gained: f64,
-    /// Kinetic energy at that time, and what other forces and a host have added since.
+    /// Kinetic energy at that time, and what other forces, walls, emitters and a host have added since.
     given: f64,
     /// Kinetic energy at the end of the last step.
     kinetic: f64,
@@ -91,7 +91,8 @@ impl EnergyBudget {
         let work = &step.work;
         let gained = (KEPT * self.gained + work.pressure - step.passed_on).max(0.0);
         let kinetic = 0.5 * work.speed_squared;
-        let by_others = (kinetic - self.kinetic).max(0.0) + work.forces.max(0.0);
+        let of_step = work.forces.max(0.0) + step.passed_on;
+        let by_host = (kinetic - self.kinetic).max(0.0);
         let kept = if step.is_elastic {
             KEPT_BY_SPRINGS
         } else {
@@ -99,9 +100,9 @@ impl EnergyBudget {
         };
         let before = kept * self.given;
         let given = if self.gained > 0.0 {
-            before + by_others
+            before + by_host + of_step
         } else {
-            before.max(kinetic) + work.forces.max(0.0)
+            before.max(kinetic) + of_step
         };
         let is_first = self.step == 0.0;
         let pressure = if is_first {

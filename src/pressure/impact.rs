@@ -13,7 +13,7 @@ use std::mem;
 use bevy_ecs::prelude::*;
 
 use super::{
-    implicit::{Iterates, predict_positions},
+    implicit::{ImpactLimit, Iterates, predict_positions},
     stabilisation::Stabilisation,
 };
 use crate::{
@@ -22,10 +22,6 @@ use crate::{
     pairs::Pairs,
     state::{Clock, Densities, Material, PredictedPositions, SolverState},
 };
-
-/// Largest `dt² p/ρ` \[m²] that is no impact: that with which the scene's lattice is stable.
-#[derive(Resource, Debug, Clone, Copy, PartialEq)]
-pub(super) struct ImpactLimit(pub(super) f32);
 
 /// Largest compression \[-] beyond that at the start of a step that its end may have.
 const MOST_UNFORESEEN: f32 = 0.1;

@@ -28,7 +28,7 @@ const MOST_LEFT: f32 = 0.2;
 /// free surface lack more, which the fluid may fill at once. `docs/decisions/still_water.md` has the measurements.
 pub(crate) const MOST_MISSING: f32 = 0.01;
 
-/// Minimum factor on τ per step \[-], so that a large τ of fluid at rest ends.
+/// Minimum factor on τ, and on the longest step that motion allows, per step \[-], so that a large τ of fluid at rest ends.
 const LEAST_LEFT: f32 = 0.97;
 
 /// Speed factor λ of the time step that motion allows \[-], that of `Cfl` by default.
@@ -49,7 +49,8 @@ pub struct RecoveryTime {
     rest_step: f32,
     /// τ \[s].
     time: f32,
-    /// Longest step \[s] that the last motion allows, at most `rest_step`.
+    /// Longest step \[s] that the motion allows, at most `rest_step`. It falls as slowly as τ: accelerations of an
+    /// impact would else make every step as long as the motion allows.
     motion_step: f32,
 }
 
@@ -146,10 +147,16 @@ pub fn choose_recovery_time(
     let h = material.kernel.support_radius;
     let [speed, force] = motion_limits(SPEED_FACTOR, h, motion.max_speed, motion.max_acceleration);
     let allowed = speed.1.min(force.1).max(clock.dt);
-    recovery.motion_step = allowed.min(recovery.rest_step);
+    let is_first = clock.step <= 1;
+    let slower = if is_first {
+        0.0
+    } else {
+        LEAST_LEFT * recovery.motion_step
+    };
+    recovery.motion_step = allowed.min(recovery.rest_step).max(slower);
     let wanted = allowed.min(LONGEST) / recovery.share;
     // A host may have set the fluid in motion before the first step.
-    recovery.time = if clock.step <= 1 {
+    recovery.time = if is_first {
         wanted
     } else {
         let slower = (recovery.time - SLOWING * clock.dt).min(LEAST_LEFT * recovery.time);
