@@ -283,7 +283,8 @@ impl Motion {
             dt: clock.dt,
             pressure: self.pressure_before,
             rest_density: material.rest_density,
-            pushed: total.compression.0 * material.kernel.support_radius,
+            compression: total.compression.0,
+            distance: material.kernel.support_radius,
             heights: end.heights.map_or(0.0, |(low, high)| f64::from(high - low)),
         };
         self.budget.after(&step, limits.energy.into())
