@@ -34,10 +34,28 @@ pub(super) fn plain_names(text: &str) -> String {
 /// Reads one value; with or without the second bracket, as long as the file is consistent. A variant whose fields all
 /// have defaults may stand alone: `Dfsph` is `Dfsph()`.
 pub(super) fn deserialize<T: DeserializeOwned>(text: &str) -> Result<T, SpannedError> {
-    complete(text, &options(), "()").or_else(|error| {
-        let two_brackets =
-            ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME);
-        complete(text, &two_brackets, "(())").map_err(|_| error)
+    let error = match complete(text, &options(), "()") {
+        Err(error) => error,
+        read => return read,
+    };
+    // An empty bracket in a bracket is an empty bracket in either spelling; places stay where they are.
+    let error = if text.contains("(())") {
+        match complete(&text.replace("(())", "()  "), &options(), "()") {
+            Err(error) => error,
+            read => return read,
+        }
+    } else {
+        error
+    };
+    let two_brackets = ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME);
+    complete(text, &two_brackets, "(())").map_err(|other| {
+        // The spelling that can be read farther is the one that was meant.
+        let place = |error: &SpannedError| (error.span.end.line, error.span.end.col);
+        if place(&other) > place(&error) {
+            other
+        } else {
+            error
+        }
     })
 }
 

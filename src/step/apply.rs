@@ -14,7 +14,7 @@ use crate::{
     loading::Override,
     registry::Stages,
     scene::{GaugeKind, Scene, SceneError, TimeStep, Viscosity},
-    state::{Clock, Material},
+    state::{Clock, Material, seal::reseal},
     time_step::{self, AdaptiveTimeStep, RecoveryTime},
 };
 
@@ -77,6 +77,7 @@ pub fn apply(world: &mut World, overrides: &[Override]) -> Result<(), ApplyError
     if let Some(mut installed) = world.get_resource_mut::<Installed>() {
         installed.scene = scene;
     }
+    reseal(world);
     Ok(())
 }
 

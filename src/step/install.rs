@@ -13,6 +13,7 @@ use super::{
     constants::SceneMaterial,
     error::InstallError,
     memory,
+    mend::seal_installed,
     order::{Due, limits_of, order_of},
     report::StepOutcome,
     schedule::{Step, build_schedules},
@@ -115,7 +116,8 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
             with_kernels,
         });
         schedules.add(world);
-        note_installed(world, &before.resources);
+        let new = note_installed(world, &before.resources);
+        seal_installed(world, &new);
     };
     // An observer or a stage of the host may panic.
     if let Err(panic) = catch_unwind(AssertUnwindSafe(|| put(world, &mut spare))) {

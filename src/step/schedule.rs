@@ -13,6 +13,7 @@ use super::{
     constants::check_constants,
     error::InstallError,
     executor::StepExecutor,
+    mend::mend,
     order::PlannedOrder,
     report::finish,
     timer::{lap, start_timer},
@@ -25,7 +26,9 @@ use crate::{
     state::{
         Phase, Systems, chain, clock,
         failure::{self, healthy},
-        of_step, start_task_threads,
+        of_step,
+        seal::{is_whole, seal},
+        start_task_threads,
     },
     time_step::roll_back,
 };
@@ -81,6 +84,7 @@ pub(super) fn build_schedules(
     let mut configs = vec![
         (
             clock::begin,
+            mend.ambiguous_with_all(),
             check_constants.run_if(healthy),
             of_step::note,
             start_timer,
@@ -94,10 +98,10 @@ pub(super) fn build_schedules(
     configs.extend(composed.step);
     let has_gauges = !scene.gauges.is_empty();
     if gauge::measures_energy(scene) {
-        configs.push(gauge::book.in_set(Phase::Observe).run_if(healthy));
+        configs.push(gauge::book.in_set(Phase::Observe).run_if(is_whole));
     }
     if has_gauges {
-        configs.push(gauge::read_gauges.in_set(Phase::Observe).run_if(healthy));
+        configs.push(gauge::read_gauges.in_set(Phase::Observe).run_if(is_whole));
     }
     if moving::is_wanted(scene) {
         configs.push(room::explain_no_room.in_set(Phase::Observe));
@@ -110,7 +114,8 @@ pub(super) fn build_schedules(
             configs.push(gauge::go_back.in_set(Phase::Observe));
         }
     }
-    configs.push((lap(Phase::Observe), finish).chain().in_set(Phase::Observe));
+    let finished = (lap(Phase::Observe), finish, seal.ambiguous_with_all()).chain();
+    configs.push(finished.in_set(Phase::Observe));
     step.set_build_settings(strict());
     // Chains the phases, also those without a stage in this scene, because a host orders its systems against them. An
     // order that returns to an earlier phase cannot have this chain.
