@@ -33,6 +33,8 @@ pub(crate) struct Seal {
     pub(crate) written: Vec<Written>,
     /// Number of steps before the one at hand.
     begun: u64,
+    /// Whether only the engine's systems run in the step: then nothing is written within it.
+    pub(crate) is_alone: bool,
 }
 
 /// A resource that a host wrote.
@@ -132,16 +134,27 @@ pub(crate) fn reseal(world: &mut World) {
     }
 }
 
+fn watching(world: &World) -> Option<&Seal> {
+    world.get_resource::<Seal>().filter(|seal| !seal.is_alone)
+}
+
+/// Seals the resources (at the end of a step).
+pub(crate) fn seal_at_end(world: &World, now: SystemChangeTick) {
+    if let Some(seal) = world.get_resource::<Seal>() {
+        seal.take(world, now.this_run());
+    }
+}
+
 /// Seals the resources (after the systems of a phase).
 pub(crate) fn seal(world: &World, now: SystemChangeTick) {
-    if let Some(seal) = world.get_resource::<Seal>() {
+    if let Some(seal) = watching(world) {
         seal.take(world, now.this_run());
     }
 }
 
 /// Looks for resources that were written since (before the systems of a phase).
 pub(crate) fn check(world: &World, now: SystemChangeTick) {
-    if let Some(seal) = world.get_resource::<Seal>() {
+    if let Some(seal) = watching(world) {
         seal.look(world, now.this_run());
     }
 }

@@ -1,6 +1,6 @@
 //! Memory that a scene needs, by purpose, compared with what the machine has.
 
-use super::{error::InstallError, warnings};
+use super::{error::InstallError, numbers::short, warnings};
 use crate::{
     boundary::{friction, moving},
     index,
@@ -167,7 +167,10 @@ fn enough(scene: &Scene, size: &Size, need: &Need, machine: f64) -> Result<(), I
             memory::in_words(need.fixed)
         )
     } else {
-        format!("a spacing of {better:.2e} m would do, or a smaller scene")
+        format!(
+            "a spacing of {} m would do, or a smaller scene",
+            short(better)
+        )
     };
     Err(InstallError::Memory {
         needed: memory::in_words(need.most),

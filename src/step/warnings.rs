@@ -129,8 +129,7 @@ fn dense_tables(scene: &Scene) -> Option<String> {
     let TimeStep::Fixed(dt) = scene.time_step else {
         return None;
     };
-    let dt = f64::from(dt);
-    (interval < dt * (1.0 - 1e-3)).then(|| {
+    (interval < f64::from(dt) * (1.0 - 1e-3)).then(|| {
         format!(
             "rows of `{file}` are {interval:e} s apart, and a step is {dt:e} s: what is between the ends of a step \
              acts by its mean; `time_step: Fixed({interval:.0e})` would show every row"
