@@ -62,12 +62,8 @@ fn deed(world: &mut World, kinds: usize) {
     }
     let mut host = world.remove_resource::<Host>().expect("the host");
     let dice = &mut host.dice;
-    let (e, f, wall, kind) = (
-        dice.of(&all),
-        dice.of(&all),
-        dice.of(&walls),
-        dice.below(kinds),
-    );
+    let (e, f, wall) = (dice.of(&all), dice.of(&all), dice.of(&walls));
+    let kind = dice.below(kinds);
     let value = dice.of(&VALUES);
     let place = |dice: &mut Dice| {
         let part = [0; 3].map(|_| dice.below(1000) as f32 / 1000.0);

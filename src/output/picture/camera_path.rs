@@ -26,7 +26,7 @@ fn meets(from: &(f64, Camera), to: &(f64, Camera)) -> Option<f64> {
     // A way of no length has no nearest point.
     let is_met = part.is_finite()
         && (start + part * way).length() < LEAST_PART * start.length().max(end.length());
-    is_met.then(|| from.0 + part * (to.0 - from.0))
+    is_met.then_some(from.0 + part * (to.0 - from.0))
 }
 
 /// Angle of view of a path that names none \[degrees].
