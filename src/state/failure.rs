@@ -9,7 +9,7 @@ use super::{
     rows::Rows,
 };
 pub use super::{
-    shock::{Shock, TakenBack},
+    shock::Shock,
     too_large::{DomainTooLarge, ListsTooLong, MAX_CELLS},
 };
 
@@ -362,4 +362,16 @@ pub enum FailureCause {
          small"
     )]
     Shock(Shock),
+}
+
+/// Steps taken back.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct TakenBack {
+    /// How many, the one that went wrong included: 2, or 1 where no older state is left to go back to.
+    pub steps: u32,
+    /// What went wrong.
+    pub cause: FailureCause,
+    /// The particle concerned and where it was \[m], if one is.
+    pub particle: Option<(Entity, Vec3)>,
 }

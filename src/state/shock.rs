@@ -1,21 +1,4 @@
-//! Steps that are taken back, and why.
-
-use bevy_ecs::entity::Entity;
-use glam::Vec3;
-
-use super::failure::FailureCause;
-
-/// Steps taken back.
-#[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
-pub struct TakenBack {
-    /// How many, the one that went wrong included: 2, or 1 where no older state is left to go back to.
-    pub steps: u32,
-    /// What went wrong.
-    pub cause: FailureCause,
-    /// The particle concerned and where it was \[m], if one is.
-    pub particle: Option<(Entity, Vec3)>,
-}
+//! What makes a step one to go back from.
 
 /// What makes a step one to go back from, though none of the failure guard's limits is broken.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]

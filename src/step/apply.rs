@@ -3,7 +3,8 @@
 use bevy_ecs::prelude::*;
 
 use super::{
-    install::{Installed, step_limits},
+    install::step_limits,
+    installed::Installed,
     simulation::Simulation,
     uninstall::{NotBetweenSteps, between_steps},
 };

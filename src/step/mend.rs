@@ -3,9 +3,7 @@
 
 use bevy_ecs::{component::ComponentId, prelude::*};
 
-use super::{
-    advance::Owed, install::Installed, order::Decisions, report::StepOutcome, timer::PhaseTimer,
-};
+use super::installed::Installed;
 use crate::{
     boundary::{friction::WallFriction, owners::Owners, refresh_boundary, sums::BoundarySums},
     index::{BoundarySamples, FluidIndex},
@@ -20,11 +18,9 @@ use crate::{
         neighbour_count::NeighbourCounts,
         pcisph::PredictedDensities,
     },
-    registry::Stages,
     state::{
-        Accelerations, Clock, Densities, Displacements, Execution, Failure, Material, Positions,
-        PredictedPositions, PressureAccelerations, Pressures, Rows, Velocities, of_step::OfStep,
-        particle::NextParticleId, seal::Seal,
+        Accelerations, Clock, Densities, Displacements, Failure, Positions, PredictedPositions,
+        PressureAccelerations, Pressures, Rows, Velocities, seal::Seal,
     },
 };
 
@@ -33,26 +29,6 @@ macro_rules! ids {
     ($world:expr, $($resource:ty),* $(,)?) => {
         [$($world.component_id::<$resource>()),*]
     };
-}
-
-/// Resources that hosts may write, that say how a step goes, and that spawning a particle changes.
-fn unsealed(world: &World) -> [Option<ComponentId>; 13] {
-    ids!(
-        world,
-        Accelerations,
-        Clock,
-        Decisions,
-        Execution,
-        Failure,
-        Material,
-        NextParticleId,
-        OfStep,
-        Owed,
-        PhaseTimer,
-        Seal,
-        Stages,
-        StepOutcome,
-    )
 }
 
 /// Resources by row that a step fills before it reads them.
@@ -81,20 +57,6 @@ fn by_row(world: &World) -> [Option<ComponentId>; 21] {
         StartingRates,
         Velocities,
     )
-}
-
-/// Seals the resources that a scene has put into the world.
-pub(super) fn seal_installed(world: &mut World, new: &[ComponentId]) {
-    let unsealed = unsealed(world);
-    // Stages of a host insert their own.
-    let is_ours = |id: &ComponentId| {
-        let name = world.components().get_name(*id);
-        name.is_some_and(|name| name.to_string().starts_with("overfall::"))
-    };
-    let sealed = new.iter().copied();
-    let sealed = sealed.filter(|id| is_ours(id) && !unsealed.contains(&Some(*id)));
-    let sealed = sealed.collect();
-    Seal::put(world, sealed);
 }
 
 /// Mends what was written since the last step, or fails this one for it (before the first stage).
