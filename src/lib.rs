@@ -44,9 +44,10 @@
 //! - After `Phase::Integrate` and before `Phase::Reorder`: components of particles, from which the next step starts. It
 //!   may not spawn, despawn or tag.
 //!
-//! All other columns, lists and indexes can only be read: there is no public way to write them. Other writes to
-//! components and constants are refused and never lost silently: the step fails with
-//! [`FailureCause::Overwritten`](step::FailureCause::Overwritten) or
+//! All other columns, lists and indexes can only be read: there is no public way to write them, and a step in which one
+//! is exchanged with another world's fails with [`ResourceWritten`](step::FailureCause::ResourceWritten). If the fluid
+//! had its new state by then, the next one fails. Other writes to components and constants are refused and never lost
+//! silently: the step fails with [`FailureCause::Overwritten`](step::FailureCause::Overwritten) or
 //! [`ParticlesChanged`](step::FailureCause::ParticlesChanged), which name the component and the particle, and the world
 //! keeps the state before the step. If a host's system conflicts with one of the engine's and has no order relative to
 //! it, the step fails with [`FailureCause::Schedule`](step::FailureCause::Schedule), which names both systems.

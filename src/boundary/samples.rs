@@ -15,6 +15,7 @@ use crate::{
     state::{
         DomainTooLarge, Execution, Material, SENTINEL, TOO_LARGE, in_order,
         particle::{Boundary, BoundaryDepth, BoundaryNormal, BoundaryVolume, Position},
+        seal::reseal,
     },
 };
 
@@ -238,5 +239,6 @@ pub fn refresh_boundary(world: &mut World, scene: &Scene) -> Result<(), Boundary
         }
     }
     world.insert_resource(samples);
+    reseal(world);
     Ok(())
 }

@@ -21,6 +21,7 @@ use crate::{
     state::{
         Rows, from_bytes,
         particle::{Fluid, ParticleId, give_number_back},
+        seal::reseal,
     },
     step::{Installed, NamedFile, between_steps},
 };
@@ -81,6 +82,7 @@ impl Checkpoint {
         // in the run that went on.
         let same_rows = self.find(SAME_ROWS).is_some() && self.part::<bool>(SAME_ROWS)?;
         world.resource_mut::<Rows>().entities = if same_rows { particles } else { Vec::new() };
+        reseal(world);
         Ok(())
     }
 

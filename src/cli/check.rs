@@ -126,10 +126,13 @@ fn viscosity(scene: &Scene) -> Option<String> {
     ))
 }
 
-fn extent((low, high): (Vec3, Vec3)) -> String {
+/// Corners in six digits: the seventh and more of single precision are rounding.
+fn extent(corners: (Vec3, Vec3)) -> String {
+    let short = |x: f32| format!("{x:.5e}").parse().unwrap_or(x);
+    let [low, high] = [corners.0, corners.1].map(|corner| corner.to_array().map(short));
     format!(
         "from ({}, {}, {}) to ({}, {}, {}) m",
-        low.x, low.y, low.z, high.x, high.y, high.z
+        low[0], low[1], low[2], high[0], high[1], high[2]
     )
 }
 

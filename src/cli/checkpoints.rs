@@ -209,13 +209,14 @@ impl Resumed {
         let end = match goal {
             Goal::Steps(end) if end < steps => format!("{end} steps"),
             // The duration is a number in single precision.
-            Goal::Time(end) if end < time * (1.0 - 1e-6) => format!("{end} s"),
+            Goal::Time(end) if end < time * (1.0 - 1e-6) => format!("{} s", end as f32),
             _ => return Ok(()),
         };
         Err(Failure::Refused(format!(
-            "{}: the checkpoint is after {steps} steps, at {time} s, and the run ends at {end}; name a later end \
+            "{}: the checkpoint is after {steps} steps, at {} s, and the run ends at {end}; name a later end \
              (`--duration`, `--steps`), or start a new run",
-            self.file.display()
+            self.file.display(),
+            time as f32
         )))
     }
 

@@ -91,6 +91,8 @@ pub(crate) fn note_start(
             }
         }
     }
+    // Before the first phase, where a host's writes are looked for: this is none.
+    let account = account.bypass_change_detection();
     account.at_start = f64::from(material.particle_mass) * (0.5 * squares - heights);
 }
 

@@ -34,11 +34,47 @@ pub(super) fn plain_names(text: &str) -> String {
 /// Reads one value; with or without the second bracket, as long as the file is consistent. A variant whose fields all
 /// have defaults may stand alone: `Dfsph` is `Dfsph()`.
 pub(super) fn deserialize<T: DeserializeOwned>(text: &str) -> Result<T, SpannedError> {
-    complete(text, &options(), "()").or_else(|error| {
-        let two_brackets =
-            ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME);
-        complete(text, &two_brackets, "(())").map_err(|_| error)
+    let error = match complete(text, &options(), "()") {
+        Err(error) => error,
+        read => return read,
+    };
+    // An empty bracket in a bracket is an empty bracket in either spelling; places stay where they are.
+    let error = if text.contains("(())") {
+        match complete(&text.replace("(())", "()  "), &options(), "()") {
+            Err(error) => error,
+            read => return read,
+        }
+    } else {
+        error
+    };
+    let two_brackets = ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME);
+    if let Ok(value) = complete(&doubled(text), &two_brackets, "(())") {
+        return Ok(value);
+    }
+    complete(text, &two_brackets, "(())").map_err(|other| {
+        // Of a text with second brackets, the spelling that can be read farther was meant.
+        let place = |error: &SpannedError| (error.span.end.line, error.span.end.col);
+        let of_name = |part: &str| part.ends_with(|c: char| c.is_alphanumeric());
+        let has_second = text
+            .rsplit_once("((")
+            .is_some_and(|(before, _)| before.split("((").any(of_name));
+        match has_second && place(&other) > place(&error) {
+            true => other,
+            false => error,
+        }
     })
+}
+
+/// A text with a second bracket in the empty ones of variants: `Dfsph(())` for `Dfsph()`.
+fn doubled(text: &str) -> String {
+    let mut parts = text.split("()");
+    let mut doubled = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        let is_of_name = doubled.ends_with(|c: char| c.is_alphanumeric() || c == '_');
+        doubled.push_str(if is_of_name { "(())" } else { "()" });
+        doubled.push_str(part);
+    }
+    doubled
 }
 
 /// Reads one value; names that stand alone where ron wants a bracket get one. Errors are of the text without it.

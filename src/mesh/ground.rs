@@ -153,6 +153,7 @@ impl Ground {
 
     /// The formula on a rectangle \[m].
     pub(crate) fn generated(rolling: &Rolling, size: [f32; 2]) -> Result<Self, MeshError> {
+        let written = size;
         let size = size.map(f64::from);
         let points = size.map(|size| (size / rolling.cell).ceil().max(1.0) + 1.0);
         let all = points[0] * points[1];
@@ -163,8 +164,8 @@ impl Ground {
                  {better:.2e} m would do",
                 rolling.cell,
                 all / 1e6,
-                size[0],
-                size[1],
+                written[0],
+                written[1],
                 MOST_POINTS as f64 / 1e6
             )));
         }

@@ -55,6 +55,7 @@ fn systems(scene: &Scene) -> Systems {
     let gathers = lasting.iter().filter_map(|column| column.gather);
     let mut systems: Vec<Systems> = checks.map(|check| check()).collect();
     systems.push(transfer::check_ids.into_configs());
+    systems.push(transfer::check_numbers.into_configs());
     systems.push(transfer::gather_rows.into_configs());
     systems.extend(gathers.map(|gather| gather()));
     if flow::has_emitters(scene) {

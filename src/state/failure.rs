@@ -3,11 +3,14 @@
 use bevy_ecs::prelude::*;
 use glam::Vec3;
 
-pub use super::too_large::{DomainTooLarge, ListsTooLong, MAX_CELLS};
 use super::{
     failure_text::{boundaries, others, place},
     particle::Position,
     rows::Rows,
+};
+pub use super::{
+    shock::Shock,
+    too_large::{DomainTooLarge, ListsTooLong, MAX_CELLS},
 };
 
 /// What went wrong in this step, if something did. The first failure counts.
@@ -49,9 +52,11 @@ impl Failure {
                 | FailureCause::Time { .. }
                 | FailureCause::TimeStep { .. }
                 | FailureCause::LacksComponent { .. }
+                | FailureCause::SameNumber { .. }
                 | FailureCause::ParticlesChanged { .. }
                 | FailureCause::Overwritten { .. }
                 | FailureCause::ConstantsWritten { .. }
+                | FailureCause::ResourceWritten { .. }
                 | FailureCause::Schedule { .. }
                 | FailureCause::Seconds { .. }
                 | FailureCause::TooLarge { .. }
@@ -192,6 +197,15 @@ pub enum FailureCause {
         /// All particles that lack it.
         particles: usize,
     },
+    /// Two particles have one number: a host has copied it.
+    #[error(
+        "a fluid particle has the number {number} of another one, which a host copied; insert \
+         `ParticleId::default()`, which gives it a new one"
+    )]
+    SameNumber {
+        /// The number, [`ParticleId`](super::particle::ParticleId).
+        number: u32,
+    },
     /// Particles came, went or moved to another table while the step was computed.
     #[error(
         "a system spawned, despawned or tagged fluid particles in the middle of the step, which had {before} and \
@@ -222,6 +236,15 @@ pub enum FailureCause {
     ConstantsWritten {
         /// Name of the resource.
         resource: &'static str,
+    },
+    /// A host wrote a resource of the engine, or exchanged it with that of another world.
+    #[error(
+        "a host wrote the engine's resource `{resource}`, or exchanged it with another world's; only `Material`, \
+         `Clock` and `Accelerations` may be written: put it back, or `uninstall` the scene and install it anew"
+    )]
+    ResourceWritten {
+        /// Name of the resource.
+        resource: String,
     },
     /// The schedule of the step cannot be built any more: a host's system conflicts with others.
     #[error(
@@ -274,7 +297,8 @@ pub enum FailureCause {
     },
     /// A particle is compressed beyond the scene's limit.
     #[error(
-        "compression {compression:.3} is above the limit {limit:.3}; a smaller time step or a stiffer fluid is needed"
+        "compression {compression:.3} is above the limit {limit:.3}; a smaller time step is needed, or (with an equation \
+         of state) a stiffer fluid, or (with iterations) a smaller `pressure.max_density_error`"
     )]
     OverCompressed {
         /// `(ρ − ρ0)/ρ0` \[-].
@@ -350,40 +374,4 @@ pub struct TakenBack {
     pub cause: FailureCause,
     /// The particle concerned and where it was \[m], if one is.
     pub particle: Option<(Entity, Vec3)>,
-}
-
-/// What makes a step one to go back from, though none of the failure guard's limits is broken.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum Shock {
-    /// The largest density error grew by more than 8 η in a step.
-    #[error(
-        "the largest density error jumped from {before:.3e} to {error:.3e}, by more than 8 η = {limit:.3e}"
-    )]
-    ErrorJumped {
-        /// Largest error before \[-].
-        before: f32,
-        /// Largest error of this step \[-].
-        error: f32,
-        /// The largest jump, 8 η \[-].
-        limit: f32,
-    },
-    /// The largest density error is above the scene's limit.
-    #[error(
-        "the largest density error {error:.3e} is above `time_step.max_density_error` = {limit:.3e}"
-    )]
-    ErrorTooLarge {
-        /// Largest error \[-].
-        error: f32,
-        /// The limit \[-].
-        limit: f32,
-    },
-    /// A particle moved more than 0.45 h.
-    #[error("a particle moved {displacement:.3e} m in one step, more than 0.45 h = {limit:.3e} m")]
-    TooFast {
-        /// Length of the movement \[m].
-        displacement: f32,
-        /// The limit \[m].
-        limit: f32,
-    },
 }

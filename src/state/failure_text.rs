@@ -21,8 +21,11 @@ pub(super) fn others(particles: usize) -> String {
 pub(super) fn place(particle: &Option<(Entity, Vec3)>) -> String {
     particle.map_or_else(String::new, |(entity, at)| {
         format!(
-            " (particle {entity} at ({:.4}, {:.4}, {:.4}) m)",
-            at.x, at.y, at.z
+            " (entity {} at ({:.4}, {:.4}, {:.4}) m)",
+            entity.index_u32(),
+            at.x,
+            at.y,
+            at.z
         )
     })
 }

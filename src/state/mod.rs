@@ -18,6 +18,8 @@ mod residual;
 mod room;
 mod rows;
 mod rows_of_columns;
+pub(crate) mod seal;
+mod shock;
 mod stage;
 mod task_threads;
 mod too_large;

@@ -23,6 +23,63 @@ pub fn check_ids(
     refuse_lack(fluid, places, failure, "ParticleId");
 }
 
+/// Refuses a step in which two particles have the same number (phase `RebuildIndex`).
+pub(crate) fn check_numbers(
+    fluid: Query<(Entity, &Position, &ParticleId), With<Fluid>>,
+    mut failure: ResMut<Failure>,
+    mut seen: Local<Vec<u64>>,
+) {
+    let tables = || {
+        let tables = fluid.contiguous_iter().into_iter().flatten();
+        in_order(tables, |table| table.0)
+    };
+    let ids = tables().flat_map(|(_, _, ids)| ids).map(|id| id.get());
+    let [least, most, count] = ids.fold([u32::MAX, 0, 0], |[least, most, count], id| {
+        [least.min(id), most.max(id), count + 1]
+    });
+    if count == 0 {
+        return;
+    }
+    // Where few of many are left, numbers lie too far apart for a bit each: they share bits, and those that do are
+    // compared.
+    let bits = (u64::from(most - least) + 1).min(64 * u64::from(count));
+    let words = bits.div_ceil(64) as usize;
+    seen.clear();
+    seen.resize(2 * words, 0);
+    let (once, twice) = seen.split_at_mut(words);
+    let place = |id: &ParticleId| {
+        let bit = u64::from(id.get() - least) % bits;
+        ((bit / 64) as usize, 1 << (bit % 64))
+    };
+    let mut shared = false;
+    for (_, _, ids) in tables() {
+        for (word, mask) in ids.iter().map(place) {
+            let again = once[word] & mask;
+            once[word] |= mask;
+            twice[word] |= again;
+            shared |= again != 0;
+        }
+    }
+    if !shared {
+        return;
+    }
+    let mut alike = Vec::new();
+    for (entities, positions, ids) in tables() {
+        for (row, id) in ids.iter().enumerate() {
+            let (word, mask) = place(id);
+            // All particles after the last number have that one.
+            if twice[word] & mask != 0 && id.get() != u32::MAX {
+                alike.push((id.get(), entities[row], positions[row].0));
+            }
+        }
+    }
+    alike.sort_by_key(|alike| alike.0);
+    if let Some(pair) = alike.windows(2).find(|pair| pair[0].0 == pair[1].0) {
+        let (number, entity, at) = pair[1];
+        failure.record_of(FailureCause::SameNumber { number }, (entity, at));
+    }
+}
+
 /// Notes which particle is in which row (phase `RebuildIndex`, before the columns are gathered).
 pub fn gather_rows(
     fluid: Query<Entity, With<Fluid>>,

@@ -3,7 +3,8 @@
 use bevy_ecs::prelude::*;
 
 use super::{
-    install::{Installed, step_limits},
+    install::step_limits,
+    installed::Installed,
     simulation::Simulation,
     uninstall::{NotBetweenSteps, between_steps},
 };
@@ -14,7 +15,7 @@ use crate::{
     loading::Override,
     registry::Stages,
     scene::{GaugeKind, Scene, SceneError, TimeStep, Viscosity},
-    state::{Clock, Material},
+    state::{Clock, Material, seal::reseal},
     time_step::{self, AdaptiveTimeStep, RecoveryTime},
 };
 
@@ -77,6 +78,7 @@ pub fn apply(world: &mut World, overrides: &[Override]) -> Result<(), ApplyError
     if let Some(mut installed) = world.get_resource_mut::<Installed>() {
         installed.scene = scene;
     }
+    reseal(world);
     Ok(())
 }
 

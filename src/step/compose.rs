@@ -10,8 +10,13 @@ use super::{
 use crate::{
     force::inner::{self, InnerForces},
     pairs::choice::{self, OwnKernel},
+    registry::Stages,
     scene::Scene,
-    state::{Clock, Rows, Stage, Systems, failure::healthy},
+    state::{
+        Clock, Phase, Rows, Stage, Systems,
+        failure::healthy,
+        seal::{check, is_whole, refuse, seal},
+    },
 };
 
 /// Systems of the stages, one after the other.
@@ -34,7 +39,16 @@ pub(super) fn compose(order: &PlannedOrder, scene: &Scene) -> Composed {
         }
     }
     let mut is_inside = false;
+    let own = Stages::default();
+    let mut last: Option<(Phase, bool)> = None;
     for event in order.events() {
+        if let (Event::Run { stage, .. }, false) = (event, is_inside) {
+            let now = (stage.phase, own.find(stage.name).is_none());
+            if last.is_none_or(|last| last != now || now.1) {
+                composed.step.push(border(last.map(|last| last.0), now.0));
+            }
+            last = Some(now);
+        }
         let systems = match event {
             Event::Begin(Kind::InPressure) => {
                 is_inside = true;
@@ -63,12 +77,24 @@ pub(super) fn compose(order: &PlannedOrder, scene: &Scene) -> Composed {
         } else {
             &mut composed.step
         };
-        list.push(systems.run_if(healthy));
+        list.push(systems.run_if(is_whole));
         if let (Event::Run { stage, .. }, false) = (event, is_inside) {
             list.push(lap(stage.phase).in_set(stage.phase));
         }
     }
     composed
+        .step
+        .push(border(last.map(|last| last.0), Phase::Observe));
+    composed
+}
+
+/// Between two phases, where systems of a host may run: finds what they wrote.
+pub(super) fn border(from: Option<Phase>, to: Phase) -> Systems {
+    let looked = (check.ambiguous_with_all(), refuse).chain().in_set(to);
+    match from {
+        Some(from) => (seal.ambiguous_with_all().in_set(from), looked).chain(),
+        None => looked,
+    }
 }
 
 /// The systems of a stage, when it is due.

@@ -139,10 +139,7 @@ pub enum InstallError {
     #[error("could not start threads for systems: {0}")]
     TaskThreads(std::io::Error),
     /// The machine has too little memory for the scene.
-    #[error(
-        "the scene needs about {needed} of memory, and there are {machine}: {parts}; a spacing of {better} m would \
-         do, or a smaller scene"
-    )]
+    #[error("the scene needs about {needed} of memory, and there are {machine}: {parts}; {remedy}")]
     Memory {
         /// Memory that it needs.
         needed: String,
@@ -150,8 +147,8 @@ pub enum InstallError {
         machine: String,
         /// What the memory is needed for.
         parts: String,
-        /// A spacing that fits \[m].
-        better: String,
+        /// A spacing that fits.
+        remedy: String,
     },
     /// The limit of the process on its memory leaves too little for the scene.
     #[error(

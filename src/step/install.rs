@@ -12,10 +12,12 @@ use super::{
     compose,
     constants::SceneMaterial,
     error::InstallError,
+    installed::{Installed, NamedFile},
     memory,
-    order::{Due, limits_of, order_of},
+    order::{limits_of, order_of},
     report::StepOutcome,
     schedule::{Step, build_schedules},
+    sealed::seal_installed,
     start::{FluidStart, Walls},
     start_density, start_slabs,
     timer::PhaseTimer,
@@ -115,7 +117,8 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
             with_kernels,
         });
         schedules.add(world);
-        note_installed(world, &before.resources);
+        let new = note_installed(world, &before.resources);
+        seal_installed(world, &new);
     };
     // An observer or a stage of the host may panic.
     if let Err(panic) = catch_unwind(AssertUnwindSafe(|| put(world, &mut spare))) {
@@ -138,9 +141,6 @@ fn spare_entities(world: &mut World) -> Vec<Entity> {
         .collect()
 }
 
-/// Path of a file that a scene names, its length \[bytes] and a checksum of its content.
-pub(crate) type NamedFile = (String, u64, u32);
-
 /// The files that a scene names. One that cannot be read has no content: whoever needs it has refused it.
 fn fingerprints(scene: &Scene) -> Vec<NamedFile> {
     let mut scene = scene.clone();
@@ -149,23 +149,6 @@ fn fingerprints(scene: &Scene) -> Vec<NamedFile> {
         (std::mem::take(path), length, sum)
     };
     scene.files_mut().map(of).collect()
-}
-
-/// The scene that is installed in a world.
-#[derive(Resource, Debug, Clone)]
-pub(crate) struct Installed {
-    /// The scene as the host passed it.
-    pub(crate) scene: Scene,
-    /// The files that the scene names, as they were read.
-    pub(crate) files: Vec<NamedFile>,
-    /// The stages of a step in their order, with their conditions, and the number of steps between two runs of each.
-    pub(crate) stages: Vec<(String, u64)>,
-    /// When each is due.
-    pub(crate) due: Vec<Due>,
-    /// Whether a stage reads what an earlier step left.
-    pub(crate) reads_stale: bool,
-    /// Stages with another kernel than the scene's.
-    pub(crate) with_kernels: Vec<(Stage, KernelChoice)>,
 }
 
 /// What the control of a scene's time step knows of its physics, stages with kernels of their own included.

@@ -1,6 +1,6 @@
 //! Memory that a scene needs, by purpose, compared with what the machine has.
 
-use super::{error::InstallError, warnings};
+use super::{error::InstallError, numbers::short, warnings};
 use crate::{
     boundary::{friction, moving},
     index,
@@ -143,15 +143,12 @@ fn enough(scene: &Scene, size: &Size, need: &Need, machine: f64) -> Result<(), I
         ""
     };
     let machine = allowed;
-    let mut parts = vec![format!("{:.1} million fluid particles", size.fluid / 1e6)];
+    let mut parts = vec![format!("{} fluid particles", many(size.fluid))];
     if size.emitted > 0.0 {
-        parts.push(format!("{:.1} million from emitters", size.emitted / 1e6));
+        parts.push(format!("{} from emitters", many(size.emitted)));
     }
     if size.boundary > 0.0 {
-        parts.push(format!(
-            "{:.1} million boundary particles",
-            size.boundary / 1e6
-        ));
+        parts.push(format!("{} boundary particles", many(size.boundary)));
     }
     if need.most > need.running {
         let candidates = size.candidates / 1e6;
@@ -161,14 +158,34 @@ fn enough(scene: &Scene, size: &Size, need: &Need, machine: f64) -> Result<(), I
     }
     // The number of particles on surfaces grows with spacing⁻², in bodies with spacing⁻³: the square is the safe
     // choice.
-    let left = (machine - need.fixed).max(0.01 * machine);
+    let left = machine - need.fixed;
     let better = f64::from(scene.spacing) * (1.2 * (need.most - need.fixed) / left).sqrt();
+    let remedy = if left <= 0.01 * machine {
+        format!(
+            "no spacing would do, because {} of it are the program and what does not grow with the particles; it needs \
+             more",
+            memory::in_words(need.fixed)
+        )
+    } else {
+        format!(
+            "a spacing of {} m would do, or a smaller scene",
+            short(better)
+        )
+    };
     Err(InstallError::Memory {
         needed: memory::in_words(need.most),
         machine: memory::in_words(machine) + by_limit,
         parts: parts.join(", "),
-        better: format!("{better:.2e}"),
+        remedy,
     })
+}
+
+/// A number of particles in words.
+fn many(count: f64) -> String {
+    match count {
+        count if count < 1e5 => format!("{count:.0}"),
+        count => format!("{:.1} million", count / 1e6),
+    }
 }
 
 pub(super) fn bytes_per_boundary_particle(scene: &Scene) -> Vec<(&'static str, f64)> {

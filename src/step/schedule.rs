@@ -13,6 +13,7 @@ use super::{
     constants::check_constants,
     error::InstallError,
     executor::StepExecutor,
+    mend::mend,
     order::PlannedOrder,
     report::finish,
     timer::{lap, start_timer},
@@ -21,11 +22,14 @@ use crate::{
     boundary::{moving, room},
     gauge,
     pressure::{first_force, iterate::PressureIteration},
+    registry::Stages,
     scene::{Executor, Scene, TimeStep},
     state::{
-        Phase, Systems, chain, clock,
+        Phase, Stage, Systems, chain, clock,
         failure::{self, healthy},
-        of_step, start_task_threads,
+        of_step,
+        seal::{is_whole, seal_at_end},
+        start_task_threads,
     },
     time_step::roll_back,
 };
@@ -38,11 +42,16 @@ pub struct Step;
 #[derive(Resource, Debug)]
 pub(super) struct SingleThreadedStep;
 
+/// Number of the engine's systems in a step; none if stages of a host are among them.
+#[derive(Resource, Debug)]
+pub(super) struct OwnSystems(pub(super) Option<usize>);
+
 /// Schedules of a scene that are built but not yet added to the world.
 pub(super) struct Built {
     schedules: Vec<Schedule>,
     single_threaded: bool,
     sums_first_force: bool,
+    own: Option<usize>,
 }
 
 /// Labels of the schedules that a step needs. A panic inside one of them can remove it from the world.
@@ -58,6 +67,7 @@ impl Built {
         if self.sums_first_force {
             first_force::install(world);
         }
+        world.insert_resource(OwnSystems(self.own));
         world.insert_resource(Labels(self.schedules.iter().map(Schedule::label).collect()));
         self.schedules
             .into_iter()
@@ -81,6 +91,7 @@ pub(super) fn build_schedules(
     let mut configs = vec![
         (
             clock::begin,
+            mend.ambiguous_with_all(),
             check_constants.run_if(healthy),
             of_step::note,
             start_timer,
@@ -94,10 +105,10 @@ pub(super) fn build_schedules(
     configs.extend(composed.step);
     let has_gauges = !scene.gauges.is_empty();
     if gauge::measures_energy(scene) {
-        configs.push(gauge::book.in_set(Phase::Observe).run_if(healthy));
+        configs.push(gauge::book.in_set(Phase::Observe).run_if(is_whole));
     }
     if has_gauges {
-        configs.push(gauge::read_gauges.in_set(Phase::Observe).run_if(healthy));
+        configs.push(gauge::read_gauges.in_set(Phase::Observe).run_if(is_whole));
     }
     if moving::is_wanted(scene) {
         configs.push(room::explain_no_room.in_set(Phase::Observe));
@@ -110,7 +121,13 @@ pub(super) fn build_schedules(
             configs.push(gauge::go_back.in_set(Phase::Observe));
         }
     }
-    configs.push((lap(Phase::Observe), finish).chain().in_set(Phase::Observe));
+    let finished = (
+        lap(Phase::Observe),
+        finish,
+        seal_at_end.ambiguous_with_all(),
+    )
+        .chain();
+    configs.push(finished.in_set(Phase::Observe));
     step.set_build_settings(strict());
     // Chains the phases, also those without a stage in this scene, because a host orders its systems against them. An
     // order that returns to an earlier phase cannot have this chain.
@@ -121,6 +138,13 @@ pub(super) fn build_schedules(
     step.add_systems(chain(configs));
     step.initialize(world)
         .map_err(|error| InstallError::Schedule(error.to_string(step.graph(), world)))?;
+    let known = Stages::default();
+    let is_own = |stage: &Stage| known.find(stage.name).is_some();
+    let own = order
+        .installed()
+        .iter()
+        .all(is_own)
+        .then(|| step.systems_len());
     let mut schedules = vec![step];
     for stage in order.installed() {
         for (label, systems) in (stage.schedules)(scene) {
@@ -133,6 +157,7 @@ pub(super) fn build_schedules(
         }
     }
     Ok(Built {
+        own,
         schedules,
         single_threaded: !parallel,
         sums_first_force: first_force::is_possible(scene) && order.follows("pressure", "viscosity"),

@@ -7,10 +7,13 @@ use bevy_ecs::prelude::*;
 use super::{
     constants::spoilt,
     report::{StepOutcome, StepReport},
-    schedule::{Labels, SingleThreadedStep, Step},
+    schedule::{Labels, OwnSystems, SingleThreadedStep, Step},
     uninstall::{is_running, lost_resource, set_running},
 };
-use crate::state::{Clock, Execution, FailureCause, StepError};
+use crate::state::{
+    Clock, Execution, FailureCause, StepError,
+    seal::{Seal, reseal},
+};
 
 /// Takes one step of the scene that is installed in `world`. After an error the world holds the last good state. It
 /// also fails if no scene is installed, or if a panic that the host caught removed a part of the scene.
@@ -57,6 +60,10 @@ fn run_step(world: &mut World) -> Result<(), StepError> {
             let conflict = error.to_string(step.graph(), world);
             return Err(refused(world, FailureCause::Schedule { conflict }));
         }
+        let own = world.get_resource::<OwnSystems>().and_then(|own| own.0);
+        if let Some(mut seal) = world.get_resource_mut::<Seal>() {
+            seal.is_alone = own == Some(step.systems_len());
+        }
         Ok(catch_unwind(AssertUnwindSafe(|| step.run(world))))
     });
     set_running(world, false);
@@ -64,7 +71,11 @@ fn run_step(world: &mut World) -> Result<(), StepError> {
         // The engine's own systems panic where a host's system has taken their data away.
         Ok(Ok(Err(panic))) => match spoilt(world).or_else(|| what_is_missing(world)) {
             Some(cause) => Err(refused(world, cause)),
-            None => resume_unwind(panic),
+            None => {
+                // What the engine wrote since its last phase ended is not the host's.
+                reseal(world);
+                resume_unwind(panic)
+            }
         },
         Ok(Err(error)) => Err(error),
         _ => Ok(()),

@@ -8,7 +8,10 @@ use std::{
 use bevy_ecs::{component::ComponentId, entity_disabling::Disabled, prelude::*};
 
 use super::schedule::{Labels, Step};
-use crate::state::particle::{Boundary, Fluid};
+use crate::state::{
+    particle::{Boundary, Fluid},
+    seal::Seal,
+};
 
 /// What [`install`](super::install) added to a world.
 #[derive(Resource, Debug)]
@@ -77,16 +80,18 @@ impl Before {
     }
 }
 
-/// Records the resources that were added to the world since `before`.
-pub(super) fn note_installed(world: &mut World, before: &HashSet<ComponentId>) {
+/// Records the resources that were added to the world since `before`, and returns them.
+pub(super) fn note_installed(world: &mut World, before: &HashSet<ComponentId>) -> Vec<ComponentId> {
+    world.init_resource::<Seal>();
     let new = resources(world)
         .into_iter()
         .filter(|id| !before.contains(id));
-    let resources = new.collect();
+    let resources: Vec<_> = new.collect();
     world.insert_resource(Installed {
-        resources,
+        resources: resources.clone(),
         running: false,
     });
+    resources
 }
 
 /// Records whether a step is being taken.

@@ -6,8 +6,8 @@ use std::path::Path;
 use glam::{DVec3, Vec3};
 
 use super::{
-    limits, numbers::short, warnings_of_flow, warnings_of_forces, warnings_of_gauges,
-    warnings_of_layers, warnings_of_pace,
+    limits, numbers::short, warnings_of_cuts, warnings_of_flow, warnings_of_forces,
+    warnings_of_gauges, warnings_of_layers, warnings_of_pace, warnings_of_units,
 };
 use crate::{
     loading::Size,
@@ -19,10 +19,6 @@ use crate::{
 
 /// Times at which a wall is looked at, evenly over the run. A prime: an oscillation is not met at its zeros.
 const LOOKS: u32 = 97;
-
-/// Above these lengths a scene was probably written in millimetres: spacing and extent \[m].
-const LARGE_SPACING: f32 = 1.0;
-const LARGE_EXTENT: f64 = 500.0;
 
 /// Settings of a scene that are probably mistakes. Fails as [`Scene::check`] does.
 pub fn warnings(scene: &Scene) -> Result<Vec<String>, SceneError> {
@@ -133,8 +129,7 @@ fn dense_tables(scene: &Scene) -> Option<String> {
     let TimeStep::Fixed(dt) = scene.time_step else {
         return None;
     };
-    let dt = f64::from(dt);
-    (interval < dt * (1.0 - 1e-3)).then(|| {
+    (interval < f64::from(dt) * (1.0 - 1e-3)).then(|| {
         format!(
             "rows of `{file}` are {interval:e} s apart, and a step is {dt:e} s: what is between the ends of a step \
              acts by its mean; `time_step: Fixed({interval:.0e})` would show every row"
@@ -144,18 +139,7 @@ fn dense_tables(scene: &Scene) -> Option<String> {
 
 pub(super) fn of_size(scene: &Scene, size: &Size) -> Vec<String> {
     let mut warnings = Vec::new();
-    let extent = (size.whole_box.1 - size.whole_box.0).max_element();
-    if scene.spacing >= LARGE_SPACING || extent >= LARGE_EXTENT {
-        let spacing = f64::from(scene.spacing);
-        warnings.push(format!(
-            "the scene is {} m long at a spacing of {} m; lengths are in metres, so if these are millimetres, write \
-             {} and {}",
-            short(extent),
-            short(spacing),
-            short(1e-3 * extent),
-            short(1e-3 * spacing),
-        ));
-    }
+    warnings.extend(warnings_of_units::of(scene, size));
     warnings.extend(warnings_of_pace::of(scene, size));
     warnings.extend(
         scene
@@ -173,6 +157,7 @@ pub(super) fn of_size(scene: &Scene, size: &Size) -> Vec<String> {
     warnings.extend(warnings_of_flow::of(scene));
     warnings.extend(warnings_of_forces::of(scene));
     warnings.extend(warnings_of_layers::of(scene));
+    warnings.extend(warnings_of_cuts::of(scene, size));
     let (low, high) = size.fluid_box;
     warnings.extend(limits::too_long(scene, low.as_vec3(), high.as_vec3()));
     warnings
@@ -251,18 +236,6 @@ mod tests {
         let told = scene("Velocity(velocity: (0, 1, 0))", "(0, 0, 0)");
         assert!(
             told.contains("takes +y") && told.contains("`kind: Front"),
-            "{told}"
-        );
-    }
-
-    #[test]
-    fn lengths_that_look_like_millimetres_are_told_in_few_digits() {
-        let text = "(name: \"t\", dimension: 2, spacing: 10, gravity: (0, 0, 0),
-            bodies: [(shape: Box(min: (0, 0, 0), max: (700.2, 500, 0)))])";
-        let scene = Scene::parse(text, "t.ron", &[]).unwrap_or_else(|error| panic!("{error}"));
-        let told = warnings(&scene).expect("a scene").join("\n");
-        assert!(
-            told.contains("700.2 m long") && told.contains("write 0.7002 and 0.01"),
             "{told}"
         );
     }

@@ -2,7 +2,6 @@
 
 use glam::Vec3;
 
-use super::numbers::short;
 use crate::scene::{BodyForce, LEAST_WAY, Scene};
 
 pub(super) fn of(scene: &Scene) -> impl Iterator<Item = String> {
@@ -35,13 +34,16 @@ fn quick(scene: &Scene, (index, force): (usize, &BodyForce)) -> Option<String> {
         return None;
     };
     let omega = std::f64::consts::TAU * f64::from(wave.frequency);
-    let way = 2.0 * f64::from(wave.amplitude.length()) / omega.powi(2);
-    (way < f64::from(LEAST_WAY * scene.spacing)).then(|| {
+    let way = 2.0 * wave.amplitude.as_dvec3().length() / omega.powi(2);
+    let least = f64::from(LEAST_WAY * scene.spacing);
+    (way < least).then(|| {
         format!(
-            "the wave `body_forces.{index}` comes {} times a second and moves the fluid {} m there and back: it does \
-             nothing; see its `frequency` (1/s) and `amplitude` (m/s²), or leave it out",
+            "the wave `body_forces.{index}` comes {:e} times a second and moves the fluid {way:.1e} m there and back: \
+             it does nothing, and steps do not follow it; from an amplitude of {:.1e} m/s² on, or below {:.1e} times a \
+             second, they do",
             wave.frequency,
-            short(way)
+            0.5 * least * omega.powi(2),
+            f64::from(wave.frequency.abs()) * (way / least).sqrt()
         )
     })
 }
@@ -68,7 +70,7 @@ mod tests {
             ("gravity_ramp: 3", "the scene ends at 2 s"),
             (
                 "body_forces: [Wave(amplitude: (1, 0, 0), frequency: 1e6)]",
-                "`body_forces.0` comes 1000000 times a second",
+                "`body_forces.0` comes 1e6 times a second",
             ),
         ] {
             let found = all(more);

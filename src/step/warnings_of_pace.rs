@@ -72,7 +72,8 @@ fn endless(scene: &Scene, dt: f64) -> Option<String> {
     };
     (steps > MOST_STEPS).then(|| {
         format!(
-            "the run takes about {steps:.1e} steps of {dt:.1e} s to its end at {duration} s, which are years; {remedy}"
+            "the run takes about {steps:.1e} steps of {dt:.1e} s to its end at {} s, which are years; {remedy}",
+            scene.duration
         )
     })
 }

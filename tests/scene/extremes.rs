@@ -347,3 +347,53 @@ fn bodies_far_away_keep_their_rows() {
         );
     }
 }
+
+/// What repeats is told by numbers of one period: of larger ones nothing is left in single precision.
+#[test]
+fn numbers_of_what_repeats_are_within_what_steps_and_digits_follow() {
+    let wave = |rest: &str| format!("body_forces: [Wave(amplitude: (1, 0, 0), {rest})]");
+    let wall = |rest: &str| {
+        format!(
+            "boundaries: [Box(min: (5, 0, 0), max: (6, 1, 1), motion: Oscillation(amplitude: (0.01, 0, 0), {rest}))]"
+        )
+    };
+    let turned = "boundaries: [Box(min: (5, 0, 0), max: (6, 1, 1), rotation: (0, 1e30, 0))]";
+    let vortices = "TaylorGreen(speed: 1, wavelength: 1, origin: (1e8, 0, 0))";
+    for (rest, part) in [
+        (wave("frequency: 1e30"), "at most 5e7"),
+        (wave("frequency: -6e7"), "at most 5e7"),
+        (wave("frequency: 1, phase: 1e30"), "it repeats every 2π"),
+        (wave("frequency: 1, phase: -2e4"), "it repeats every 2π"),
+        (wall("frequency: 1e30"), "at most 5e7"),
+        (wall("frequency: 1, phase: 1e9"), "it repeats every 2π"),
+        (turned.to_owned(), "repeat every 360°"),
+        (
+            "gravity: (1e38, -3e38, 0)".to_owned(),
+            "gravity is 3.162e38 m/s²",
+        ),
+        (
+            wave("frequency: 1").replace("(1, 0", "(3e38, 3e38"),
+            "beyond the largest number",
+        ),
+        (
+            "output: (camera: (position: (1e30, 0, 0), target: (0, 0, 0)))".to_owned(),
+            "1e9 m from the origin",
+        ),
+    ] {
+        let error = small(0.1, &rest).expect_err(&rest);
+        assert!(error.contains(part), "{rest}: {error}");
+    }
+    for rest in [
+        wave("frequency: 5, phase: -1.5708"),
+        wave("frequency: 1e6"),
+        wall("frequency: 1, phase: 100"),
+    ] {
+        small(0.1, &rest).expect(&rest);
+    }
+    let body = format!(
+        "(name: \"s\", dimension: 2, spacing: 0.1,
+          bodies: [(shape: Box(min: (0, 0, 0), max: (1, 1, 0)), velocity_field: {vortices})])"
+    );
+    let error = Scene::parse(&body, "s.ron", &[]).expect_err(&body);
+    assert!(error.to_string().contains("way to the origin"), "{error}");
+}

@@ -6,6 +6,7 @@ mod mesh_support;
 mod support;
 
 mod bodies_of_files;
+mod brackets;
 mod errors;
 mod errors_of_flow;
 mod errors_of_motion;

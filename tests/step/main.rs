@@ -13,6 +13,8 @@ mod flow;
 mod guard;
 mod host;
 mod host_columns;
+mod host_exchanges;
+mod host_random;
 mod host_resources;
 mod host_spoils;
 mod host_stages;

@@ -5,7 +5,7 @@ use std::{f32::consts::TAU, path::Path};
 use glam::Vec3;
 
 use super::problem::{Checked, Problem, ensure};
-use super::proper::{AXIS_NAMES, axes, is_flat};
+use super::proper::{AXIS_NAMES, axes, is_angle, is_flat, is_followed};
 use super::size::box_of_body;
 use crate::scene::{
     AccelerationTable, BodyForce, Dimension, FluidBody, ForceWave, Scene, VelocityField,
@@ -57,6 +57,8 @@ fn of_wave(scene: &Scene, wave: &ForceWave, path: &str) -> Checked {
          `frequency` (1/s)"
             .to_owned()
     })?;
+    is_followed(format!("{path}.frequency"), wave.frequency)?;
+    is_angle(format!("{path}.phase"), wave.phase, "the phase")?;
     let (length, least) = (TAU / k.length(), 4.0 * scene.spacing);
     ensure(length >= least, format!("{path}.wave_number"), || {
         format!(
@@ -113,6 +115,9 @@ pub(super) fn velocity_fields(scene: &Scene) -> Checked {
             }) => {
                 is_no_zero(speed != 0.0, format!("{path}.speed"), "the speed")?;
                 is_flat(format!("{path}.origin"), origin, scene.dimension)?;
+                let away = origin.as_dvec3().abs().max_element() / f64::from(wavelength.abs());
+                let angle = (f64::from(TAU) * away) as f32;
+                is_angle(format!("{path}.origin"), angle, "the way to the origin")?;
                 let least = 4.0 * scene.spacing;
                 ensure(wavelength >= least, format!("{path}.wavelength"), || {
                     format!(

@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 
 use super::carried;
 use super::problem::{Checked, Problem, ensure};
-use super::proper::{axes, is_flat};
+use super::proper::{axes, is_angle, is_flat, is_followed};
 use super::size::box_of_boundary;
 use crate::mesh::Mesh;
 use crate::scene::{
@@ -59,8 +59,10 @@ fn of_one(scene: &Scene, motion: &WallMotion, path: &str) -> Checked {
         WallMotion::Oscillation {
             amplitude,
             frequency,
-            ..
+            phase,
         } => {
+            is_followed(field("frequency"), frequency)?;
+            is_angle(field("phase"), phase, "the phase")?;
             is_flat(field("amplitude"), amplitude, dimension)?;
             is_no_zero(field("amplitude"), amplitude, "the amplitude")?;
             ensure(frequency > 0.0, field("frequency"), || {

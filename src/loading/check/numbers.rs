@@ -20,6 +20,9 @@ const SMALLEST_CELL: f32 = 0.05;
 /// Largest skin of lists that are kept, in support radii.
 const MOST_SKIN: f32 = 0.5;
 
+/// Largest coordinate of a camera: the square of a distance is far from the largest number \[m].
+const FARTHEST_CAMERA: f32 = 1e9;
+
 /// Every number of the scene is finite: asked of the written scene, so a field added later is asked, too.
 pub(super) fn finite(scene: &Scene) -> Checked {
     let text = options()
@@ -353,6 +356,17 @@ fn output(scene: &Scene) -> Checked {
             )
         },
     )?;
+    for (name, place) in [("position", camera.position), ("target", camera.target)] {
+        ensure(
+            place.abs().max_element() <= FARTHEST_CAMERA,
+            format!("output.camera.{name}"),
+            || {
+                format!(
+                    "{name} is {place} m; a camera may be {FARTHEST_CAMERA:e} m from the origin at most"
+                )
+            },
+        )?;
+    }
     ensure(
         camera.position != camera.target,
         "output.camera.target",

@@ -52,13 +52,47 @@ pub(super) fn is_flat(path: impl Into<String>, value: Vec3, dimension: Dimension
     })
 }
 
-/// In 2-D a shape turns about z alone.
+/// Angles of a shape are some of the circle; in 2-D it turns about z alone.
 pub(super) fn turns_in_plane(path: String, rotation: DVec3, dimension: Dimension) -> Checked {
+    let most = rotation.abs().max_element();
+    ensure(most <= MOST_DEGREES, &path, || {
+        format!("the angles are up to {most:e}°; they repeat every 360°: write them from 0 to 360")
+    })?;
     let flat = rotation.x == 0.0 && rotation.y == 0.0;
     ensure(dimension == Dimension::Three || flat, path, || {
         format!(
             "the angles are {}° about x and {}° about y in a 2-D scene, which turns about z alone; write 0 for both",
             rotation.x, rotation.y
+        )
+    })
+}
+
+/// Largest angle of a shape \[degrees].
+const MOST_DEGREES: f64 = 1e6;
+
+/// Largest angle, after which single precision knows it to less than a thousandth \[rad].
+const MOST_TURNS: f32 = 1e4;
+
+/// An angle is one of the circle: of a larger number its digits say nothing.
+pub(super) fn is_angle(path: String, angle: f32, what: &str) -> Checked {
+    ensure(angle.abs() <= MOST_TURNS, path, || {
+        let apart = angle.abs().next_up() - angle.abs();
+        format!(
+            "{what} is {angle:e} rad, where numbers in single precision are {apart:.1e} rad apart; it repeats every \
+             2π: write it from 0 to 6.2832"
+        )
+    })
+}
+
+/// Largest frequency, which steps of 1e-9 s follow \[1/s].
+const MOST_FREQUENT: f32 = 5e7;
+
+/// A frequency that steps can follow.
+pub(super) fn is_followed(path: String, frequency: f32) -> Checked {
+    ensure(frequency.abs() <= MOST_FREQUENT, path, || {
+        format!(
+            "the frequency is {frequency:e} Hz, and a step may be a twentieth of the period: it must be at most \
+             {MOST_FREQUENT:e}, for steps of 1e-9 s"
         )
     })
 }

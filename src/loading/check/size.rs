@@ -120,9 +120,11 @@ fn enough_for_all(scene: &Scene, size: &Size) -> Checked {
             dimension - 1
         };
         let better = f64::from(scene.spacing) * (total / PLENTY).powf(1.0 / f64::from(exponent));
+        // In three digits, as people write it.
+        let better: f64 = format!("{better:.2e}").parse().unwrap_or(better);
         format!(
             "a spacing of {} m makes about {:.0} million particles ({:.0} million of them boundary), which need about \
-             {:.0} GB; at most {:.0} million are possible; a spacing of {better:.2e} m makes about {:.0} million, or \
+             {:.0} GB; at most {:.0} million are possible; a spacing of {better} m makes about {:.0} million, or \
              the scene is meant smaller than from {} to {} m",
             scene.spacing,
             total / 1e6,

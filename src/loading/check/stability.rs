@@ -101,11 +101,14 @@ fn cause(scene: &Scene, name: &str) -> Option<Cause> {
         },
         "gravity and body forces" => Cause {
             path: "body_forces".to_owned(),
-            what: format!("they are up to {:.3e} m/s²", scene.greatest_acceleration()),
+            what: match scene.greatest_acceleration() {
+                most if most.is_finite() => format!("they are up to {most:.3e} m/s²"),
+                _ => "they are beyond the largest number of single precision".to_owned(),
+            },
         },
         "gravity" => Cause {
             path: "gravity".to_owned(),
-            what: format!("gravity is {:.3e} m/s²", scene.gravity.length()),
+            what: format!("gravity is {:.3e} m/s²", scene.gravity.as_dvec3().length()),
         },
         "the speed at the start" => {
             let bodies = scene.bodies.iter().map(|body| body.greatest_speed());

@@ -11,6 +11,24 @@ use crate::scene::Camera;
 #[derive(Debug, Clone, PartialEq)]
 pub struct CameraPath(Vec<(f64, Camera)>);
 
+/// Largest coordinate: the square of a distance is far from the largest number \[m].
+const FARTHEST: f32 = 1e9;
+
+/// Least distance of the eye from its target between two rows, of the larger of both rows: nearer the view jumps round.
+const LEAST_PART: f64 = 1e-3;
+
+/// The time at which an eye on its straight way from one row to the next meets its target \[s].
+fn meets(from: &(f64, Camera), to: &(f64, Camera)) -> Option<f64> {
+    let away = |camera: &Camera| camera.position.as_dvec3() - camera.target.as_dvec3();
+    let (start, end) = (away(&from.1), away(&to.1));
+    let way = end - start;
+    let part = (-start.dot(way) / way.length_squared()).clamp(0.0, 1.0);
+    // A way of no length has no nearest point.
+    let is_met = part.is_finite()
+        && (start + part * way).length() < LEAST_PART * start.length().max(end.length());
+    is_met.then_some(from.0 + part * (to.0 - from.0))
+}
+
 /// Angle of view of a path that names none \[degrees].
 const FIELD_OF_VIEW: f64 = 40.0;
 
@@ -43,7 +61,10 @@ impl CameraPath {
                 target: vector(tx, ty, tz),
                 field_of_view: if has_angle { angle } else { FIELD_OF_VIEW } as f32,
             };
-            let message = if camera.position == camera.target {
+            let far = camera.position.abs().max(camera.target.abs());
+            let message = if far.max_element() > FARTHEST {
+                "the eye or what it looks at is farther than 1e9 m from the origin"
+            } else if camera.position == camera.target {
                 "the eye is where it looks; move one of them"
             } else if !(1.0..=150.0).contains(&camera.field_of_view) {
                 "`field_of_view` must be from 1 to 150 degrees"
@@ -56,8 +77,21 @@ impl CameraPath {
                 message: message.to_owned(),
             })
         };
-        let rows: Result<_, _> = table.rows.iter().map(of_row).collect();
-        rows.map(Self)
+        let rows: Result<Vec<_>, _> = table.rows.iter().map(of_row).collect();
+        let path = Self(rows?);
+        for (pair, rows) in path.0.windows(2).zip(table.rows.windows(2)) {
+            if let Some(time) = meets(&pair[0], &pair[1]) {
+                return Err(CurveError::Malformed {
+                    file: file.to_owned(),
+                    line: rows[1].0,
+                    message: format!(
+                        "on the way from the row before the eye meets what it looks at, at {time:.4} s; put a row \
+                         between that leads past it"
+                    ),
+                });
+            }
+        }
+        Ok(path)
     }
 
     /// The camera at a time \[s]: straight from one row to the next, and still before the first and after the last.
@@ -114,6 +148,16 @@ mod tests {
             ("t,x,y\n0,1,1\n".to_owned(), "`z`"),
             (format!("{head}\n0,1,1,1,1,1,1\n"), "where it looks"),
             (format!("{head}\n1,1,1,1,0,0,0\n0,1,1,1,0,0,0\n"), "ascend"),
+            (format!("{head}\n0,1e300,1,1,0,0,0\n"), "farther than 1e9 m"),
+            (format!("{head}\n0,1,1,1,0,0,-2e9\n"), "farther than 1e9 m"),
+            (
+                format!("{head}\n0,2,0,0,0,0,0\n4,-6,0,0,0,0,0\n"),
+                "at 1.0000 s",
+            ),
+            (
+                format!("{head}\n0,2,1,0,0,1,0\n1,1,1,0,2,1,0\n"),
+                "at 0.6667 s",
+            ),
             (
                 format!("{head},field_of_view\n0,1,1,1,0,0,0,0\n"),
                 "degrees",
