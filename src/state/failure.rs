@@ -3,12 +3,16 @@
 use bevy_ecs::prelude::*;
 use glam::Vec3;
 
-pub use super::too_large::{DomainTooLarge, ListsTooLong, MAX_CELLS};
 use super::{
     failure_text::{boundaries, others, place},
     particle::Position,
     rows::Rows,
 };
+pub use super::{
+    shock::Shock,
+    too_large::{DomainTooLarge, ListsTooLong, MAX_CELLS},
+};
+use crate::communicator::Lost;
 
 /// What went wrong in this step, if something did. The first failure counts.
 #[derive(Resource, Debug, Clone, Default)]
@@ -55,8 +59,13 @@ impl Failure {
                 | FailureCause::Schedule { .. }
                 | FailureCause::Seconds { .. }
                 | FailureCause::TooLarge { .. }
+                | FailureCause::RanksLost(_)
                 | FailureCause::NoRoom { .. },
             ) => false,
+            Some(FailureCause::OnAnotherRank {
+                depends_on_the_time_step,
+                ..
+            }) => *depends_on_the_time_step,
             Some(
                 FailureCause::NotFinite { .. }
                 | FailureCause::TooFast { .. }
@@ -67,6 +76,12 @@ impl Failure {
                 | FailureCause::Shock(_),
             ) => true,
         }
+    }
+
+    /// What other ranks are told: its row, whether it depends on the time step, and its text.
+    pub(super) fn told(&self) -> Option<(Option<usize>, bool, String)> {
+        let text = format!("{}{}", self.cause.as_ref()?, place(&self.particle));
+        Some((self.row, self.depends_on_the_time_step(), text))
     }
 
     /// Gives the failure its cause, of which the one that was recorded is a consequence.
@@ -113,7 +128,7 @@ pub(crate) fn locate_failure(
     places: Query<&Position>,
 ) {
     let row = failure.row.take();
-    if let Some(&entity) = row.and_then(|row| rows.entities.get(row)) {
+    if let Some(entity) = row.and_then(|row| rows.entity_of(row)) {
         let at = places.get(entity).map_or(Vec3::NAN, |x| x.0);
         failure.particle = Some((entity, at));
     }
@@ -338,6 +353,19 @@ pub enum FailureCause {
          small"
     )]
     Shock(Shock),
+    /// A rank that owns other particles failed.
+    #[error("{cause} (on rank {rank})")]
+    OnAnotherRank {
+        /// Its number.
+        rank: usize,
+        /// What went wrong there, and with which particle.
+        cause: String,
+        /// Whether a shorter step may go right.
+        depends_on_the_time_step: bool,
+    },
+    /// Ranks do not answer any more.
+    #[error("the run cannot go on without all ranks: {0}")]
+    RanksLost(Lost),
 }
 
 /// Steps taken back.
@@ -350,40 +378,4 @@ pub struct TakenBack {
     pub cause: FailureCause,
     /// The particle concerned and where it was \[m], if one is.
     pub particle: Option<(Entity, Vec3)>,
-}
-
-/// What makes a step one to go back from, though none of the failure guard's limits is broken.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum Shock {
-    /// The largest density error grew by more than 8 η in a step.
-    #[error(
-        "the largest density error jumped from {before:.3e} to {error:.3e}, by more than 8 η = {limit:.3e}"
-    )]
-    ErrorJumped {
-        /// Largest error before \[-].
-        before: f32,
-        /// Largest error of this step \[-].
-        error: f32,
-        /// The largest jump, 8 η \[-].
-        limit: f32,
-    },
-    /// The largest density error is above the scene's limit.
-    #[error(
-        "the largest density error {error:.3e} is above `time_step.max_density_error` = {limit:.3e}"
-    )]
-    ErrorTooLarge {
-        /// Largest error \[-].
-        error: f32,
-        /// The limit \[-].
-        limit: f32,
-    },
-    /// A particle moved more than 0.45 h.
-    #[error("a particle moved {displacement:.3e} m in one step, more than 0.45 h = {limit:.3e} m")]
-    TooFast {
-        /// Length of the movement \[m].
-        displacement: f32,
-        /// The limit \[m].
-        limit: f32,
-    },
 }

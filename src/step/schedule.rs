@@ -23,7 +23,7 @@ use crate::{
     pressure::{first_force, iterate::PressureIteration},
     scene::{Executor, Scene, TimeStep},
     state::{
-        Phase, Systems, chain, clock,
+        Execution, Phase, Systems, agree, chain, clock,
         failure::{self, healthy},
         of_step, start_task_threads,
     },
@@ -78,6 +78,8 @@ pub(super) fn build_schedules(
         start_task_threads(threads).map_err(InstallError::TaskThreads)?;
     }
     step.set_executor(StepExecutor::new(parallel));
+    let execution = world.get_resource::<Execution>();
+    let on_ranks = execution.is_some_and(|execution| execution.team().is_some());
     let mut configs = vec![
         (
             clock::begin,
@@ -87,10 +89,13 @@ pub(super) fn build_schedules(
         )
             .chain(),
     ];
+    if on_ranks {
+        configs.push(agree.into_configs());
+    }
     if gauge::measures_energy(scene) {
         configs.push(gauge::note_start.run_if(healthy));
     }
-    let mut composed = compose(order, scene);
+    let mut composed = compose(order, scene, on_ranks);
     configs.extend(composed.step);
     let has_gauges = !scene.gauges.is_empty();
     if gauge::measures_energy(scene) {

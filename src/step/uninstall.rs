@@ -8,7 +8,10 @@ use std::{
 use bevy_ecs::{component::ComponentId, entity_disabling::Disabled, prelude::*};
 
 use super::schedule::{Labels, Step};
-use crate::state::particle::{Boundary, Fluid};
+use crate::state::{
+    Execution,
+    particle::{Boundary, Fluid},
+};
 
 /// What [`install`](super::install) added to a world.
 #[derive(Resource, Debug)]
@@ -123,6 +126,9 @@ pub fn uninstall(world: &mut World) -> Result<(), UninstallError> {
     }
     for resource in resources {
         world.remove_resource_by_id(resource);
+    }
+    if let Some(mut execution) = world.get_resource_mut::<Execution>() {
+        execution.set_team(None);
     }
     // Last: after the panic of a host's observer the rest can still be removed.
     world.remove_resource::<Installed>();
