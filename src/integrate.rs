@@ -8,6 +8,7 @@ mod budget;
 use bevy_ecs::prelude::*;
 use glam::Vec4;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 pub(crate) use budget::EnergyBudget;
 use budget::{StepWork, Work};
@@ -16,9 +17,9 @@ use crate::{
     boundary::sums::{BoundarySums, Walls},
     scene::{Bounds, Limits},
     state::{
-        Accelerations, BodyForces, CHUNK, ChunkResults, Clock, Densities, Displacements, Execution,
-        Failure, FailureCause, Material, Positions, PredictedPositions, PressureAccelerations,
-        Pressures, Remembers, SolverState, Velocities,
+        Accelerations, BodyForces, CHUNK, ChunkResult, ChunkResults, Clock, Densities,
+        Displacements, Execution, Failure, FailureCause, Material, Positions, PredictedPositions,
+        PressureAccelerations, Pressures, Remembers, SolverState, Velocities,
     },
 };
 
@@ -83,18 +84,38 @@ pub struct Domain(pub(crate) Bounds);
 pub struct GuardLimits(pub(crate) Limits);
 
 /// Motion of one chunk of rows. Squares, and sums in f64: millions of terms lose no digits.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 struct ChunkMotion {
     speed_squared: (f32, usize),
     acceleration_squared: f32,
     pressure: f32,
     compression: (f32, usize),
-    not_finite: Option<(&'static str, usize)>,
+    /// The place in [`QUANTITIES`], and the row.
+    not_finite: Option<(u8, usize)>,
     work: Work,
 }
 
+/// What has to be finite.
+const QUANTITIES: [&str; 3] = ["velocity", "position", "density"];
+
+impl ChunkResult for ChunkMotion {
+    fn rename(&mut self, name: impl Fn(usize) -> usize) {
+        self.speed_squared.1 = name(self.speed_squared.1);
+        self.compression.1 = name(self.compression.1);
+        if let Some((_, row)) = &mut self.not_finite {
+            *row = name(*row);
+        }
+    }
+}
+
+impl ChunkResult for ChunkEnd {
+    fn rename(&mut self, name: impl Fn(usize) -> usize) {
+        self.outside = self.outside.map(name);
+    }
+}
+
 /// Where one chunk of rows ended up.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 struct ChunkEnd {
     speed_squared_sum: f64,
     height_sum: f64,
@@ -120,11 +141,13 @@ pub fn integrate(
     let moving = walls.are_moving();
     let (accelerations, pressure_accelerations) = forces;
     let (dt, rest_density) = (clock.dt, material.rest_density);
-    let rows = positions.rows();
+    let owned = execution.owned(positions.rows());
     let motion = &mut *motion;
-    (motion.pressure_before, motion.rows) = (motion.max_pressure, rows);
-    let chunks = motion.chunks.reset(rows);
+    motion.pressure_before = motion.max_pressure;
+    motion.rows = execution.all(positions.rows());
+    let chunks = motion.chunks.reset(owned.len());
     let advance = |first: usize, new_x: &mut [Vec4], v: &mut [Vec4]| {
+        let first = owned.start + first;
         let mut result = ChunkMotion::default();
         let state = new_x.iter_mut().zip(&positions.0[first..]).zip(v);
         let forces = accelerations.0[first..]
@@ -160,15 +183,9 @@ pub fn integrate(
             *v = velocity.extend(v.w);
             *new_x = position.extend(0.0);
             if result.not_finite.is_none() {
-                let quantities = [
-                    ("velocity", velocity.is_finite()),
-                    ("position", position.is_finite()),
-                    ("density", rho.is_finite()),
-                ];
-                result.not_finite = quantities
-                    .iter()
-                    .find(|(_, finite)| !finite)
-                    .map(|(name, _)| (*name, row));
+                let finite = [velocity.is_finite(), position.is_finite(), rho.is_finite()];
+                let found = finite.iter().position(|finite| !finite);
+                result.not_finite = found.map(|quantity| (quantity as u8, row));
             }
             let speed_squared = velocity.length_squared();
             if speed_squared > result.speed_squared.0 {
@@ -184,8 +201,12 @@ pub fn integrate(
         }
         result
     };
-    let columns = (&mut predicted.0[..rows], &mut velocities.0[..rows]);
+    let columns = (
+        &mut predicted.0[owned.clone()],
+        &mut velocities.0[owned.clone()],
+    );
     execution.map_chunks(columns, chunks, advance);
+    execution.join(&mut motion.chunks);
     let total = motion.total();
     motion.max_speed = total.speed_squared.0.sqrt();
     motion.max_acceleration = total.acceleration_squared.sqrt();
@@ -204,18 +225,19 @@ pub fn measure(
 ) {
     let bounds = domain.map(|domain| domain.0);
     let gravity = material.gravity_with_potential();
-    let rows = positions.rows();
-    let columns =
-        (predicted.0[..rows].par_chunks(CHUNK)).zip(velocities.0[..rows].par_chunks(CHUNK));
+    let owned = execution.owned(positions.rows());
+    let columns = (predicted.0[owned.clone()].par_chunks(CHUNK))
+        .zip(velocities.0[owned.clone()].par_chunks(CHUNK));
     let chunks = motion
         .end
-        .reset(rows)
+        .reset(owned.len())
         .par_iter_mut()
         .zip(columns)
         .enumerate();
     execution.install(|| {
         chunks.for_each(|(chunk, (end, (positions, velocities)))| {
-            for (row, (x, v)) in (chunk * CHUNK..).zip(positions.iter().zip(velocities)) {
+            let first = owned.start + chunk * CHUNK;
+            for (row, (x, v)) in (first..).zip(positions.iter().zip(velocities)) {
                 let position = x.truncate();
                 end.speed_squared_sum += f64::from(v.truncate().length_squared());
                 let mut height = gravity.dot(position);
@@ -235,6 +257,7 @@ pub fn measure(
             }
         });
     });
+    execution.join(&mut motion.end);
     let end = motion.end();
     let mass = f64::from(material.particle_mass);
     motion.kinetic_energy = 0.5 * mass * end.speed_squared_sum;
@@ -348,6 +371,7 @@ pub fn guard(
 ) {
     let total = motion.total();
     if let Some((quantity, row)) = total.not_finite {
+        let quantity = QUANTITIES[usize::from(quantity)];
         return failure.record(FailureCause::NotFinite { quantity }, Some(row));
     }
     // The paper's bound (4.3.2).

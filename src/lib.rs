@@ -27,7 +27,7 @@
 //! [`Simulation`] has a world of its own. A host with a [`World`](bevy_ecs::world::World) calls [`install`], then
 //! [`take_step`] or, once per frame of a game, [`advance`]; [`uninstall`] removes the scene again. In a bevy `App`,
 //! `FluidPlugin` does this (feature `bevy_app`). A [`Snapshot`](gauge::Snapshot) answers queries of the fluid at any
-//! point.
+//! point. Several worlds may share one fluid ([`install_on_rank`]).
 //!
 //! Systems of a host join the schedule [`Step`], ordered relative to [`Phase`]s, or are stages of their own
 //! ([`Stages`](step::Stages)), which an order file may name. A host may write:
@@ -92,6 +92,7 @@
 //! | [`boundary`] | walls in a step: volumes, their sums for the fluid, contact, direct forcing |
 //! | `flow` | fluid that enters and leaves: emitters, outflow |
 //! | [`mesh`] | triangle meshes: files, distances, rays |
+//! | [`communicator`], [`ranks`] | worlds that share the particles of a scene |
 //! | [`simd`] | vectors of eight lanes, chosen at run time; the only `unsafe` code |
 //! | [`input`] | reading a user's files with a size limit |
 //! | [`measure`] | quantities of experiments and analytic solutions: front, height, semi-axes, pressure profile |
@@ -121,6 +122,7 @@
 // What is hidden from the documentation is internal: benches and tests use it.
 pub mod boundary;
 pub mod checkpoint;
+pub mod communicator;
 #[doc(hidden)]
 pub mod density;
 pub mod filling;
@@ -156,6 +158,7 @@ pub mod pairs;
 mod plugin;
 #[doc(hidden)]
 pub mod pressure;
+pub mod ranks;
 #[doc(hidden)]
 pub mod registry;
 #[doc(hidden)]
@@ -181,7 +184,7 @@ pub use plugin::{FluidPlugin, FluidStatus, FluidStopped, Pace};
 pub use state::{Execution, particle};
 pub use step::{
     Advance, ApplyError, Phase, Plan, Simulation, Step, StepError, StepOutcome, StepReport,
-    advance, apply, install, plan, take_step, uninstall,
+    advance, apply, install, install_on_rank, plan, take_step, uninstall,
 };
 
 /// The README's commands and code, compiled.

@@ -99,6 +99,12 @@ impl ReorderState {
 }
 
 impl ReorderState {
+    /// Lets so many rows of a run lie the other way along the curve, if they are moved; true if they lie against it.
+    pub(crate) fn turn(&mut self, rows: usize) -> bool {
+        self.downwards ^= rows <= MANY;
+        self.downwards
+    }
+
     /// In another order.
     fn by(self, by: RowOrder) -> Self {
         Self { by, ..self }
@@ -190,13 +196,12 @@ pub fn reorder(world: &mut World) {
             &execution,
             &mut state.handles,
         );
-        let entity = |handle: &z_curve::Handle| state.entities[handle.1 as usize];
         let many = rows > MANY;
         // Rows that change places have the shortest way where the curve keeps its direction.
-        state.downwards ^= !many;
-        if state.downwards {
+        if state.turn(rows) {
             state.handles.reverse();
         }
+        let entity = |handle: &z_curve::Handle| state.entities[handle.1 as usize];
         let ordered = state.handles.iter().map(entity);
         if many {
             state.points = Vec::new();

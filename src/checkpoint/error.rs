@@ -4,6 +4,7 @@ use std::io;
 
 use crate::{
     output::OutputError,
+    ranks::Unsupported,
     scene::SceneError,
     step::{InstallError, NotBetweenSteps},
 };
@@ -82,6 +83,12 @@ pub enum CheckpointError {
     /// A step is being taken, or a part of the scene is gone.
     #[error(transparent)]
     NotBetweenSteps(#[from] NotBetweenSteps),
+    /// The other ranks do not answer any more.
+    #[error("no checkpoint without all ranks, some of which have ended")]
+    RanksLost,
+    /// The scene has what a checkpoint of several ranks cannot hold.
+    #[error(transparent)]
+    Unsupported(#[from] Unsupported),
     /// The world has no scene.
     #[error("no scene is installed in this world; call `install` first")]
     NotInstalled,

@@ -1,7 +1,7 @@
 //! Restores a world from a checkpoint.
 
-use std::collections::{BTreeSet, HashMap};
-use std::io::Read;
+use std::collections::BTreeSet;
+use std::{io::Read, ops::Range};
 
 use bevy_ecs::prelude::*;
 use serde::de::DeserializeOwned;
@@ -15,14 +15,11 @@ use super::{
 };
 use crate::{
     boundary::moving,
-    registry::REMEMBERED,
+    ranks,
+    registry::{REMEMBERED, REORDERING},
     reorder,
     scene::Scene,
-    state::{
-        Rows, from_bytes,
-        particle::{Fluid, ParticleId, give_number_back},
-        seal::reseal,
-    },
+    state::{Execution, Rows, from_bytes, particle::gather_particles, seal::reseal},
     step::{Installed, NamedFile, between_steps},
 };
 
@@ -54,16 +51,24 @@ impl Checkpoint {
         let installed = world.get_resource::<Installed>();
         let installed = installed.ok_or(CheckpointError::NotInstalled)?.clone();
         between_steps(world)?;
+        ranks::check_checkpoints(world, &installed.scene)?;
         self.check(world, &installed)?;
         let numbers: Vec<u32> = self.part(NUMBERS)?;
-        let particles = gather_particles(world, &numbers);
+        let own = self.own_rows(world, numbers.len())?;
+        let particles = gather_particles(world, &numbers[own.clone()]);
         let malformed = |name: &str| {
             let name = name.to_owned();
             move |reason: String| CheckpointError::malformed(name, reason)
         };
         for (name, lasting) in lasting(&installed) {
             let column = format!("{COLUMN}{name}");
-            (lasting.load)(world, &particles, self.bytes(&column)?).map_err(malformed(&column))?;
+            let bytes = self.bytes(&column)?;
+            let loaded = match own.len() == numbers.len() {
+                true => (lasting.load)(world, &particles, bytes),
+                false => (lasting.part)(bytes, own.clone())
+                    .and_then(|bytes| (lasting.load)(world, &particles, &bytes)),
+            };
+            loaded.map_err(malformed(&column))?;
             let kept = format!("{KEPT}{name}");
             if let Some(bytes) = self.find(&kept) {
                 (lasting.load_kept)(world, bytes).map_err(malformed(&kept))?;
@@ -84,6 +89,25 @@ impl Checkpoint {
         world.resource_mut::<Rows>().entities = if same_rows { particles } else { Vec::new() };
         reseal(world);
         Ok(())
+    }
+
+    /// The rows, of so many, that the world's rank owns.
+    fn own_rows(&self, world: &mut World, rows: usize) -> Result<Range<usize>, CheckpointError> {
+        let mut execution = world.resource_mut::<Execution>();
+        let Some(mut team) = execution.team().cloned() else {
+            return Ok(0..rows);
+        };
+        if team.all() as usize != rows {
+            let other = format!("it has {rows} particles, this run {}", team.all());
+            return Err(CheckpointError::OtherRun(other));
+        }
+        if self.find(REORDERING).is_some() {
+            let (_, downwards): (bool, bool) = self.part(REORDERING)?;
+            team.turn(downwards);
+        }
+        let range = team.range();
+        execution.set_team(Some(team));
+        Ok(range.start as usize..range.end as usize)
     }
 
     /// Refuses a checkpoint of another run.
@@ -168,33 +192,4 @@ fn difference(saved: &Scene, installed: &Scene) -> Result<Option<String>, Checkp
             }
         }
     }
-}
-
-/// The particles of these numbers: those that there are, and new ones. Others go.
-fn gather_particles(world: &mut World, numbers: &[u32]) -> Vec<Entity> {
-    let mut query = world.query_filtered::<(Entity, &ParticleId), With<Fluid>>();
-    let mut present: HashMap<u32, Entity> = HashMap::new();
-    let mut superfluous = Vec::new();
-    for (entity, id) in query.iter(world) {
-        if let Some(other) = present.insert(id.get(), entity) {
-            superfluous.push(other);
-        }
-    }
-    let mut particles = Vec::with_capacity(numbers.len());
-    for number in numbers {
-        let particle = present
-            .remove(number)
-            .unwrap_or_else(|| world.spawn(Fluid).id());
-        particles.push(particle);
-    }
-    superfluous.extend(present.into_values());
-    // In one order, as entities that are free are used again.
-    superfluous.sort_unstable();
-    for particle in superfluous {
-        world.despawn(particle);
-    }
-    for (&particle, &number) in particles.iter().zip(numbers) {
-        give_number_back(world, particle, number);
-    }
-    particles
 }

@@ -3,6 +3,7 @@
 use std::io::Write;
 
 use bevy_ecs::prelude::*;
+use serde::{Serialize, de::DeserializeOwned};
 
 use super::{
     error::CheckpointError,
@@ -10,9 +11,11 @@ use super::{
 };
 use crate::{
     boundary::moving::{MovingWalls, RestPose},
+    communicator::Team,
+    ranks,
     registry::{REMEMBERED, columns},
     state::{
-        BodyForces, Clock, Lasting, Rows, in_order,
+        BodyForces, Clock, Execution, Lasting, Rows, in_order,
         particle::{Boundary, BoundaryNormal, BoundaryVolume, Fluid, ParticleId, Position},
         to_bytes,
     },
@@ -166,12 +169,22 @@ pub(super) fn tables(world: &World) -> u32 {
     sum.finalize()
 }
 
+/// What all ranks have.
+fn of_all<T: Serialize + DeserializeOwned>(
+    team: &Team,
+    own: &T,
+) -> Result<Vec<T>, CheckpointError> {
+    team.gather(own).ok_or(CheckpointError::RanksLost)
+}
+
 impl Checkpoint {
-    /// The state of the scene in a world, as [`write()`] writes it.
+    /// The state of the scene in a world, as [`write()`] writes it. On several ranks all call it, and each gets the
+    /// state of the whole run, as one rank has it.
     pub fn of(world: &mut World) -> Result<Self, CheckpointError> {
         let installed = world.get_resource::<Installed>();
         let installed = installed.ok_or(CheckpointError::NotInstalled)?.clone();
         between_steps(world)?;
+        ranks::check_checkpoints(world, &installed.scene)?;
         let steps = steps_until_possible(world);
         if steps == u64::MAX {
             return Err(CheckpointError::NeverPossible);
@@ -181,6 +194,8 @@ impl Checkpoint {
         }
         let same_rows = !installed.reads_stale && !rows_will_change(world);
         let rows = rows(world);
+        let execution = world.resource::<Execution>().clone();
+        let same_rows = !execution.any(!same_rows);
         let walls = walls(world);
         let tables = tables(world);
         let numbers: Vec<u32> = (rows.iter())
@@ -202,15 +217,27 @@ impl Checkpoint {
         put(SAME_ROWS.to_owned(), to_bytes(&same_rows))?;
         put(WALLS.to_owned(), to_bytes(&walls))?;
         put(TABLES.to_owned(), to_bytes(&tables))?;
+        let numbers = match execution.team() {
+            None => numbers,
+            Some(team) => team.along_rows(of_all(team, &numbers)?).concat(),
+        };
         put(NUMBERS.to_owned(), to_bytes(&numbers))?;
         for (name, lasting) in lasting(&installed) {
-            put(format!("{COLUMN}{name}"), (lasting.save)(world, &rows))?;
+            let mut column = (lasting.save)(world, &rows);
+            if let (Some(team), Ok(own)) = (execution.team(), &column) {
+                column = (lasting.join)(&team.along_rows(of_all(team, own)?));
+            }
+            put(format!("{COLUMN}{name}"), column)?;
             if let Some(kept) = (lasting.save_kept)(world).transpose() {
                 put(format!("{KEPT}{name}"), kept)?;
             }
         }
         for remembered in REMEMBERED {
-            if let Some(state) = (remembered.save)(world, &rows).transpose() {
+            if let Some(mut state) = (remembered.save)(world, &rows).transpose() {
+                // All ranks have the same, but for the rows that it names.
+                if let (Some(team), Ok(own)) = (execution.team(), &state) {
+                    state = Ok(of_all(team, own)?.swap_remove(0));
+                }
                 put(remembered.name.to_owned(), state)?;
             }
         }

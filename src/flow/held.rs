@@ -111,6 +111,10 @@ impl GatheredColumn for Held {
         on.copy(&mut start.emitters[first..first + values.len()], values);
         None
     }
+
+    fn share(start: &mut HeldRows, on: &Execution) {
+        on.share(&mut start.emitters);
+    }
 }
 
 /// Finds the particles that emitters move, and gives them their speed (phase `RebuildIndex`, after the columns were

@@ -17,5 +17,5 @@ mod stages;
 
 pub(crate) use changes::Changes;
 pub(crate) use held::{HELD, HeldRows, Hold, after_density, around_solve, find_held, require_held};
-pub(crate) use sources::{Emitters, Turnover, has_emitters};
+pub(crate) use sources::{Emitters, Turnover, has_emitters, removes};
 pub(crate) use stages::{EMIT, OUTFLOW, install};

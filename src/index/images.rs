@@ -21,7 +21,7 @@ pub struct Images {
 }
 
 impl Images {
-    pub(super) fn new(period: Period, support_radius: f32) -> Self {
+    pub(crate) fn new(period: Period, support_radius: f32) -> Self {
         Self {
             period,
             reach: SAFETY * support_radius,
@@ -33,7 +33,7 @@ impl Images {
 
     /// Takes points in the box that repeats, and adds their images: axis after axis, so that those in edges and corners
     /// have theirs.
-    pub(super) fn take(&mut self, points: &[Vec4]) {
+    pub(crate) fn take(&mut self, points: &[Vec4]) {
         self.points.clear();
         self.points.extend_from_slice(points);
         self.sources.clear();
@@ -67,7 +67,7 @@ impl Images {
 
     /// The row of a point or of what it is the image of.
     #[inline]
-    pub(super) fn source(&self, place: u32) -> u32 {
+    pub(crate) fn source(&self, place: u32) -> u32 {
         match place.checked_sub(self.rows) {
             Some(image) => self.sources[image as usize],
             None => place,

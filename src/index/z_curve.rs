@@ -36,6 +36,14 @@ pub type Handle = (u64, u32);
 /// Hash values per point: the table of compact hashing.
 const HASHES_PER_POINT: f32 = 2.0;
 
+/// The least coordinates of the cells of points: where the curve begins.
+pub fn origin(points: &[Vec4], grid: &Grid, execution: &Execution) -> IVec3 {
+    let least = |least: IVec3, &point: &Vec4| least.min(grid.cell_of(point));
+    let chunks = points.par_chunks(CHUNK);
+    let chunks = chunks.map(|points| points.iter().fold(IVec3::MAX, least));
+    execution.install(|| chunks.reduce(|| IVec3::MAX, IVec3::min))
+}
+
 /// Fills `handles` with the rows of `points` in an order of their cells; rows of one cell keep their order.
 pub fn sort_handles(
     points: &[Vec4],
@@ -43,28 +51,36 @@ pub fn sort_handles(
     execution: &Execution,
     handles: &mut Vec<Handle>,
 ) {
+    let origin = origin(points, grid, execution);
     let hash = CellHash::for_points(points.len(), HASHES_PER_POINT);
+    let key = |cell| match by {
+        RowOrder::ZCurve => key(cell, origin),
+        RowOrder::CellIndex => u64::from(hash.of(cell)),
+    };
+    sort_by(points, |point| key(grid.cell_of(point)), execution, handles);
+}
+
+/// Fills `handles` with the rows of `points` along the curve from an origin; rows of one cell keep their order.
+pub(crate) fn sort_handles_from(
+    points: &[Vec4],
+    (grid, origin): (&Grid, IVec3),
+    execution: &Execution,
+    handles: &mut Vec<Handle>,
+) {
+    let key = |point| key(grid.cell_of(point), origin);
+    sort_by(points, key, execution, handles);
+}
+
+fn sort_by(
+    points: &[Vec4],
+    key: impl Fn(Vec4) -> u64 + Sync,
+    execution: &Execution,
+    handles: &mut Vec<Handle>,
+) {
+    let rows = points.par_iter().enumerate();
+    let keyed = rows.map(|(row, &point)| (key(point), row as u32));
     execution.install(|| {
-        let origin = points
-            .par_chunks(CHUNK)
-            .map(|points| {
-                points
-                    .iter()
-                    .fold(IVec3::MAX, |least, &point| least.min(grid.cell_of(point)))
-            })
-            .reduce(|| IVec3::MAX, IVec3::min);
-        points
-            .par_iter()
-            .enumerate()
-            .map(|(row, &point)| {
-                let cell = grid.cell_of(point);
-                let key = match by {
-                    RowOrder::ZCurve => key(cell, origin),
-                    RowOrder::CellIndex => u64::from(hash.of(cell)),
-                };
-                (key, row as u32)
-            })
-            .collect_into_vec(handles);
+        keyed.collect_into_vec(handles);
         if !handles.is_sorted() {
             handles.par_sort_unstable();
         }

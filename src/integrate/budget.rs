@@ -38,7 +38,7 @@ pub(crate) struct EnergyBudget {
 }
 
 /// Sums over particles, for a mass of 1 each.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub(super) struct Work {
     /// Squares of the speeds at the start \[m²/s²].
     pub(super) speed_squared: f64,

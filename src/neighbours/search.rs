@@ -289,7 +289,12 @@ impl Vectorised for Block<'_> {
         let Self { task, region, rows } = self;
         let first = task.first_block * task.partitions_per_block;
         let mut scratch = SCRATCH.take();
-        let (own, images) = (task.search.points.len() as u32, task.search.among.images());
+        let points = task.search.points.len();
+        let images = task.search.among.images();
+        // Rows of other ranks have lists of boundary particles alone.
+        let of_rank = task.search.same.then(|| task.execution.owned(points));
+        let own = of_rank.unwrap_or(0..points);
+        let own = own.start as u32..own.end as u32;
         // Position of the next list.
         let mut end = 0;
         for partition in first..task.partitions.min(first + task.partitions_per_block) {
@@ -299,11 +304,17 @@ impl Vectorised for Block<'_> {
             }
             while let Some((cell, members)) = task.search.of.next_cell(partition, done) {
                 done += members.len();
-                if images.is_some() && members.iter().all(|&row| row >= own) {
-                    continue;
+                if images.is_some() || own.len() < points {
+                    let others = members.iter().filter(|row| !own.contains(row));
+                    // Images of points have no spans.
+                    let with_spans = others.clone().filter(|&&row| (row as usize) < points);
+                    with_spans.for_each(|&row| task.spans.set(row, 0, 0));
+                    if others.count() == members.len() {
+                        continue;
+                    }
                 }
                 scratch.fetch(simd, task.search, (Some(partition), cell), members);
-                let members = members.iter().filter(|&&row| row < own);
+                let members = members.iter().filter(|row| own.contains(row));
                 if scratch.candidates.is_empty() {
                     for &row in members {
                         task.spans.set(row, 0, 0);

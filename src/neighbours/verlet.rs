@@ -51,6 +51,18 @@ pub struct KeptLists {
 }
 
 impl KeptLists {
+    /// Whether the lists need not be found again for these own rows of a rank, which begin with a row.
+    pub(crate) fn hold(
+        &self,
+        (first, entities): (usize, &[Entity]),
+        points: &[Vec4],
+        period: &Period,
+    ) -> bool {
+        let places = self.places.get(first..first + points.len());
+        let places = places.filter(|_| !self.due && self.entities == entities);
+        places.is_some_and(|places| !moved(points, places, self.slack, period))
+    }
+
     /// Number of times that the lists were found.
     pub fn searches(&self) -> u64 {
         self.searches
@@ -151,7 +163,7 @@ fn check_lists(
         is_new && (kept.entities != rows.entities || has_moved(positions.points(), &kept.places));
     let walls = samples
         .is_some_and(|samples| samples.is_changed() && has_moved(samples.points(), &kept.walls));
-    kept.due = fluid || walls;
+    kept.due = execution.any(fluid || walls);
     kept.index_due = kept.due;
 }
 

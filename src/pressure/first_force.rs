@@ -114,6 +114,7 @@ impl WithFirstForce<'_> {
         let sinks = zip(add(out), store(&mut self.accelerations.0));
         self.pairs.sum_into(&(pass, force), sinks);
         self.hold.reduce(&mut self.accelerations.0);
+        self.pairs.execution.share(&mut self.accelerations.0);
         first.known = true;
     }
 }

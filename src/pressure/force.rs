@@ -29,6 +29,7 @@ pub fn pressure_force(
     let pass = PressureForce::new(&material, Walls::of(walls.as_deref()));
     pairs.sum(&pass, &mut accelerations.0);
     hold.reduce(&mut accelerations.0);
+    pairs.execution.share(&mut accelerations.0);
 }
 
 /// The sum.

@@ -20,7 +20,7 @@ use crate::{
     density::DensitySum,
     flow::HeldRows,
     pairs::Pairs,
-    state::{Clock, Densities, Material, PredictedPositions, SolverState},
+    state::{Clock, Densities, Execution, Material, PredictedPositions, SolverState},
 };
 
 /// Largest compression \[-] beyond that at the start of a step that its end may have.
@@ -29,8 +29,11 @@ const MOST_UNFORESEEN: f32 = 0.1;
 /// Whether the density solve of this step found an impact.
 pub(super) fn is_met(world: &World) -> bool {
     let dt = world.resource::<Clock>().dt;
-    let largest = world.resource::<Iterates>().acted().fold(0.0, f32::max);
-    is_impact(world, dt * dt * largest)
+    let execution = world.resource::<Execution>();
+    let iterates = &world.resource::<Iterates>().0;
+    let own = iterates[execution.owned(iterates.len())].iter();
+    let largest = own.map(|term| term.acted).fold(0.0, f32::max);
+    is_impact(world, dt * dt * execution.largest(largest))
 }
 
 /// Whether a solve found an impact. `largest` is the largest `dt² p/ρ²` \[Pa s² m^6/kg²].
@@ -82,8 +85,10 @@ fn largest_unforeseen(
     if let Some(held) = held {
         held.ease(&mut densities, rest_density);
     }
-    let columns = densities.iter().zip(&found.0);
-    columns.fold(0.0_f32, |largest, (ahead, found)| {
+    let own = pairs.execution.owned(densities.len());
+    let columns = densities[own.clone()].iter().zip(&found.0[own]);
+    let largest = columns.fold(0.0_f32, |largest, (ahead, found)| {
         largest.max((ahead - found.max(rest_density)) / rest_density)
-    })
+    });
+    pairs.execution.largest(largest)
 }

@@ -349,4 +349,5 @@ pub fn store_pressures(
             *pressure = rho * rho * iterate.acted;
         }
     });
+    execution.share(&mut pressures.0);
 }

@@ -156,16 +156,22 @@ pub fn solve_initial_pressure(world: &mut World, is_linear: bool) {
 /// Mean compression \[-] of a step in which the fluid falls with the part [`UNCARRIED`] of the largest acceleration
 /// over its extent along it; none if there is no acceleration.
 fn limit(world: &World, dt: f32) -> Option<f32> {
+    let execution = world.resource::<Execution>();
     let positions = world.resource::<Positions>().points();
+    let owned = execution.owned(positions.len());
     let corners = (Vec4::INFINITY, Vec4::NEG_INFINITY);
-    let (low, high) = positions
-        .iter()
-        .fold(corners, |(low, high), x| (low.min(*x), high.max(*x)));
+    let (low, high) = execution.in_turn(corners, |corners| {
+        let positions = positions[owned.clone()].iter();
+        positions.fold(corners, |(low, high), x| (low.min(*x), high.max(*x)))
+    });
     let extents = (high - low).truncate();
     let accelerations = &world.resource::<Accelerations>().0;
     let of_one = |(sum, most): (Vec3, f32), a: &Vec3| (sum + *a, most.max(a.length_squared()));
-    let (sum, most) = accelerations.iter().fold((Vec3::ZERO, 0.0), of_one);
-    let (mean, pull) = (sum / accelerations.len() as f32, most.sqrt());
+    let (sum, most) = execution.in_turn((Vec3::ZERO, 0.0), |start| {
+        accelerations[owned.clone()].iter().fold(start, of_one)
+    });
+    let rows = execution.all(accelerations.len());
+    let (mean, pull) = (sum / rows as f32, most.sqrt());
     // Water that is wide and shallow has to be carried as water of its depth alone. Forces of different directions, as
     // toward a centre, may act along any extent.
     let extent = if mean.length() > 0.5 * pull {

@@ -197,9 +197,10 @@ fn moves_too_far(world: &World) -> bool {
     let forces = world.resource::<Accelerations>().0.par_iter();
     let forces = forces.zip(&world.resource::<PressureAccelerations>().0);
     let limit = (0.5 * world.resource::<Material>().kernel.support_radius / dt).powi(2);
-    world.resource::<Execution>().install(|| {
+    let execution = world.resource::<Execution>();
+    execution.any(execution.install(|| {
         forces
             .zip(&velocities.0)
             .any(|((a, a_p), v)| (v.truncate() + dt * (*a + *a_p)).length_squared() > limit)
-    })
+    }))
 }

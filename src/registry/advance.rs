@@ -10,7 +10,8 @@ use crate::{
     integrate::{self, Domain, GuardLimits, Motion},
     scene::{Outside, Scene, TimeStep},
     state::{
-        Phase, Product, Stage, Systems, chain, clock, failure::healthy, of_step, transfer, wrap,
+        Phase, Product, Stage, Systems, agree, chain, clock, failure::healthy, of_step, transfer,
+        wrap,
     },
     time_step::{self, adaptive, roll_back},
 };
@@ -86,7 +87,7 @@ fn systems(scene: &Scene) -> Systems {
         guard
     };
     let accept = accept(scene).run_if(healthy);
-    (moved, integrate::measure, guard, accept).chain()
+    (moved, integrate::measure, guard, agree, accept).chain()
 }
 
 /// Completion of a step that succeeded.

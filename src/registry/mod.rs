@@ -10,6 +10,6 @@ mod stages;
 mod transport;
 
 pub use columns::columns;
-pub(crate) use remembered::REMEMBERED;
+pub(crate) use remembered::{REMEMBERED, REORDERING};
 pub use stages::{StageError, Stages};
 pub use transport::{gathering, scattering};

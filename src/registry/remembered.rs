@@ -11,6 +11,9 @@ use crate::{
     time_step::{AdaptiveTimeStep, RecoveryTime, roll_back::KeptState},
 };
 
+/// The state of the reordering.
+pub(crate) const REORDERING: &str = "reordering";
+
 /// Resources that a step reads before it writes them.
 pub(crate) const REMEMBERED: &[Remembered] = &[
     Remembered::new::<Clock>("clock"),
@@ -21,7 +24,7 @@ pub(crate) const REMEMBERED: &[Remembered] = &[
     Remembered::new::<RecoveryTime>("recovery"),
     Remembered::new::<AdaptiveTimeStep>("adaptive time step"),
     Remembered::new::<KeptState>("state to go back to"),
-    Remembered::new::<ReorderState>("reordering"),
+    Remembered::new::<ReorderState>(REORDERING),
     Remembered::new::<Emitters>("emitters"),
     Remembered::new::<Turnover>("turnover"),
     Remembered::new::<Changes>("changes since the state to go back to"),

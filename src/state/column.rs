@@ -5,10 +5,9 @@
 
 use std::ops::Range;
 
-use bevy_ecs::{change_detection::Tick, component::Mutable, prelude::*, system::SystemChangeTick};
+use bevy_ecs::{change_detection::Tick, prelude::*, system::SystemChangeTick};
 use bytemuck::TransparentWrapper;
 use glam::Vec3;
-use serde::{Serialize, de::DeserializeOwned};
 use smallvec::SmallVec;
 
 use super::{
@@ -16,9 +15,10 @@ use super::{
     failure::{Failure, FailureCause},
     particle::{Fluid, Position, Pressure},
     remembered::LoadRows,
-    remembered::{from_bytes, to_bytes},
     rows::Rows,
+    saved,
     stage::Systems,
+    state_column::{GatheredColumn, Kept, StateColumn},
 };
 use crate::scene::Scene;
 
@@ -41,6 +41,9 @@ pub struct Column {
     pub lasting: Option<Lasting>,
 }
 
+/// A column's bytes, or why there are none.
+pub(crate) type Bytes = Result<Vec<u8>, String>;
+
 /// What carries a column of the state from step to step.
 #[derive(Debug, Clone, Copy)]
 pub struct Lasting {
@@ -48,6 +51,8 @@ pub struct Lasting {
     pub(crate) check: Option<fn() -> Systems>,
     /// Copies it into rows at the start of a step.
     pub(crate) gather: Option<fn() -> Systems>,
+    /// Copies it from other ranks into the rows of their particles.
+    pub(crate) share: Option<fn() -> Systems>,
     /// Refuses a step in which a host wrote it after it was gathered.
     pub(crate) check_unwritten: fn() -> Systems,
     /// Copies rows into the tables at the end of a step.
@@ -59,9 +64,13 @@ pub struct Lasting {
     /// Gives the particles, in the order of the rows, what was kept.
     pub(crate) restore: fn(&mut World, &[Entity]),
     /// Its values of particles as bytes.
-    pub(crate) save: fn(&World, &[Entity]) -> Result<Vec<u8>, String>,
+    pub(crate) save: fn(&World, &[Entity]) -> Bytes,
     /// Gives particles the values that bytes hold.
     pub(crate) load: LoadRows,
+    /// The bytes of all ranks' particles, from those of every rank.
+    pub(crate) join: fn(&[Vec<u8>]) -> Bytes,
+    /// The bytes of some of the rows.
+    pub(crate) part: fn(&[u8], Range<usize>) -> Bytes,
     /// What is kept as bytes; none where nothing is.
     pub(crate) save_kept: fn(&World) -> Result<Option<Vec<u8>>, String>,
     /// Keeps what bytes hold.
@@ -107,15 +116,18 @@ impl Column {
             lasting: Some(Lasting {
                 check: Some(|| check::<C>.into_configs()),
                 gather: None,
+                share: None,
                 check_unwritten: || check_unwritten::<C>.into_configs(),
                 scatter: || scatter::<C>.into_configs(),
                 keep: || keep::<C>.into_configs(),
                 install_keeping: |world| world.insert_resource(Kept::<C>(Vec::new())),
                 restore: restore::<C>,
-                save: save::<C>,
-                load: load::<C>,
-                save_kept: save_kept::<C>,
-                load_kept: load_kept::<C>,
+                save: saved::save::<C>,
+                load: saved::load::<C>,
+                join: saved::join::<C>,
+                part: saved::part::<C>,
+                save_kept: saved::save_kept::<C>,
+                load_kept: saved::load_kept::<C>,
             }),
         }
     }
@@ -124,6 +136,7 @@ impl Column {
     pub(crate) const fn gathered<C: GatheredColumn>(mut self) -> Self {
         if let Some(lasting) = &mut self.lasting {
             lasting.gather = Some(|| gather::<C>.into_configs());
+            lasting.share = Some(|| share::<C>.into_configs());
         }
         self
     }
@@ -142,48 +155,6 @@ impl Column {
         self.halo = true;
         self
     }
-}
-
-/// A component that lasts from step to step, and the column of rows that a step leaves of it.
-pub(crate) trait StateColumn:
-    Component<Mutability = Mutable> + TransparentWrapper<Self::Value> + Copy
-{
-    /// What it wraps.
-    type Value: Copy + Send + Sync + Serialize + DeserializeOwned + 'static;
-    /// The resource that holds its rows at the end of a step.
-    type Result: Resource;
-
-    /// Name of the component in messages.
-    const COMPONENT: &'static str;
-
-    /// Copies rows of the result.
-    fn scatter(result: &Self::Result, rows: Range<usize>, out: &mut [Self::Value], on: &Execution);
-
-    /// What stands for it in a table that lacks it.
-    fn stand_in(_: &[f32]) -> Option<&[Self::Value]> {
-        None
-    }
-}
-
-/// A column of the state whose values a step starts from.
-pub(crate) trait GatheredColumn: StateColumn {
-    /// The resource that holds its rows at the start of a step.
-    type Start: Resource<Mutability = Mutable>;
-
-    /// Name of the quantity in messages.
-    const QUANTITY: &'static str;
-
-    /// Makes room for so many rows.
-    fn resize(start: &mut Self::Start, rows: usize);
-
-    /// Copies values into the rows from `first` on. Gives the first row whose value no step can start from, and
-    /// whether it is only too large.
-    fn gather(
-        start: &mut Self::Start,
-        first: usize,
-        values: &[Self::Value],
-        on: &Execution,
-    ) -> Option<(usize, bool)>;
 }
 
 /// Tables in one order for all queries. Bevy goes through new tables in the order of a hash map: a query that saw them
@@ -240,8 +211,8 @@ fn gather<C: GatheredColumn>(
     rows: Res<Rows>,
     execution: Res<Execution>,
 ) {
-    C::resize(&mut start, rows.entities.len());
-    let mut first = 0;
+    C::resize(&mut start, rows.all);
+    let mut first = rows.first;
     let mut unusable = None;
     let tables = fluid.contiguous_iter().into_iter().flatten();
     for (entities, values, pressures) in in_order(tables, |table| table.0) {
@@ -262,6 +233,10 @@ fn gather<C: GatheredColumn>(
         };
         failure.record(cause, Some(row));
     }
+}
+
+fn share<C: GatheredColumn>(mut start: ResMut<C::Start>, execution: Res<Execution>) {
+    C::share(&mut start, &execution);
 }
 
 /// Refuses a step in which the tables changed since they were gathered (phase `Integrate`): its result would overwrite
@@ -292,7 +267,7 @@ fn scatter<C: StateColumn>(
     result: Res<C::Result>,
     execution: Res<Execution>,
 ) {
-    let mut first = 0;
+    let mut first = execution.owned(0).start;
     let tables = fluid.contiguous_iter_mut().into_iter().flatten();
     for (entities, values) in in_order(tables, |table| table.0) {
         let rows = first..first + entities.len();
@@ -304,10 +279,6 @@ fn scatter<C: StateColumn>(
         }
     }
 }
-
-/// What a table held before it took the state of the last good step, in the order of the rows.
-#[derive(Resource)]
-struct Kept<C>(Vec<C>);
 
 fn keep<C: StateColumn>(
     mut kept: ResMut<Kept<C>>,
@@ -335,64 +306,4 @@ fn restore<C: StateColumn>(world: &mut World, entities: &[Entity]) {
             }
         }
     });
-}
-
-/// A column in a checkpoint: the values of the particles that have it, and the rows of those that lack it.
-type Saved<V> = (Vec<V>, Vec<u32>);
-
-fn save<C: StateColumn>(world: &World, entities: &[Entity]) -> Result<Vec<u8>, String> {
-    let mut saved: Saved<C::Value> = (Vec::with_capacity(entities.len()), Vec::new());
-    for (row, &entity) in (0..).zip(entities) {
-        match world.get::<C>(entity) {
-            Some(value) => saved.0.push(C::peel(*value)),
-            None => saved.1.push(row),
-        }
-    }
-    to_bytes(&saved)
-}
-
-fn load<C: StateColumn>(
-    world: &mut World,
-    entities: &[Entity],
-    bytes: &[u8],
-) -> Result<(), String> {
-    let (values, lacking): Saved<C::Value> = from_bytes(bytes)?;
-    if values.len() + lacking.len() != entities.len() {
-        let found = values.len() + lacking.len();
-        return Err(format!("{found} values for {} particles", entities.len()));
-    }
-    let mut values = values.into_iter();
-    let mut lacking = lacking.into_iter().peekable();
-    for (row, &entity) in (0..).zip(entities) {
-        let mut particle = (world.get_entity_mut(entity)).map_err(|error| error.to_string())?;
-        if lacking.next_if_eq(&row).is_some() {
-            particle.remove::<C>();
-            continue;
-        }
-        let value = C::wrap(values.next().ok_or("its rows are mixed up")?);
-        match particle.get_mut::<C>() {
-            Some(mut present) => *present = value,
-            None => {
-                particle.insert(value);
-            }
-        }
-    }
-    Ok(())
-}
-
-fn save_kept<C: StateColumn>(world: &World) -> Result<Option<Vec<u8>>, String> {
-    let Some(kept) = world.get_resource::<Kept<C>>() else {
-        return Ok(None);
-    };
-    let values: Vec<C::Value> = kept.0.iter().map(|value| C::peel(*value)).collect();
-    to_bytes(&values).map(Some)
-}
-
-fn load_kept<C: StateColumn>(world: &mut World, bytes: &[u8]) -> Result<(), String> {
-    let values: Vec<C::Value> = from_bytes(bytes)?;
-    let Some(mut kept) = world.get_resource_mut::<Kept<C>>() else {
-        return Err("this scene keeps no state to go back to".to_owned());
-    };
-    kept.0 = values.into_iter().map(C::wrap).collect();
-    Ok(())
 }

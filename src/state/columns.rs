@@ -16,9 +16,10 @@ use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
 use super::{
-    column::{Column, GatheredColumn, StateColumn},
+    column::Column,
     execution::{CHUNK, Execution},
     particle::{Density, MeanPressure, Position, Pressure, Velocity},
+    state_column::{GatheredColumn, StateColumn},
 };
 
 /// Position of the entry behind the last row: so far away that every kernel is zero there. Lanes of a neighbour loop
@@ -174,6 +175,10 @@ impl GatheredColumn for Position {
     ) -> Option<(usize, bool)> {
         pack(&mut start.0[first..first + values.len()], values, first, on)
     }
+
+    fn share(start: &mut Positions, on: &Execution) {
+        on.share(&mut start.0);
+    }
 }
 
 impl StateColumn for Velocity {
@@ -202,6 +207,10 @@ impl GatheredColumn for Velocity {
         on: &Execution,
     ) -> Option<(usize, bool)> {
         pack(&mut start.0[first..first + values.len()], values, first, on)
+    }
+
+    fn share(start: &mut Velocities, on: &Execution) {
+        on.share(&mut start.0);
     }
 }
 
@@ -242,6 +251,10 @@ impl GatheredColumn for Pressure {
         on.copy(&mut start.0[first..first + values.len()], values);
         unusable(values, first, on)
     }
+
+    fn share(start: &mut Pressures, on: &Execution) {
+        on.share(&mut start.0);
+    }
 }
 
 impl StateColumn for MeanPressure {
@@ -274,5 +287,9 @@ impl GatheredColumn for MeanPressure {
     ) -> Option<(usize, bool)> {
         on.copy(&mut start.means[first..first + values.len()], values);
         unusable(values, first, on)
+    }
+
+    fn share(start: &mut MeanPressures, on: &Execution) {
+        on.share(&mut start.means);
     }
 }

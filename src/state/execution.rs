@@ -9,7 +9,7 @@ use bevy_ecs::prelude::*;
 use rayon::prelude::*;
 
 use super::room::needs_room;
-use crate::simd::InstructionSet;
+use crate::{communicator::Team, simd::InstructionSet};
 
 /// Rows that one task works on. Fixed, so that partial results do not depend on the number of threads.
 pub const CHUNK: usize = 1024;
@@ -20,6 +20,8 @@ pub struct Execution {
     pool: Arc<rayon::ThreadPool>,
     /// Instruction set of the neighbour loops.
     pub instruction_set: InstructionSet,
+    /// The other ranks, where there are some.
+    pub(super) team: Option<Arc<Team>>,
 }
 
 impl Execution {
@@ -40,6 +42,7 @@ impl Execution {
         Self {
             pool,
             instruction_set: InstructionSet::detect(),
+            team: None,
         }
     }
 
@@ -103,7 +106,7 @@ impl Execution {
 
 /// One result a chunk, kept from step to step and folded in the order of the rows: the same for any number of threads.
 #[derive(Debug, Default, Clone)]
-pub struct ChunkResults<T>(Vec<T>);
+pub struct ChunkResults<T>(pub(super) Vec<T>);
 
 impl<T: Default + Clone + Send> ChunkResults<T> {
     /// A place for every chunk of `rows` rows, at its default.

@@ -12,6 +12,7 @@ pub use super::{
     shock::Shock,
     too_large::{DomainTooLarge, ListsTooLong, MAX_CELLS},
 };
+use crate::communicator::Lost;
 
 /// What went wrong in this step, if something did. The first failure counts.
 #[derive(Resource, Debug, Clone, Default)]
@@ -60,8 +61,13 @@ impl Failure {
                 | FailureCause::Schedule { .. }
                 | FailureCause::Seconds { .. }
                 | FailureCause::TooLarge { .. }
+                | FailureCause::RanksLost(_)
                 | FailureCause::NoRoom { .. },
             ) => false,
+            Some(FailureCause::OnAnotherRank {
+                depends_on_the_time_step,
+                ..
+            }) => *depends_on_the_time_step,
             Some(
                 FailureCause::NotFinite { .. }
                 | FailureCause::TooFast { .. }
@@ -72,6 +78,12 @@ impl Failure {
                 | FailureCause::Shock(_),
             ) => true,
         }
+    }
+
+    /// What other ranks are told: its row, whether it depends on the time step, and its text.
+    pub(super) fn told(&self) -> Option<(Option<usize>, bool, String)> {
+        let text = format!("{}{}", self.cause.as_ref()?, place(&self.particle));
+        Some((self.row, self.depends_on_the_time_step(), text))
     }
 
     /// Gives the failure its cause, of which the one that was recorded is a consequence.
@@ -118,7 +130,7 @@ pub(crate) fn locate_failure(
     places: Query<&Position>,
 ) {
     let row = failure.row.take();
-    if let Some(&entity) = row.and_then(|row| rows.entities.get(row)) {
+    if let Some(entity) = row.and_then(|row| rows.entity_of(row)) {
         let at = places.get(entity).map_or(Vec3::NAN, |x| x.0);
         failure.particle = Some((entity, at));
     }
@@ -362,6 +374,19 @@ pub enum FailureCause {
          small"
     )]
     Shock(Shock),
+    /// A rank that owns other particles failed.
+    #[error("{cause} (on rank {rank})")]
+    OnAnotherRank {
+        /// Its number.
+        rank: usize,
+        /// What went wrong there, and with which particle.
+        cause: String,
+        /// Whether a shorter step may go right.
+        depends_on_the_time_step: bool,
+    },
+    /// Ranks do not answer any more.
+    #[error("the run cannot go on without all ranks: {0}")]
+    RanksLost(Lost),
 }
 
 /// Steps taken back.

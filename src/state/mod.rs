@@ -13,14 +13,17 @@ mod material;
 pub(crate) mod of_step;
 pub mod particle;
 mod phase;
+mod ranks;
 mod remembered;
 mod residual;
 mod room;
 mod rows;
 mod rows_of_columns;
+mod saved;
 pub(crate) mod seal;
 mod shock;
 mod stage;
+mod state_column;
 mod task_threads;
 mod too_large;
 pub mod transfer;
@@ -30,7 +33,6 @@ pub use body_forces::BodyForces;
 pub use clock::Clock;
 pub(crate) use column::in_order;
 pub use column::{Column, Lasting};
-pub(crate) use column::{GatheredColumn, StateColumn};
 pub(crate) use columns::TOO_LARGE;
 pub use columns::{
     Accelerations, COLUMNS, Densities, Displacements, MeanPressures, Positions, PredictedPositions,
@@ -42,10 +44,12 @@ pub use failure::{
 };
 pub use material::Material;
 pub use phase::Phase;
+pub(crate) use ranks::{ChunkResult, agree};
 pub(crate) use remembered::{Remembered, Remembers, from_bytes, to_bytes};
 pub(crate) use residual::{Corrected, wants_force};
 pub use residual::{DensityError, SolverState};
 pub use rows::Rows;
 pub use stage::{Limit, Product, Stage, Systems};
 pub(crate) use stage::{PART_OF_PERIOD, chain};
+pub(crate) use state_column::{GatheredColumn, StateColumn};
 pub(crate) use task_threads::start_task_threads;

@@ -3,6 +3,8 @@
 //! Scratch that every step writes afresh is no component (8 bytes of change ticks a row and column): it lives in
 //! resources, indexed by row.
 
+use std::collections::HashMap;
+
 use bevy_ecs::{
     entity_disabling::Disabled, lifecycle::HookContext, prelude::*, world::DeferredWorld,
 };
@@ -93,6 +95,12 @@ pub(crate) fn give_number_back(world: &mut World, particle: Entity, number: u32)
     }
 }
 
+/// Lets the next particle have this number, and returns the one that it would have had.
+pub(crate) fn replace_next_number(world: &mut World, number: u32) -> u32 {
+    let mut next = world.get_resource_or_init::<NextParticleId>();
+    std::mem::replace(&mut next.0, number)
+}
+
 /// The number that the next particle gets. After 2³² − 1 particles all others have the last one.
 #[derive(Resource, Debug, Clone, Copy, Default)]
 pub(crate) struct NextParticleId(u32);
@@ -130,6 +138,35 @@ pub(crate) fn number_particles(world: &mut World) {
     for entity in present {
         world.entity_mut(entity).insert(ParticleId::default());
     }
+}
+
+/// The particles of these numbers: those that there are, and new ones. Others go.
+pub(crate) fn gather_particles(world: &mut World, numbers: &[u32]) -> Vec<Entity> {
+    let mut query = world.query_filtered::<(Entity, &ParticleId), With<Fluid>>();
+    let mut present: HashMap<u32, Entity> = HashMap::new();
+    let mut superfluous = Vec::new();
+    for (entity, id) in query.iter(world) {
+        if let Some(other) = present.insert(id.get(), entity) {
+            superfluous.push(other);
+        }
+    }
+    let mut particles = Vec::with_capacity(numbers.len());
+    for number in numbers {
+        let particle = present
+            .remove(number)
+            .unwrap_or_else(|| world.spawn(Fluid).id());
+        particles.push(particle);
+    }
+    superfluous.extend(present.into_values());
+    // In one order, as entities that are free are used again.
+    superfluous.sort_unstable();
+    for particle in superfluous {
+        world.despawn(particle);
+    }
+    for (&particle, &number) in particles.iter().zip(numbers) {
+        give_number_back(world, particle, number);
+    }
+    particles
 }
 
 /// Marks a fluid particle. Spawning `(Fluid, Position(x))` is enough: the rest is required and starts at zero.

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     execution::{ChunkResults, Execution},
+    ranks::ChunkResult,
     remembered::Remembers,
 };
 
@@ -64,7 +65,7 @@ impl Remembers for SolverState {
 }
 
 /// Largest error and sum of errors of one chunk of rows.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 struct ErrorSum {
     largest: f32,
     row: usize,
@@ -110,11 +111,13 @@ impl SolverState {
         // From row, old term and what the method keeps of it.
         correct: impl Fn(usize, f32, &mut K) -> Corrected + Sync,
     ) {
-        let rows = kept.len();
-        let columns = (&mut positions[..rows], kept);
+        let owned = execution.owned(kept.len());
+        let rows = execution.all(kept.len());
+        let columns = (&mut positions[owned.clone()], &mut kept[owned.clone()]);
         let two_sided = self.two_sided;
-        let chunks = self.chunks.reset(rows);
+        let chunks = self.chunks.reset(owned.len());
         execution.map_chunks(columns, chunks, |first, positions, kept| {
+            let first = owned.start + first;
             let mut result = <(ErrorSum, ErrorSum)>::default();
             for (row, (position, kept)) in (first..).zip(positions.iter_mut().zip(kept)) {
                 let had_pressure = position.w > 0.0;
@@ -133,10 +136,19 @@ impl SolverState {
             }
             result
         });
+        execution.share_fourth(positions);
+        execution.join(&mut self.chunks);
         let chunks = || self.chunks.iter();
         self.error = DensityError::fold(chunks().map(|chunk| chunk.0), rows);
         self.residual = DensityError::fold(chunks().map(|chunk| chunk.1), rows);
         self.progress = chunks().map(|chunk| chunk.0.progress).sum();
+    }
+}
+
+impl ChunkResult for (ErrorSum, ErrorSum) {
+    fn rename(&mut self, name: impl Fn(usize) -> usize) {
+        self.0.row = name(self.0.row);
+        self.1.row = name(self.1.row);
     }
 }
 

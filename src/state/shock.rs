@@ -1,4 +1,4 @@
-//! What makes a step one to go back from.
+//! Why steps are taken back though they did not fail.
 
 /// What makes a step one to go back from, though none of the failure guard's limits is broken.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]

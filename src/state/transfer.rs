@@ -13,6 +13,7 @@ use super::{
     particle::{Fluid, ParticleId, Position},
     rows::Rows,
 };
+use crate::communicator::Team;
 
 /// Refuses a step of particles without a number (phase `RebuildIndex`).
 pub fn check_ids(
@@ -93,8 +94,10 @@ pub fn gather_rows(
     let rows = &mut *rows;
     let changed = AtomicBool::new(rows.entities.len() != count);
     rows.entities.resize(count, Entity::PLACEHOLDER);
-    predicted.0.resize(count + 1, SENTINEL);
-    predicted.0[count] = SENTINEL;
+    rows.first = execution.owned(count).start;
+    rows.all = execution.team().map_or(count, Team::rows);
+    predicted.0.resize(rows.all + 1, SENTINEL);
+    predicted.0[rows.all] = SENTINEL;
     let mut first = 0;
     for entities in in_order(tables(), |table| table) {
         let of_table = &mut rows.entities[first..first + entities.len()];

@@ -10,10 +10,11 @@ use super::{
 use crate::{
     force::inner::{self, InnerForces},
     pairs::choice::{self, OwnKernel},
+    ranks,
     registry::Stages,
     scene::Scene,
     state::{
-        Clock, Phase, Rows, Stage, Systems,
+        Clock, Phase, Rows, Stage, Systems, agree,
         failure::healthy,
         seal::{check, is_whole, refuse, seal},
     },
@@ -28,7 +29,7 @@ pub(super) struct Composed {
 }
 
 /// The stages of an order, each followed by the system that records its time.
-pub(super) fn compose(order: &PlannedOrder, scene: &Scene) -> Composed {
+pub(super) fn compose(order: &PlannedOrder, scene: &Scene, on_ranks: bool) -> Composed {
     let mut composed = Composed {
         step: Vec::new(),
         iteration: Vec::new(),
@@ -60,6 +61,10 @@ pub(super) fn compose(order: &PlannedOrder, scene: &Scene) -> Composed {
                 composed.iteration.push(inner::end_iteration());
                 is_inside = false;
                 run(event, scene)
+            }
+            Event::Run { stage, .. } if on_ranks => {
+                composed.step.extend(run_on_ranks(stage, scene));
+                continue;
             }
             Event::Run { .. } => run(event, scene),
             Event::Begin(Kind::SubSteps(_, 0)) => (inner::begin(), inner::start()).chain(),
@@ -95,6 +100,23 @@ pub(super) fn border(from: Option<Phase>, to: Phase) -> Systems {
         Some(from) => (seal.ambiguous_with_all().in_set(from), looked).chain(),
         None => looked,
     }
+}
+
+/// The systems of a stage and what ranks do before and after it. All ranks know whether one has failed, before the next
+/// systems of which one may wait for others.
+fn run_on_ranks(stage: &Stage, scene: &Scene) -> Vec<Systems> {
+    let mut systems: Vec<Systems> = ranks::before(stage.name).into_iter().collect();
+    if stage.name == "pressure" {
+        systems.push(check_accelerations.into_configs());
+    }
+    systems.push(ranks::instead_of(stage.name).unwrap_or_else(|| (stage.systems)(scene)));
+    systems.extend(ranks::after(stage.name, scene));
+    let agreed = |systems: Systems| {
+        let systems = systems.run_if(healthy);
+        (systems, agree).chain().in_set(stage.phase)
+    };
+    let lap = lap(stage.phase).in_set(stage.phase);
+    systems.into_iter().map(agreed).chain([lap]).collect()
 }
 
 /// The systems of a stage, when it is due.

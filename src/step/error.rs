@@ -8,6 +8,7 @@ use super::order::OrderError;
 use crate::{
     measure::CurveError,
     mesh::MeshError,
+    ranks::Unsupported,
     scene::{Place, SceneError},
     state::DomainTooLarge,
 };
@@ -175,6 +176,9 @@ pub enum InstallError {
         /// Reason.
         error: OrderError,
     },
+    /// The scene asks for what does not run on several ranks.
+    #[error(transparent)]
+    Unsupported(Unsupported),
     /// bevy refused the schedule.
     #[error("the schedule cannot be built: {0}")]
     Schedule(String),

@@ -3,6 +3,7 @@
 use std::{
     panic::{AssertUnwindSafe, catch_unwind, resume_unwind},
     path::Path,
+    sync::Arc,
 };
 
 use bevy_ecs::prelude::*;
@@ -24,9 +25,11 @@ use super::{
     uninstall::{Before, is_installed, note_installed},
 };
 use crate::{
+    communicator::{Communicator, Team},
     flow, gauge, input,
     pairs::choice::KernelChoice,
     pressure::warm_start,
+    ranks,
     registry::Stages,
     scene::Scene,
     state::{BodyForces, Clock, Execution, Failure, Material, Stage, particle::number_particles},
@@ -106,6 +109,7 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
         for stage in order.installed() {
             (stage.install)(world, scene);
         }
+        ranks::install(world, scene);
         compose::install(world, &order);
         gauge::install(world, scene);
         world.insert_resource(Installed {
@@ -126,6 +130,50 @@ pub fn install(world: &mut World, scene: &Scene) -> Result<(), InstallError> {
         resume_unwind(panic);
     }
     Ok(())
+}
+
+/// Installs `scene` as one of several ranks, worlds that share its particles: this world holds the particles of its own
+/// rows, and every step gives them the bits that they have on one rank.
+///
+/// All ranks install the same scene and take the same steps, each in a thread of its own: a step waits for the others.
+/// They need pools of their own, too: an [`Execution`] per rank. Walls are on every rank. Particles go to another rank
+/// when rows are reordered, and a host's own components stay behind. A host may change the constants of a step if it
+/// does so on all ranks, and may not spawn, despawn or tag particles.
+///
+/// # Errors
+/// Those of [`install`], and [`InstallError::Unsupported`] if the scene asks for what does not run on several ranks.
+///
+/// # Panics
+///
+/// As [`install`].
+pub fn install_on_rank(
+    world: &mut World,
+    scene: &Scene,
+    communicator: Arc<dyn Communicator>,
+) -> Result<(), InstallError> {
+    if communicator.ranks() == 1 {
+        return install(world, scene);
+    }
+    if let Some(unsupported) = ranks::unsupported(scene) {
+        return Err(InstallError::Unsupported(unsupported));
+    }
+    let before = world.get_resource::<Execution>().cloned();
+    let mut execution = match &before {
+        Some(execution) => execution.clone(),
+        None => Execution::new(0).map_err(InstallError::Threads)?,
+    };
+    execution.set_team(Some(Team::new(communicator)));
+    world.insert_resource(execution);
+    let installed = install(world, scene);
+    if installed.is_err() {
+        match before {
+            Some(execution) => world.insert_resource(execution),
+            None => {
+                world.remove_resource::<Execution>();
+            }
+        }
+    }
+    installed
 }
 
 /// More resources than a scene and its stages have.

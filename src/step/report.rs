@@ -6,9 +6,9 @@ use super::timer::PhaseTimer;
 use crate::{
     flow::Turnover,
     integrate::Motion,
-    neighbours::{BoundaryNeighbours, FluidNeighbours},
+    neighbours::{BoundaryNeighbours, FluidNeighbours, NeighbourLists},
     pressure::SolverState,
-    state::{Clock, Failure, Phase},
+    state::{Clock, Execution, Failure, Phase},
     state::{Positions, StepError, TakenBack},
     time_step::AdaptiveTimeStep,
 };
@@ -78,7 +78,7 @@ pub(super) fn finish(
     timer: Res<PhaseTimer>,
     solve: Res<SolverState>,
     motion: Res<Motion>,
-    positions: Res<Positions>,
+    (positions, execution): (Res<Positions>, Res<Execution>),
     lists: (
         Option<Res<FluidNeighbours>>,
         Option<Res<BoundaryNeighbours>>,
@@ -88,11 +88,17 @@ pub(super) fn finish(
         outcome.0 = Err(error);
         return;
     }
-    let particles = positions.rows();
+    let particles = execution.all(positions.rows());
     let turnover = turnover.map_or_else(Turnover::default, |turnover| *turnover);
     let (fluid, boundary) = lists;
+    let of = |lists: &NeighbourLists| match execution.team() {
+        None => lists.pairs(),
+        // Rows of other ranks are counted there.
+        Some(team) => team.owned().map(|row| lists.of(row).len()).sum(),
+    };
     let pairs =
-        fluid.map_or(0, |found| found.lists.pairs()) + boundary.map_or(0, |lists| lists.0.pairs());
+        fluid.map_or(0, |found| of(&found.lists)) + boundary.map_or(0, |lists| of(&lists.0));
+    let pairs = execution.total(pairs as u64);
     outcome.0 = Ok(StepReport {
         step: clock.step,
         time: clock.time,

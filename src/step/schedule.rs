@@ -25,7 +25,7 @@ use crate::{
     registry::Stages,
     scene::{Executor, Scene, TimeStep},
     state::{
-        Phase, Stage, Systems, chain, clock,
+        Execution, Phase, Stage, Systems, agree, chain, clock,
         failure::{self, healthy},
         of_step,
         seal::{is_whole, seal_at_end},
@@ -88,6 +88,8 @@ pub(super) fn build_schedules(
         start_task_threads(threads).map_err(InstallError::TaskThreads)?;
     }
     step.set_executor(StepExecutor::new(parallel));
+    let execution = world.get_resource::<Execution>();
+    let on_ranks = execution.is_some_and(|execution| execution.team().is_some());
     let mut configs = vec![
         (
             clock::begin,
@@ -98,10 +100,13 @@ pub(super) fn build_schedules(
         )
             .chain(),
     ];
+    if on_ranks {
+        configs.push(agree.into_configs());
+    }
     if gauge::measures_energy(scene) {
         configs.push(gauge::note_start.run_if(healthy));
     }
-    let mut composed = compose(order, scene);
+    let mut composed = compose(order, scene, on_ranks);
     configs.extend(composed.step);
     let has_gauges = !scene.gauges.is_empty();
     if gauge::measures_energy(scene) {

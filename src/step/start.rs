@@ -16,7 +16,7 @@ use crate::{
     filling, gauge,
     index::{self, BoundarySamples, z_curve},
     neighbours::BoundaryNeighbours,
-    sampling,
+    ranks, sampling,
     sampling::BoundarySample,
     scene::{BoundaryHandling, Neighbours, Scene, shapes::ParticleSeed},
     state::{
@@ -70,16 +70,18 @@ impl FluidStart {
     pub(super) fn spawn(self, world: &mut World, material: &Material) {
         let Self { seeds, order } = self;
         let density = Density(material.rest_density);
-        world.spawn_batch(order.into_iter().map(|(_, row)| {
-            let seed = &seeds[row as usize];
-            (
-                particle::Fluid,
-                Position(seed.position),
-                Velocity(seed.velocity),
-                density,
-                particle::Pressure(0.0),
-            )
-        }));
+        ranks::spawn_own(world, order.len(), |world, own| {
+            world.spawn_batch(order[own].iter().map(|(_, row)| {
+                let seed = &seeds[*row as usize];
+                (
+                    particle::Fluid,
+                    Position(seed.position),
+                    Velocity(seed.velocity),
+                    density,
+                    particle::Pressure(0.0),
+                )
+            }));
+        });
     }
 }
 

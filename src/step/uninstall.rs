@@ -9,6 +9,7 @@ use bevy_ecs::{component::ComponentId, entity_disabling::Disabled, prelude::*};
 
 use super::schedule::{Labels, Step};
 use crate::state::{
+    Execution,
     particle::{Boundary, Fluid},
     seal::Seal,
 };
@@ -128,6 +129,9 @@ pub fn uninstall(world: &mut World) -> Result<(), UninstallError> {
     }
     for resource in resources {
         world.remove_resource_by_id(resource);
+    }
+    if let Some(mut execution) = world.get_resource_mut::<Execution>() {
+        execution.set_team(None);
     }
     // Last: after the panic of a host's observer the rest can still be removed.
     world.remove_resource::<Installed>();

@@ -5,7 +5,7 @@ use bevy_ecs::prelude::*;
 use super::{AdaptiveTimeStep, TimeStepControl};
 use crate::{
     integrate::Motion,
-    state::{Clock, Material, Pressures, of_step::OfStep},
+    state::{Clock, Execution, Material, Pressures, of_step::OfStep},
 };
 
 /// Shortens the step that is being taken to the limit by the largest pressure, unless its length is fixed.
@@ -19,8 +19,9 @@ pub(crate) fn shorten_first_step(
     adaptive: Option<Res<AdaptiveTimeStep>>,
     pressures: Res<Pressures>,
     material: Res<Material>,
+    execution: Res<Execution>,
 ) {
-    let largest = pressures.0.iter().copied().fold(0.0, f32::max);
+    let largest = largest(&pressures, &execution);
     let limit = match (&cfl, &adaptive) {
         (Some(control), _) => control.longest_under(&material, largest),
         (None, Some(scheme)) => scheme.longest_under(&material, largest),
@@ -31,6 +32,14 @@ pub(crate) fn shorten_first_step(
 }
 
 /// Lets the guard of the first step know the pressure that the fluid starts with.
-pub(crate) fn remember_first_pressure(mut motion: ResMut<Motion>, pressures: Res<Pressures>) {
-    motion.max_pressure = pressures.0.iter().copied().fold(0.0, f32::max);
+pub(crate) fn remember_first_pressure(
+    mut motion: ResMut<Motion>,
+    pressures: Res<Pressures>,
+    execution: Res<Execution>,
+) {
+    motion.max_pressure = largest(&pressures, &execution);
+}
+
+fn largest(pressures: &Pressures, execution: &Execution) -> f32 {
+    execution.largest(pressures.0.iter().copied().fold(0.0, f32::max))
 }

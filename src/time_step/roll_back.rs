@@ -17,7 +17,10 @@ use crate::{
     index::FluidIndex,
     integrate::Motion,
     reorder::{self, ReorderState},
-    state::{Clock, Failure, Lasting, Material, Remembers, TakenBack, in_order, particle::Fluid},
+    state::{
+        Clock, Execution, Failure, Lasting, Material, Remembers, TakenBack, in_order,
+        particle::{Fluid, ParticleId, gather_particles, replace_next_number},
+    },
 };
 
 /// The state before the last successful step, with its clock.
@@ -31,6 +34,8 @@ pub struct KeptState {
     downwards: bool,
     /// Entities in the order of rows; kept columns have the same order.
     entities: Vec<Entity>,
+    /// Their numbers, on several ranks: particles may go to another, and come back as other entities.
+    numbers: Vec<u32>,
     /// The kept columns.
     columns: Vec<Lasting>,
 }
@@ -99,6 +104,7 @@ pub fn keep_state(
     reorder: Option<Res<ReorderState>>,
     recovery: Option<Res<RecoveryTime>>,
     clock: Res<Clock>,
+    (execution, numbers): (Res<Execution>, Query<&ParticleId>),
 ) {
     let kept = &mut *kept;
     kept.kept = true;
@@ -110,6 +116,11 @@ pub fn keep_state(
     let tables = fluid.contiguous_iter().into_iter().flatten();
     for entities in in_order(tables, |table| table) {
         kept.entities.extend_from_slice(entities);
+    }
+    if execution.team().is_some() {
+        let number = |&entity: &Entity| numbers.get(entity).map_or(0, |id| id.get());
+        kept.numbers.clear();
+        kept.numbers.extend(kept.entities.iter().map(number));
     }
 }
 
@@ -153,6 +164,19 @@ pub fn roll_back(world: &mut World) {
 
 /// Restores state and row of every particle. Returns false and changes nothing if the particles differ.
 fn restore(world: &mut World, kept: &KeptState) -> bool {
+    if world.resource::<Execution>().team().is_some() {
+        let next = replace_next_number(world, 0);
+        let entities = gather_particles(world, &kept.numbers);
+        replace_next_number(world, next);
+        if let Some(mut state) = world.get_resource_mut::<ReorderState>() {
+            state.downwards = kept.downwards;
+        }
+        reorder::arrange(world, &entities);
+        for column in &kept.columns {
+            (column.restore)(world, &entities);
+        }
+        return true;
+    }
     let present = rows(world);
     let Some(entities) = changes::undo(world, &kept.entities, &present) else {
         return false;

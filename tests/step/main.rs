@@ -29,6 +29,7 @@ mod orders_stale;
 #[cfg(feature = "bevy_app")]
 mod plugin;
 mod queries;
+mod ranks;
 mod recompute;
 mod roll_back;
 mod tables;

@@ -1,5 +1,7 @@
 //! Properties of every structure, with random points, motion and structures.
 
+use std::collections::HashSet;
+
 use super::*;
 
 proptest! {
@@ -159,5 +161,53 @@ proptest! {
             prop_assert!(list.contains(&(row as u32)), "row {} of the other points", row);
         }
         prop_assert_eq!(found, search(&brute.0, &brute.1));
+    }
+
+    /// Sums fold their terms in this order. So it is that of a new index of the same points, and what else is indexed
+    /// far away does not change it; but with spatial hashing, whose table has as many cells as all points ask for.
+    #[test]
+    fn the_order_of_a_list_follows_from_the_points_around_it(
+        (grid, dimension) in any_grid(),
+        seed: u64,
+        kind in prop::sample::select(&KINDS[..]),
+        (steps, count) in (1usize..8, prop::sample::select(&[12, 250][..])),
+    ) {
+        let mut points = points(Layout::Even, &grid, dimension, count, seed);
+        let mut index = structure(&grid, kind);
+        let mut numbers = Numbers(!seed);
+        update(&mut *index, &points);
+        for step in 0..steps {
+            for point in &mut points {
+                *point += match numbers.below(20) {
+                    0 => numbers.point(dimension, H),
+                    _ => numbers.point(dimension, 0.1 * H),
+                };
+            }
+            if step % 3 == 1 {
+                let (a, b) = (numbers.below(points.len()), numbers.below(points.len()));
+                points.swap(a, b);
+                points.truncate(points.len() - 1);
+            }
+            update(&mut *index, &points);
+        }
+        let lists = own_lists(&*index, &points);
+        prop_assert_eq!(&lists, &own_lists(&*built(&grid, kind, &points), &points));
+        if let Kind::SpatialHashing = kind {
+            return Ok(());
+        }
+        // What a rank has: a part of the rows, and the others in the cells around theirs.
+        let own = points.len() / 3..2 * points.len() / 3;
+        let around: HashSet<IVec3> = points[own.clone()]
+            .iter()
+            .flat_map(|&x| grid.neighbourhood.iter().map(|&to| grid.cell_of(x) + to).collect::<Vec<_>>())
+            .collect();
+        let has = |row: &u32| around.contains(&grid.cell_of(points[*row as usize]));
+        let rows: Vec<u32> = (0..points.len() as u32).filter(has).collect();
+        let part: Vec<Vec4> = rows.iter().map(|&row| points[row as usize]).collect();
+        let of_part = own_lists(&*built(&grid, kind, &part), &part);
+        for (row, list) in rows.iter().zip(of_part).filter(|(row, _)| own.contains(&(**row as usize))) {
+            let list: Vec<u32> = list.iter().map(|&k| rows[k as usize]).collect();
+            prop_assert_eq!(&list, &lists[*row as usize], "row {}", row);
+        }
     }
 }
