@@ -4,6 +4,7 @@
 //! last good one.
 
 mod budget;
+mod chunks;
 
 use bevy_ecs::prelude::*;
 use glam::Vec4;
@@ -17,9 +18,9 @@ use crate::{
     boundary::sums::{BoundarySums, Walls},
     scene::{Bounds, Limits},
     state::{
-        Accelerations, BodyForces, CHUNK, ChunkResult, ChunkResults, Clock, Densities,
-        Displacements, Execution, Failure, FailureCause, Material, Positions, PredictedPositions,
-        PressureAccelerations, Pressures, Remembers, SolverState, Velocities,
+        Accelerations, BodyForces, CHUNK, ChunkResults, Clock, Densities, Displacements, Execution,
+        Failure, FailureCause, Material, Positions, PredictedPositions, PressureAccelerations,
+        Pressures, Remembers, SolverState, Velocities,
     },
 };
 
@@ -97,22 +98,6 @@ struct ChunkMotion {
 
 /// What has to be finite.
 const QUANTITIES: [&str; 3] = ["velocity", "position", "density"];
-
-impl ChunkResult for ChunkMotion {
-    fn rename(&mut self, name: impl Fn(usize) -> usize) {
-        self.speed_squared.1 = name(self.speed_squared.1);
-        self.compression.1 = name(self.compression.1);
-        if let Some((_, row)) = &mut self.not_finite {
-            *row = name(*row);
-        }
-    }
-}
-
-impl ChunkResult for ChunkEnd {
-    fn rename(&mut self, name: impl Fn(usize) -> usize) {
-        self.outside = self.outside.map(name);
-    }
-}
 
 /// Where one chunk of rows ended up.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]

@@ -24,6 +24,7 @@ pub(crate) mod seal;
 mod shock;
 mod stage;
 mod state_column;
+mod taken_back;
 mod task_threads;
 mod too_large;
 pub mod transfer;
@@ -40,7 +41,7 @@ pub use columns::{
 };
 pub use execution::{CHUNK, ChunkResults, Execution};
 pub use failure::{
-    DomainTooLarge, Failure, FailureCause, ListsTooLong, MAX_CELLS, Shock, StepError, TakenBack,
+    DomainTooLarge, Failure, FailureCause, ListsTooLong, MAX_CELLS, Shock, StepError,
 };
 pub use material::Material;
 pub use phase::Phase;
@@ -52,4 +53,5 @@ pub use rows::Rows;
 pub use stage::{Limit, Product, Stage, Systems};
 pub(crate) use stage::{PART_OF_PERIOD, chain};
 pub(crate) use state_column::{GatheredColumn, StateColumn};
+pub use taken_back::TakenBack;
 pub(crate) use task_threads::start_task_threads;

@@ -75,6 +75,11 @@ impl Built {
     }
 }
 
+fn is_on_ranks(world: &World) -> bool {
+    let execution = world.get_resource::<Execution>();
+    execution.is_some_and(|execution| execution.team().is_some())
+}
+
 /// Builds the schedules of `order` for `scene`. The world registers their components and receives no data.
 pub(super) fn build_schedules(
     world: &mut World,
@@ -88,8 +93,7 @@ pub(super) fn build_schedules(
         start_task_threads(threads).map_err(InstallError::TaskThreads)?;
     }
     step.set_executor(StepExecutor::new(parallel));
-    let execution = world.get_resource::<Execution>();
-    let on_ranks = execution.is_some_and(|execution| execution.team().is_some());
+    let on_ranks = is_on_ranks(world);
     let mut configs = vec![
         (
             clock::begin,
@@ -145,11 +149,8 @@ pub(super) fn build_schedules(
         .map_err(|error| InstallError::Schedule(error.to_string(step.graph(), world)))?;
     let known = Stages::default();
     let is_own = |stage: &Stage| known.find(stage.name).is_some();
-    let own = order
-        .installed()
-        .iter()
-        .all(is_own)
-        .then(|| step.systems_len());
+    let all_own = order.installed().iter().all(is_own);
+    let own = all_own.then(|| step.systems_len());
     let mut schedules = vec![step];
     for stage in order.installed() {
         for (label, systems) in (stage.schedules)(scene) {
