@@ -4,6 +4,7 @@ use bevy_ecs::{component::ComponentId, prelude::*};
 
 use super::{advance::Owed, order::Decisions, report::StepOutcome, timer::PhaseTimer};
 use crate::{
+    gauge::Gauges,
     registry::Stages,
     state::{
         Accelerations, Clock, Execution, Failure, Material, of_step::OfStep,
@@ -12,13 +13,14 @@ use crate::{
 };
 
 /// Resources that hosts may write, that say how a step goes, and that spawning a particle changes.
-fn unsealed(world: &World) -> [Option<ComponentId>; 13] {
+fn unsealed(world: &World) -> [Option<ComponentId>; 14] {
     [
         world.component_id::<Accelerations>(),
         world.component_id::<Clock>(),
         world.component_id::<Decisions>(),
         world.component_id::<Execution>(),
         world.component_id::<Failure>(),
+        world.component_id::<Gauges>(),
         world.component_id::<Material>(),
         world.component_id::<NextParticleId>(),
         world.component_id::<OfStep>(),

@@ -28,7 +28,7 @@ const MOST_LEFT: f32 = 0.2;
 /// free surface lack more, which the fluid may fill at once. `docs/decisions/still_water.md` has the measurements.
 pub(crate) const MOST_MISSING: f32 = 0.01;
 
-/// Minimum factor on τ, and on the longest step that motion allows, per step \[-], so that a large τ of fluid at rest ends.
+/// Minimum factor on τ per step, and on the longest step that motion allows \[-], so that a large τ of fluid at rest ends.
 const LEAST_LEFT: f32 = 0.97;
 
 /// Speed factor λ of the time step that motion allows \[-], that of `Cfl` by default.
@@ -49,9 +49,11 @@ pub struct RecoveryTime {
     rest_step: f32,
     /// τ \[s].
     time: f32,
-    /// Longest step \[s] that the motion allows, at most `rest_step`. It falls as slowly as τ: accelerations of an
-    /// impact would else make every step as long as the motion allows.
+    /// Longest step \[s] that the motion allows, at most `rest_step`.
     motion_step: f32,
+    /// Minimum factor on it per step \[-]: accelerations of an impact would else make every step as long as the motion
+    /// allows. PCISPH predicts what an impact compresses; its columns gain 1 % of their energy with it, and it has none.
+    least_left: f32,
 }
 
 impl Remembers for RecoveryTime {
@@ -78,6 +80,7 @@ impl RecoveryTime {
             rest_step: 0.0,
             time: LONGEST,
             motion_step: 0.0,
+            least_left: 0.0,
         }
     }
 
@@ -101,6 +104,7 @@ impl RecoveryTime {
             rest_step,
             time: speed.1.min(force.1).min(LONGEST) / share,
             motion_step: speed.1.min(rest_step),
+            least_left: if fills_slowly { LEAST_LEFT } else { 0.0 },
         })
     }
 
@@ -151,7 +155,7 @@ pub fn choose_recovery_time(
     let slower = if is_first {
         0.0
     } else {
-        LEAST_LEFT * recovery.motion_step
+        recovery.least_left * recovery.motion_step
     };
     recovery.motion_step = allowed.min(recovery.rest_step).max(slower);
     let wanted = allowed.min(LONGEST) / recovery.share;

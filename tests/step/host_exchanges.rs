@@ -95,9 +95,8 @@ const EXCHANGES: [(&str, Change); 34] = [
 ];
 
 /// What remembers earlier steps: no step can be taken until it is put back.
-const LASTING: [&str; 9] = [
+const LASTING: [&str; 8] = [
     "EnergyAccount",
-    "Gauges",
     "Jacobi",
     "KeptState",
     "MeanPressures",
