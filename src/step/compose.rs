@@ -60,6 +60,7 @@ pub(super) fn compose(order: &PlannedOrder, scene: &Scene, on_ranks: bool) -> Co
             Event::Run { stage, .. } if is_inside && stage.name == "pressure" => {
                 composed.iteration.push(inner::end_iteration());
                 is_inside = false;
+                last = Some((stage.phase, false));
                 run(event, scene)
             }
             Event::Run { stage, .. } if on_ranks => {

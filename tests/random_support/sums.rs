@@ -5,6 +5,7 @@ use glam::{DVec3, Vec3, Vec4};
 use overfall::{
     Phase, Simulation, Step,
     index::BoundarySamples,
+    lattice::Lattice,
     pressure::implicit::Iterates,
     sampling::beside_wall,
     scene::{BoundaryHandling, Dimension, PressureMethod, Scene, StateEquation, SurfaceTension},
@@ -176,8 +177,16 @@ impl BruteForce {
         wrong.fold(0.0, f64::max)
     }
 
+    /// Whether pressures may be those of an impact, which is solved without stabilisation: such that the lattice would
+    /// not be stable under them, to the factor 2 by which the control of the time step stays below.
+    pub(crate) fn may_be_impact(&self, scene: &Scene, columns: &Columns) -> bool {
+        let largest = (columns.pressure.iter()).fold(0.0, |most: f64, (_, term)| most.max(*term));
+        let step = Lattice::of(scene).pressure_step() * f64::from(scene.spacing);
+        columns.dt.powi(2) * self.rest_density * largest > 0.25 * step.powi(2)
+    }
+
     /// All values that a step should have reported.
-    pub(crate) fn errors(&self, scene: &Scene, columns: &Columns) -> Errors {
+    pub(crate) fn errors(&self, scene: &Scene, columns: &Columns, stabilised: bool) -> Errors {
         let Columns {
             positions,
             predicted,
@@ -187,8 +196,8 @@ impl BruteForce {
         } = columns;
         let rows = positions.len();
         let share = match scene.pressure {
-            PressureMethod::Iisph(of) => f64::from(of.stabilisation),
-            PressureMethod::Dfsph(of) => f64::from(of.stabilisation),
+            PressureMethod::Iisph(of) if stabilised => f64::from(of.stabilisation),
+            PressureMethod::Dfsph(of) if stabilised => f64::from(of.stabilisation),
             _ => 0.0,
         };
         let stabilisation = |i: usize, j: usize, x: DVec3| {

@@ -35,7 +35,8 @@ fn assert_refused(simulation: &mut Simulation) -> StepError {
         position == at || position.is_nan(),
         "{position} is not {at}"
     );
-    assert!(error.to_string().contains(&entity.to_string()), "{error}");
+    let named = format!("entity {} ", entity.index_u32());
+    assert!(error.to_string().contains(&named), "{error}");
     let again = simulation.step().expect_err("as before");
     assert_eq!(again.to_string(), error.to_string());
     error
