@@ -1,5 +1,5 @@
-//! One fluid in several worlds of one process, each in a thread: what a host with MPI does with a process per rank and a
-//! [`Communicator`](overfall::communicator::Communicator) of its own.
+//! One fluid in several worlds of one process, each in a thread: what a host with MPI does with a process per rank and
+//! a [`Communicator`](overfall::communicator::Communicator) of its own.
 //!
 //! `cargo run --release --example ranks`
 #![allow(clippy::print_stdout, reason = "an example talks to its reader")]

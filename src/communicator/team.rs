@@ -1,8 +1,9 @@
 //! A rank among the others: which rows it owns, which rows of others it has beside them, and what all decide together.
 //!
-//! Rows of the whole run are numbered along the order of the last reordering. A rank owns a range of them, whole chunks,
-//! and its own rows have the numbers of the run's: those of the halo that are before its range, its range, and those
-//! after it. So the rows of a rank ascend as those of a run on one rank do, and sums have their terms in that order.
+//! Rows of the whole run are numbered along the order of the last reordering. A rank owns a range of them, whole
+//! chunks, and its own rows have the numbers of the run's: those of the halo that are before its range, its range, and
+//! those after it. So the rows of a rank ascend as those of a run on one rank do, and sums have their terms in that
+//! order.
 
 use std::{
     ops::Range,

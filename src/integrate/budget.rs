@@ -1,9 +1,9 @@
 //! The energy that pressure may give the fluid, for the failure guard.
 //!
-//! Pressure of a fluid that keeps its volume does no work but what walls that move and emitters hand on. A solver's does:
-//! it pushes out what compression it finds, and returns after an impact some of what it took. [`EnergyBudget`] bounds what
-//! it gives in all over the last steps, by energies that do not depend on the length of the present step: pressures that
-//! run away grow with 1/dt², and each of the shorter steps that follow looks harmless for what it found.
+//! Pressure of a fluid that keeps its volume does no work but what walls that move and emitters hand on. A solver's
+//! does: it pushes out what compression it finds, and returns after an impact some of what it took. [`EnergyBudget`]
+//! bounds what it gives in all over the last steps, by energies that do not depend on the length of the present step:
+//! pressures that run away grow with 1/dt², and each of the shorter steps that follow looks harmless for what it found.
 
 use serde::{Deserialize, Serialize};
 

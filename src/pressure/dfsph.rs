@@ -163,9 +163,9 @@ pub struct DivergenceConvergence(Convergence);
 #[derive(Resource, Debug, Default)]
 pub struct DivergenceTerms(Vec<Iterate>);
 
-/// Largest compression within the step \[-] of velocities that the divergence solve corrects. With more of it, rates say
-/// nothing of the step's end: rows of a block that falls onto a floor would evade it into each other and into the floor.
-/// The density solve stops them, in a shorter step.
+/// Largest compression within the step \[-] of velocities that the divergence solve corrects. With more of it, rates
+/// say nothing of the step's end: rows of a block that falls onto a floor would evade it into each other and into the
+/// floor. The density solve stops them, in a shorter step.
 const MOST_RATE: f32 = 0.05;
 
 /// Particles with fewer neighbours keep their divergence: at a surface or in spray, Dρ/Dt describes how particles meet

@@ -72,8 +72,8 @@ const LEAST_DAMPING: f32 = 0.125;
 /// Growth of that factor from solve to solve \[-]: what has made a solve unstable lasts for some steps.
 const DAMPING_GROWTH: f32 = 1.02;
 
-/// Part of the pressure with which the lattice is stable that begins an impact \[-]. The time step is chosen for a quarter
-/// of that pressure (`time_step::limits`), and pressures of ordinary steps hardly grow to twice theirs.
+/// Part of the pressure with which the lattice is stable that begins an impact \[-]. The time step is chosen for a
+/// quarter of that pressure (`time_step::limits`), and pressures of ordinary steps hardly grow to twice theirs.
 const IMPACT: f32 = 0.5;
 
 /// Largest `dt² p/ρ` \[m²] that is no [impact](super::impact).

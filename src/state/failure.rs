@@ -309,8 +309,8 @@ pub enum FailureCause {
     },
     /// A particle is compressed beyond the scene's limit.
     #[error(
-        "compression {compression:.3} is above the limit {limit:.3}; a smaller time step is needed, or (with an equation \
-         of state) a stiffer fluid, or (with iterations) a smaller `pressure.max_density_error`"
+        "compression {compression:.3} is above the limit {limit:.3}; a smaller time step is needed, or (with an \
+         equation of state) a stiffer fluid, or (with iterations) a smaller `pressure.max_density_error`"
     )]
     OverCompressed {
         /// `(ρ − ρ0)/ρ0` \[-].
@@ -320,8 +320,8 @@ pub enum FailureCause {
     },
     /// Pressure did more work than the energies that it can draw on.
     #[error(
-        "pressure did {work:.3e} J of work in the last steps, `limits.energy` allows {limit:.3e} J; a smaller time step, \
-         more iterations (`pressure.max_density_error`) or a smaller `pressure.recovery` is needed"
+        "pressure did {work:.3e} J of work in the last steps, `limits.energy` allows {limit:.3e} J; a smaller time \
+         step, more iterations (`pressure.max_density_error`) or a smaller `pressure.recovery` is needed"
     )]
     EnergyGained {
         /// Work \[J; J/m in 2-D].

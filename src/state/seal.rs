@@ -159,8 +159,8 @@ pub(crate) fn check(world: &World, now: SystemChangeTick) {
     }
 }
 
-/// Fails a step for them (after [`check`]), whatever failed before. Once the tables hold the new state the step is good:
-/// what remains of it is left out, and the next one fails.
+/// Fails a step for them (after [`check`]), whatever failed before. Once the tables hold the new state the step is
+/// good: what remains of it is left out, and the next one fails.
 pub(crate) fn refuse(mut seal: ResMut<Seal>, clock: Res<Clock>, mut failure: ResMut<Failure>) {
     if !seal.note() || clock.step != seal.begun {
         return;

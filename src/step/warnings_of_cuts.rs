@@ -38,8 +38,8 @@ pub(super) fn of(scene: &Scene, size: &Size) -> Option<String> {
     let speed = PART * (2.0 * gravity * depth).sqrt();
     (speed > 0.0).then(|| {
         format!(
-            "`bodies.{body}` is cut, and between its lattice and `boundaries.{}` there are gaps of up to a spacing: the \
-             fluid falls into them and settles with up to about {:.1} m/s in the first {} s; look at what follows, or \
+            "`bodies.{body}` is cut, and between its lattice and `boundaries.{}` there are gaps of up to a spacing: \
+             the fluid falls into them and settles with up to about {:.1} m/s in the first {} s; look at what follows, or \
              give the solid faces that are multiples of the spacing from the body's",
             solid.0,
             speed,

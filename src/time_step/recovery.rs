@@ -28,7 +28,8 @@ const MOST_LEFT: f32 = 0.2;
 /// free surface lack more, which the fluid may fill at once. `docs/decisions/still_water.md` has the measurements.
 pub(crate) const MOST_MISSING: f32 = 0.01;
 
-/// Minimum factor on τ per step, and on the longest step that motion allows \[-], so that a large τ of fluid at rest ends.
+/// Minimum factor on τ per step, and on the longest step that motion allows \[-], so that a large τ of fluid at rest
+/// ends.
 const LEAST_LEFT: f32 = 0.97;
 
 /// Speed factor λ of the time step that motion allows \[-], that of `Cfl` by default.
@@ -52,7 +53,8 @@ pub struct RecoveryTime {
     /// Longest step \[s] that the motion allows, at most `rest_step`.
     motion_step: f32,
     /// Minimum factor on it per step \[-]: accelerations of an impact would else make every step as long as the motion
-    /// allows. PCISPH predicts what an impact compresses; its columns gain 1 % of their energy with it, and it has none.
+    /// allows. PCISPH predicts what an impact compresses; its columns gain 1 % of their energy with it, and it has
+    /// none.
     least_left: f32,
 }
 

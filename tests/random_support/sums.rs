@@ -5,7 +5,6 @@ use glam::{DVec3, Vec3, Vec4};
 use overfall::{
     Phase, Simulation, Step,
     index::BoundarySamples,
-    lattice::Lattice,
     pressure::implicit::Iterates,
     sampling::beside_wall,
     scene::{BoundaryHandling, Dimension, PressureMethod, Scene, StateEquation, SurfaceTension},
@@ -27,7 +26,7 @@ pub(crate) struct Columns {
     velocities: Vec<DVec3>,
     densities: Vec<f32>,
     /// Accelerations of pressure, and the terms p/ρ² whose they are, of methods that solve a linear system.
-    pressure: Vec<(DVec3, f64)>,
+    pub(crate) pressure: Vec<(DVec3, f64)>,
 }
 
 /// Makes every step copy its columns.
@@ -89,12 +88,12 @@ impl Kernel {
 
     fn value(self, r: f64) -> f64 {
         let q = r / self.h;
-        let shape = match q {
-            0.0..0.5 => 6.0 * (q.powi(3) - q.powi(2)) + 1.0,
-            0.5..1.0 => 2.0 * (1.0 - q).powi(3),
-            _ => 0.0,
-        };
-        self.sigma * shape
+        self.sigma
+            * match q {
+                0.0..0.5 => 6.0 * (q.powi(3) - q.powi(2)) + 1.0,
+                0.5..1.0 => 2.0 * (1.0 - q).powi(3),
+                _ => 0.0,
+            }
     }
 
     /// W′(r)/r.
@@ -177,14 +176,6 @@ impl BruteForce {
         wrong.fold(0.0, f64::max)
     }
 
-    /// Whether pressures may be those of an impact, which is solved without stabilisation: such that the lattice would
-    /// not be stable under them, to the factor 2 by which the control of the time step stays below.
-    pub(crate) fn may_be_impact(&self, scene: &Scene, columns: &Columns) -> bool {
-        let largest = (columns.pressure.iter()).fold(0.0, |most: f64, (_, term)| most.max(*term));
-        let step = Lattice::of(scene).pressure_step() * f64::from(scene.spacing);
-        columns.dt.powi(2) * self.rest_density * largest > 0.25 * step.powi(2)
-    }
-
     /// All values that a step should have reported.
     pub(crate) fn errors(&self, scene: &Scene, columns: &Columns, stabilised: bool) -> Errors {
         let Columns {
@@ -196,8 +187,8 @@ impl BruteForce {
         } = columns;
         let rows = positions.len();
         let share = match scene.pressure {
-            PressureMethod::Iisph(of) if stabilised => f64::from(of.stabilisation),
-            PressureMethod::Dfsph(of) if stabilised => f64::from(of.stabilisation),
+            PressureMethod::Iisph(of) if stabilised => of.stabilisation.into(),
+            PressureMethod::Dfsph(of) if stabilised => of.stabilisation.into(),
             _ => 0.0,
         };
         let stabilisation = |i: usize, j: usize, x: DVec3| {
@@ -216,10 +207,9 @@ impl BruteForce {
                 }
                 let r = x.length();
                 let value = self.mass * self.kernel.value(r);
-                let change =
-                    self.mass * self.kernel.slope(r) * x.dot(velocities[i] - velocities[j]);
+                let slope = self.mass * self.kernel.slope(r);
+                let change = slope * x.dot(velocities[i] - velocities[j]);
                 if share > 0.0 {
-                    let slope = self.mass * self.kernel.slope(r);
                     rate[i] += slope * stabilisation(i, j, x);
                     rate[j] += slope * stabilisation(j, i, -x);
                 }
