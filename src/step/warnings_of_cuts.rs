@@ -39,8 +39,8 @@ pub(super) fn of(scene: &Scene, size: &Size) -> Option<String> {
     (speed > 0.0).then(|| {
         format!(
             "`bodies.{body}` is cut, and between its lattice and `boundaries.{}` there are gaps of up to a spacing: \
-             the fluid falls into them and settles with up to about {:.1} m/s in the first {} s; look at what follows, or \
-             give the solid faces that are multiples of the spacing from the body's",
+             the fluid falls into them and settles with up to about {:.1} m/s in the first {} s; look at what follows, \
+             or give the solid faces that are multiples of the spacing from the body's",
             solid.0,
             speed,
             short((LASTS * (f64::from(scene.spacing) / gravity).sqrt() * 100.0).round() / 100.0)
