@@ -9,7 +9,7 @@
 //! - within `pressure` the pressure terms, the pressures and their accelerations.
 //!
 //! Results of chunks of rows are gathered and folded in the order of the run's rows, as are failures, after every stage
-//! ([`Execution`](crate::Execution) does so). Why and how is in `docs/decisions/ranks.md`.
+//! ([`Execution`] does so). Why and how is in `docs/decisions/ranks.md`.
 
 mod halo;
 mod reorder;
