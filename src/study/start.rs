@@ -13,7 +13,10 @@ use super::Rows;
 use crate::{
     reorder::{ReorderState, reorder},
     scene::{Period, shapes::split_mix},
-    state::particle::{Fluid, ParticleId, Position, Velocity},
+    state::{
+        particle::{Fluid, ParticleId, Position, Velocity},
+        seal::reseal,
+    },
 };
 
 /// Positions \[m] and velocities \[m/s], in the order in which the particles were created.
@@ -55,6 +58,7 @@ impl State {
         if world.contains_resource::<ReorderState>() {
             reorder(world);
         }
+        reseal(world);
     }
 }
 

@@ -101,7 +101,7 @@ const WITHIN: [(&str, &str, &str); 21] = [
     ("neighbours", "Lists", "did you mean `Stored`?"),
     ("outflow", "[Box(min: (0, 0, 0), max: (1, 1, 1))]", "min, max, without the name `Box`; did you mean"),
     ("gauges", "[(name: \"a\", kind: Energy, every: 0.1s)]", "did you mean `Seconds(0.1)`?"),
-    ("body_forces", "[Table(\"a.csv\")]", "did you mean `(file: \"a.csv\")`?"),
+    ("body_forces", "[Table(\"a.csv\")]", "file: \"a.csv\""),
 ];
 
 /// What is wrong within a value is said of an override as of a file.
