@@ -104,8 +104,15 @@ fn falls(block: &Flat, settings: &str) {
         fastest / speed
     ));
     // What is compressed while the lowest rows meet their wall springs back; ten rows have the most of it.
+    // PCISPH removes it by the step and not in a time, since its columns gain energy otherwise: it springs back
+    // further.
+    let most = if settings.contains("Pcisph") {
+        0.12
+    } else {
+        0.05
+    };
     assert!(
-        gained < 0.05 * scale,
+        gained < most * scale,
         "{} {settings}: {}",
         block.name,
         gained / scale
