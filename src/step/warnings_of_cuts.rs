@@ -76,7 +76,9 @@ fn fits(scene: &Scene, solid: &BoundaryShape) -> bool {
                 _ => false,
             })
         }
-        _ => false,
+        BoundaryShape::Box { .. } => false,
+        // Not measured: of ground, meshes and planes only parts may touch the body.
+        _ => true,
     }
 }
 
