@@ -11,6 +11,7 @@
 use std::mem;
 
 use bevy_ecs::prelude::*;
+use rayon::prelude::*;
 
 use super::{
     implicit::{ImpactLimit, Iterates, predict_positions},
@@ -31,14 +32,11 @@ pub(super) fn is_met(world: &World) -> bool {
     let dt = world.resource::<Clock>().dt;
     let execution = world.resource::<Execution>();
     let iterates = &world.resource::<Iterates>().0;
-    let own = iterates[execution.owned(iterates.len())].iter();
-    let largest = own.map(|term| term.acted).fold(0.0, f32::max);
-    is_impact(world, dt * dt * execution.largest(largest))
-}
-
-/// Whether a solve found an impact. `largest` is the largest `dt² p/ρ²` \[Pa s² m^6/kg²].
-pub(super) fn is_impact(world: &World, largest: f32) -> bool {
-    world.resource::<Material>().rest_density * largest > world.resource::<ImpactLimit>().0
+    let own = iterates[execution.owned(iterates.len())].par_iter();
+    let terms = own.map(|term| term.acted);
+    let largest = execution.install(|| terms.reduce(|| 0.0, f32::max));
+    let density = world.resource::<Material>().rest_density;
+    density * dt * dt * execution.largest(largest) > world.resource::<ImpactLimit>().0
 }
 
 /// Whether the system is stabilised.

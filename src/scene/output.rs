@@ -48,6 +48,11 @@ pub struct Camera {
     pub field_of_view: f32,
 }
 
+impl Camera {
+    /// Largest coordinate of an eye and of its target: the square of a distance is far from the largest number \[m].
+    pub(crate) const FARTHEST: f32 = 1e9;
+}
+
 pub(super) fn default_field_of_view() -> f32 {
     40.0
 }

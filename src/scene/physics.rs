@@ -263,7 +263,7 @@ fn skin() -> f32 {
 pub struct Limits {
     /// Largest tolerated compression `(ρ − ρ0)/ρ0` \[-].
     pub compression: f32,
-    /// Largest tolerated work of pressure in a step \[-], in the energies that the step can draw on (see
+    /// Largest tolerated work of pressure over the last steps \[-], in the energies that they can draw on (see
     /// [`guard`](crate::integrate::guard)).
     pub energy: f32,
 }

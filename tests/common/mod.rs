@@ -8,10 +8,21 @@
 use bevy_ecs::prelude::*;
 use glam::Vec3;
 use overfall::{
-    Simulation,
+    Phase, Simulation,
     scene::{DeltaSph, Dfsph, Iisph, Pcisph, PressureMethod, Scene, Sesph, StateEquation},
     state::particle::{Fluid, Position, Velocity},
 };
+
+/// The phases after and before which a host's system may run within a step.
+pub(crate) const PLACES: [(Phase, Phase); 7] = [
+    (Phase::RebuildIndex, Phase::FindNeighbours),
+    (Phase::FindNeighbours, Phase::Density),
+    (Phase::Density, Phase::Forces),
+    (Phase::Forces, Phase::Pressure),
+    (Phase::Pressure, Phase::Integrate),
+    (Phase::Integrate, Phase::Reorder),
+    (Phase::Reorder, Phase::Observe),
+];
 
 /// A column of 10 × 12 × 10 particles that collapses in a tank, with every feature of a scene switched on. It is
 /// disordered, so that pressure acts from the first step.

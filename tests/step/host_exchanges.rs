@@ -4,7 +4,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use bevy_ecs::{component::Mutable, prelude::*};
 use overfall::{
-    Phase, Simulation, Step,
+    Simulation, Step,
     boundary::{friction::WallFriction, owners::Owners, sums::BoundarySums},
     gauge::{EnergyAccount, Gauges},
     index::{BoundarySamples, FluidIndex},
@@ -28,7 +28,7 @@ use overfall::{
     time_step::{RecoveryTime, roll_back::KeptState},
 };
 
-use crate::common::{bits, methods, run, simulation};
+use crate::common::{PLACES, bits, methods, run, simulation};
 
 type Change = fn(&mut World);
 
@@ -104,16 +104,6 @@ const LASTING: [&str; 8] = [
     "RecoveryTime",
     "ReorderState",
     "SolverState",
-];
-
-const PLACES: [(Phase, Phase); 7] = [
-    (Phase::RebuildIndex, Phase::FindNeighbours),
-    (Phase::FindNeighbours, Phase::Density),
-    (Phase::Density, Phase::Forces),
-    (Phase::Forces, Phase::Pressure),
-    (Phase::Pressure, Phase::Integrate),
-    (Phase::Integrate, Phase::Reorder),
-    (Phase::Reorder, Phase::Observe),
 ];
 
 /// A small scene with gauges and walls that hold the fluid.

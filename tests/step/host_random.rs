@@ -11,7 +11,7 @@ use std::{
 use bevy_ecs::{entity_disabling::Disabled, prelude::*};
 use glam::Vec3;
 use overfall::{
-    Phase, Simulation, Step,
+    Simulation, Step,
     output::Frame,
     particle::{Boundary, Density, Fluid, ParticleId, Position, Pressure, Velocity},
     scene::{Adaptive, Executor, FluidBody, Scene, Shape, TimeStep},
@@ -19,7 +19,7 @@ use overfall::{
 };
 
 use super::host::Tag;
-use crate::common::{dam, methods, run, simulation};
+use crate::common::{PLACES, dam, methods, run, simulation};
 
 /// SplitMix64.
 #[derive(Clone)]
@@ -137,16 +137,6 @@ fn deeds_within(world: &mut World) {
     // A number that is copied within a step is found by the next one.
     (0..within).for_each(|_| deed(world, KINDS - 1));
 }
-
-const PLACES: [(Phase, Phase); 7] = [
-    (Phase::RebuildIndex, Phase::FindNeighbours),
-    (Phase::FindNeighbours, Phase::Density),
-    (Phase::Density, Phase::Forces),
-    (Phase::Forces, Phase::Pressure),
-    (Phase::Pressure, Phase::Integrate),
-    (Phase::Integrate, Phase::Reorder),
-    (Phase::Reorder, Phase::Observe),
-];
 
 fn prepared(scene: &Scene, dice: &mut Dice) -> Simulation {
     let mut simulation = simulation(scene);

@@ -27,7 +27,7 @@ use overfall::{
     time_step::roll_back::KeptState,
 };
 
-use crate::common::{bits, dam, methods, run, simulation};
+use crate::common::{PLACES, bits, dam, methods, run, simulation};
 
 type Change = fn(&mut World);
 
@@ -40,16 +40,6 @@ fn interfere(world: &mut World) {
         deed(world);
     }
 }
-
-const PLACES: [(Phase, Phase); 7] = [
-    (Phase::RebuildIndex, Phase::FindNeighbours),
-    (Phase::FindNeighbours, Phase::Density),
-    (Phase::Density, Phase::Forces),
-    (Phase::Forces, Phase::Pressure),
-    (Phase::Pressure, Phase::Integrate),
-    (Phase::Integrate, Phase::Reorder),
-    (Phase::Reorder, Phase::Observe),
-];
 
 /// Replaces a resource, where there is one, as a system with `ResMut` does.
 fn reset<R: Resource<Mutability = Mutable> + Default>(world: &mut World) {

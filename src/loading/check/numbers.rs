@@ -11,7 +11,8 @@ use crate::pressure::{
     warm_start::WarmStart,
 };
 use crate::scene::{
-    Adaptive, BoundaryHandling, Cfl, PressureMethod, Scene, SurfaceTension, TimeStep, Viscosity,
+    Adaptive, BoundaryHandling, Camera, Cfl, PressureMethod, Scene, SurfaceTension, TimeStep,
+    Viscosity,
 };
 
 /// Least cell edge in support radii: 41 cells across the support.
@@ -19,9 +20,6 @@ const SMALLEST_CELL: f32 = 0.05;
 
 /// Largest skin of lists that are kept, in support radii.
 const MOST_SKIN: f32 = 0.5;
-
-/// Largest coordinate of a camera: the square of a distance is far from the largest number \[m].
-const FARTHEST_CAMERA: f32 = 1e9;
 
 /// Every number of the scene is finite: asked of the written scene, so a field added later is asked, too.
 pub(super) fn finite(scene: &Scene) -> Checked {
@@ -358,11 +356,12 @@ fn output(scene: &Scene) -> Checked {
     )?;
     for (name, place) in [("position", camera.position), ("target", camera.target)] {
         ensure(
-            place.abs().max_element() <= FARTHEST_CAMERA,
+            place.abs().max_element() <= Camera::FARTHEST,
             format!("output.camera.{name}"),
             || {
                 format!(
-                    "{name} is {place} m; a camera may be {FARTHEST_CAMERA:e} m from the origin at most"
+                    "{name} is {place} m; a camera may be {:e} m from the origin at most",
+                    Camera::FARTHEST
                 )
             },
         )?;

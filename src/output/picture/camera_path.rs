@@ -11,9 +11,6 @@ use crate::scene::Camera;
 #[derive(Debug, Clone, PartialEq)]
 pub struct CameraPath(Vec<(f64, Camera)>);
 
-/// Largest coordinate: the square of a distance is far from the largest number \[m].
-const FARTHEST: f32 = 1e9;
-
 /// Least distance of the eye from its target between two rows, of the larger of both rows: nearer the view jumps round.
 const LEAST_PART: f64 = 1e-3;
 
@@ -62,7 +59,7 @@ impl CameraPath {
                 field_of_view: if has_angle { angle } else { FIELD_OF_VIEW } as f32,
             };
             let far = camera.position.abs().max(camera.target.abs());
-            let message = if far.max_element() > FARTHEST {
+            let message = if far.max_element() > Camera::FARTHEST {
                 "the eye or what it looks at is farther than 1e9 m from the origin"
             } else if camera.position == camera.target {
                 "the eye is where it looks; move one of them"
