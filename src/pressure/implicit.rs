@@ -10,6 +10,7 @@
 //! `docs/decisions/momentum.md` has the stability limit and more figures.
 
 use bevy_ecs::prelude::*;
+use glam::Vec3;
 
 use super::{
     density_rate::{DensityRates, PredictedVelocities, predict_rates},
@@ -292,6 +293,17 @@ pub(super) fn predict_positions(
     });
 }
 
+/// How much nearer the solution than none the initial term t of a row is, if it has to balance `compression` \[kg/m³]
+/// and its force changes velocities by `change` \[m/s]; the sum over all rows counts.
+///
+/// The solution is the minimum of `φ(t) = tᵀAt/2 − tᵀb`, with the system's matrix A and the compression b that is there
+/// without pressure. Divergence and pressure force are adjoint: `tᵀAt = Σ |dt a|²`. What is left is `b − At`, and this
+/// is `φ(0) − φ(t)`; without compression at the start, it is the kinetic energy that the pressures take away.
+#[inline]
+pub(super) fn nearness(term: f32, compression: f32, change: Vec3) -> f32 {
+    term * compression + 0.5 * change.length_squared()
+}
+
 /// Corrects the pressure terms by the predicted densities.
 pub fn update_pressure(
     mut iterates: ResMut<Iterates>,
@@ -301,6 +313,7 @@ pub fn update_pressure(
     recovery: Option<Res<RecoveryTime>>,
     means: Option<Res<MeanPressures>>,
     columns: (Res<Densities>, Res<DensityRates>, Res<InverseDiagonals>),
+    forces: Res<PressureAccelerations>,
     material: Res<Material>,
     clock: Res<Clock>,
     execution: Res<Execution>,
@@ -323,14 +336,19 @@ pub fn update_pressure(
         let found = densities.0[row] - rest_density;
         let change = dt * rates.0[row];
         let error = found + change;
-        let excess = change + to_remove(found);
+        let removed = to_remove(found);
+        let excess = change + removed;
         let inverse_diagonal = (diagonals.0[row], to_term * excess);
-        let (term, step) = jacobi.correct(iterate, term, inverse_diagonal, first);
+        let (next, step) = jacobi.correct(iterate, term, inverse_diagonal, first);
         Corrected {
-            term,
+            term: next,
             error: error / rest_density,
             excess: excess / rest_density,
-            progress: step * excess,
+            progress: if first {
+                nearness(term, change + removed.max(0.0), dt * forces.0[row])
+            } else {
+                step * excess
+            },
         }
     });
     jacobi.advance(solve.progress);

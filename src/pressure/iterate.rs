@@ -1,6 +1,8 @@
 //! The iteration loop of all iterative methods: repeats until the density error is below its limit. If that fails and
 //! the scene allows it, the time step is halved.
 
+use std::mem;
+
 use bevy_ecs::{prelude::*, schedule::ScheduleLabel};
 use rayon::prelude::*;
 
@@ -46,7 +48,6 @@ pub fn solve_pressure(world: &mut World) {
         // The initial pressure counts in full; it was not there when viscosity was summed.
         (share, has_force) = (1.0, false);
     }
-    let mut halved = 0;
     loop {
         let shorter = world
             .get_resource::<TimeStepControl>()
@@ -60,23 +61,34 @@ pub fn solve_pressure(world: &mut World) {
         } else {
             convergence.max_iterations
         };
-        if has_force {
-            world.resource_mut::<SolverState>().wants_force = false;
-        } else {
-            warm_start::start(world, share);
-        }
-        let jacobi = *world.resource::<Jacobi>();
-        let mut end = iterate(world, PressureIteration, &convergence, patience, true);
-        if end == End::Converged && impact::is_met(world) {
-            if impact::is_stabilised(world) {
-                end = impact::without_stabilisation(world, |world| {
+        let mut solve = |world: &mut World| {
+            loop {
+                if mem::take(&mut has_force) {
+                    world.resource_mut::<SolverState>().wants_force = false;
+                } else {
                     warm_start::start(world, share);
-                    iterate(world, PressureIteration, &convergence, patience, true)
-                });
+                }
+                let end = iterate(world, PressureIteration, &convergence, patience, true);
+                if end != End::Misled {
+                    return end;
+                }
+                share = if share > LEAST_SHARE {
+                    0.5 * share
+                } else {
+                    0.0
+                };
             }
-            if end == End::Converged
-                && (shorter.is_some() || goes_back)
-                && impact::compresses(world)
+        };
+        let jacobi = *world.resource::<Jacobi>();
+        let mut end = solve(world);
+        if matches!(end, End::Converged | End::Exhausted) && impact::is_met(world) {
+            if end == End::Converged && impact::is_stabilised(world) {
+                end = impact::without_stabilisation(world, solve);
+            }
+            // An impact takes as many iterations as there are rows, or more. Half of the step has less to do.
+            let may_be_shorter = shorter.is_some() || goes_back;
+            let is_unsolved = end == End::Exhausted;
+            if may_be_shorter && (is_unsolved || end == End::Converged && impact::compresses(world))
             {
                 end = End::Overshot;
             }
@@ -94,10 +106,6 @@ pub fn solve_pressure(world: &mut World) {
             world.resource_mut::<OfStep>().shorten(dt);
             // Systems that read and write plain columns cannot fail.
             let _ = world.run_system_cached(move_walls_less);
-            (halved, has_force) = (halved + 1, false);
-            if halved == KEPT_FOR {
-                share = 0.0;
-            }
             continue;
         }
         if end != End::Converged && convergence.not_converged == NotConverged::Stop {
@@ -122,10 +130,10 @@ pub fn solve_pressure(world: &mut World) {
 /// water of 90 layers with 230 sqrt(g H).
 const PATIENCE: u32 = 25;
 
-/// Number of halvings from which on a solve starts without pressures. Those of the step before carry the weight of the
-/// fluid: without them a short step, in which free fall compresses hardly anything, ends as soon as it begins, and
-/// water at rest falls. After an impact they may be wrong.
-const KEPT_FOR: u32 = 3;
+/// Smallest share of earlier pressures that is halved where they turn out too high \[-]; after it comes none. Half of
+/// them, where that is nearer, still carries part of the fluid's weight: without, water at rest falls in steps that are
+/// too short to compress it.
+const LEAST_SHARE: f32 = 0.1;
 
 /// Iterations after which errors that have not fallen are noticed at the latest.
 const LONGEST_INTERVAL: u32 = 100;
@@ -135,11 +143,14 @@ const LONGEST_INTERVAL: u32 = 100;
 pub(super) enum End {
     /// The error is below its limit.
     Converged,
+    /// The initial pressures are further from the solution than none. Those of an impact are: the next step has no use
+    /// for them, and a short one would not see in its densities that they throw the fluid back.
+    Misled,
     /// The maximum number of iterations is reached.
     Exhausted,
     /// The error has stopped falling.
     Stalled,
-    /// The error is below its limit, and the step compresses the fluid nevertheless.
+    /// An impact: the step compresses the fluid though the error is below its limit, or is too long to solve.
     Overshot,
 }
 
@@ -163,6 +174,9 @@ pub(super) fn iterate(
             solve.iterations += 1;
             solve.wants_force = true;
             let (error, _) = convergence.measured_error(&solve);
+            if solve.iterations == 1 && solve.progress < 0.0 {
+                return End::Misled;
+            }
             if error <= convergence.max_density_error
                 && solve.iterations >= convergence.min_iterations
             {

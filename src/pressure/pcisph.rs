@@ -22,7 +22,7 @@ use super::{
     density_rate::{DensityRates, PredictedVelocities, sum_rates},
     diagonal::{self, InverseDiagonals, lattice_diagonal},
     force::pressure_force,
-    implicit::{self, Iterates, Jacobi, predict_positions, store_pressures},
+    implicit::{self, Iterates, Jacobi, nearness, predict_positions, store_pressures},
     iterate::{LastCorrection, PressureIteration, solve_pressure},
     solver::{Iterations, PressureSolver, Requirement, iterations, take_tolerances},
     stabilisation::Stabilisation,
@@ -233,6 +233,7 @@ fn update_pressure(
         Res<PredictedDensities>,
         Res<InverseDiagonals>,
         Res<DensityRates>,
+        Res<PressureAccelerations>,
     ),
     stabilisation: Res<Stabilisation>,
     correction: Res<PressureCorrection>,
@@ -240,7 +241,7 @@ fn update_pressure(
     clock: Res<Clock>,
     execution: Res<Execution>,
 ) {
-    let (densities, predicted, diagonals, rates) = columns;
+    let (densities, predicted, diagonals, rates, forces) = columns;
     // Else the rates are those of the initial solve.
     let rates = is_stabilised(stabilisation).then_some(&rates.0);
     let rest_density = material.rest_density;
@@ -262,18 +263,23 @@ fn update_pressure(
         let found = densities.0[row] - rest_density;
         let error =
             predicted.0[row] - rest_density + rates.map_or(0.0, |rates| clock.dt * rates[row]);
-        let excess = error - found + to_remove(found);
+        let (change, removed) = (error - found, to_remove(found));
+        let excess = change + removed;
         let inverse_diagonal = delta / correction.inverse_diagonal(&diagonals, rest_density, row);
-        let (term, step) = jacobi.correct(iterate, term, (inverse_diagonal, excess), first);
+        let (next, step) = jacobi.correct(iterate, term, (inverse_diagonal, excess), first);
         if correction.last {
             // The last correction exerts a force as well.
-            iterate.acted = term;
+            iterate.acted = next;
         }
         Corrected {
-            term,
+            term: next,
             error: error / rest_density,
             excess: excess / rest_density,
-            progress: step * excess,
+            progress: if first {
+                nearness(term, change + removed.max(0.0), clock.dt * forces.0[row])
+            } else {
+                step * excess
+            },
         }
     });
     if solve.iterations < CALM_FROM {
