@@ -103,7 +103,8 @@ pub struct Scene {
     /// Solid walls and obstacles.
     #[serde(default)]
     pub boundaries: Vec<BoundaryShape>,
-    /// How boundaries keep the fluid off. If absent in layers with δ-SPH, and as Akinci et al. with other methods.
+    /// How boundaries keep the fluid off. If absent, `Extrapolated` with methods that solve for the pressure, `Layers`
+    /// with δ-SPH, and `Akinci` with SESPH.
     #[serde(default)]
     pub boundary_handling: Option<BoundaryHandling>,
     /// Axes along which space repeats: what leaves at one face comes in at the other.
@@ -259,6 +260,8 @@ impl Scene {
         self.boundary_handling
             .unwrap_or(if self.pressure.wants_full_sums() {
                 BoundaryHandling::Layers
+            } else if self.pressure.iterations().is_some() {
+                BoundaryHandling::Extrapolated
             } else {
                 BoundaryHandling::Akinci
             })

@@ -214,8 +214,8 @@ fn between_two_runs_of_a_rare_stage_there_is_no_checkpoint() {
     fs::write(
         &order,
         r#"(stages: [Run("gather"), Run("rebuild_index"), Every(3, [Run("find_neighbours")]), Run("density"),
-            Run("clear_forces"), Run("gravity"), Run("viscosity"), Run("surface_tension"), Run("pressure"),
-            Run("integrate"), Run("reorder")], allow_stale: true)"#,
+            Run("clear_forces"), Run("gravity"), Run("wall_pressure"), Run("viscosity"), Run("surface_tension"),
+            Run("pressure"), Run("integrate"), Run("reorder")], allow_stale: true)"#,
     )
     .expect("a file");
     let mut scene = scene(pcisph(), IndexStructure::CompactHashing, STEP_CONTROLS[1]);

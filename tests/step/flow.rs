@@ -307,7 +307,8 @@ fn particles_come_and_go_between_steps_alone() {
     let order = |tail: &str| {
         let text = format!(
             r#"(stages: [Run("gather"), Run("move_walls"), Run("rebuild_index"), Run("find_neighbours"), Run("density"),
-                Run("divergence"), Run("clear_forces"), Run("gravity"), Run("viscosity"), Run("pressure"), {tail}])"#
+                Run("divergence"), Run("clear_forces"), Run("gravity"), Run("wall_pressure"), Run("viscosity"),
+                Run("pressure"), {tail}])"#
         );
         let order = Order::parse(&text).expect("an order");
         order

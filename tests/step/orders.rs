@@ -38,7 +38,7 @@ pub(super) fn unordered() -> Scene {
 
 pub(super) const STAGES: &str = r#"Run("gather"), Run("rebuild_index"), Run("find_neighbours"), Run("density"),
     Run("divergence"), Run("clear_forces"), Run("gravity"),
-    Run("viscosity"), Run("surface_tension"), Run("pressure"), Run("integrate"), Run("reorder")"#;
+    Run("wall_pressure"), Run("viscosity"), Run("surface_tension"), Run("pressure"), Run("integrate"), Run("reorder")"#;
 
 #[test]
 fn the_default_order_written_out_gives_the_same_bits() {
@@ -228,7 +228,7 @@ fn a_repetition_is_printed_in_its_order() {
         lines.join(", ")
     };
     let forces = r#"Run("clear_forces"), Run("gravity"),
-    Run("viscosity")"#;
+    Run("wall_pressure"), Run("viscosity")"#;
     let twice = STAGES.replace(forces, &format!("Repeat(2, [{forces}])"));
     let printed = lines(&twice);
     assert!(

@@ -234,8 +234,8 @@ fn a_rare_product_that_is_also_made_under_a_condition_is_an_experiment() {
 fn one_sub_step_and_no_force_within_pressure_change_no_bit() {
     let sub_step = STAGES.replace(
         r#"Run("gravity"),
-    Run("viscosity")"#,
-        r#"SubSteps(1, [Run("gravity"), Run("viscosity")])"#,
+    Run("wall_pressure"), Run("viscosity")"#,
+        r#"SubSteps(1, [Run("gravity"), Run("wall_pressure"), Run("viscosity")])"#,
     );
     let inside = STAGES.replace(r#"Run("pressure")"#, "InPressure([])");
     assert!(sub_step != STAGES && inside != STAGES);

@@ -319,7 +319,7 @@ fn an_order_that_uses_what_is_left_over_cannot_go_back() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("order.ron");
     let stages = r#"(stages: [Run("gather"), Run("rebuild_index"), Every(2, [Run("find_neighbours")]),
-        Run("density"), Run("clear_forces"), Run("gravity"),
+        Run("density"), Run("clear_forces"), Run("gravity"), Run("wall_pressure"),
         Run("viscosity"), Run("surface_tension"), Run("pressure"), Run("integrate")], allow_stale: true,
         leave_out: ["reorder"])"#;
     std::fs::write(&path, stages).expect("an order file");
