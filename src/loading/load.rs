@@ -9,6 +9,7 @@ use super::explain::{place_of, read};
 use super::include::Source;
 use super::overrides::Override;
 use super::ron_text::{options, plain_names};
+use super::written;
 use crate::input::{no_file, read_text};
 use crate::scene::{BodyForce, BoundaryShape, Place, Scene, SceneError, VelocityField};
 
@@ -62,15 +63,18 @@ impl Scene {
         overrides: &[Override],
     ) -> Result<Self, SceneError> {
         let mut scene: Self = read(text, file_name)?;
+        let placed = |problem| locate(problem, text, file_name, overrides);
+        written::carried(text, "").map_err(placed)?;
         for change in overrides {
             scene = change.apply(&scene)?;
+            written::carried(&change.value, &change.path).map_err(placed)?;
         }
         if let Some(folder) = Path::new(file_name).parent() {
             for file in scene.files_mut() {
                 *file = folder.join(&*file).display().to_string();
             }
         }
-        check::check(&scene).map_err(|problem| locate(problem, text, file_name, overrides))?;
+        check::check(&scene).map_err(placed)?;
         Ok(scene)
     }
 

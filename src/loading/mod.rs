@@ -12,6 +12,7 @@ mod overrides;
 mod ron_text;
 mod slips;
 mod spans;
+mod written;
 
 pub(crate) use check::Size;
 #[cfg(feature = "cli")]

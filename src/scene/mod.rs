@@ -328,7 +328,14 @@ impl Scene {
     /// A bound on the acceleration by all forces on the fluid as a whole \[m/s²]: at the start for central forces, at
     /// any time for gravity and tables. A file that cannot be read counts for nothing: the scene's check names it.
     pub fn greatest_acceleration(&self) -> f32 {
-        let of_force = |force: &BodyForce| match force {
+        let forces = self.body_forces.iter();
+        let forces = forces.map(|force| self.greatest_acceleration_of(force));
+        self.gravity.length() + forces.sum::<f32>()
+    }
+
+    /// The same of one of its forces.
+    pub(crate) fn greatest_acceleration_of(&self, force: &BodyForce) -> f32 {
+        match force {
             BodyForce::Central(central) => {
                 let shapes = self.bodies.iter().map(|body| &body.shape);
                 let distances = shapes
@@ -341,8 +348,7 @@ impl Scene {
             BodyForce::Table(table) => AccelerationTable::load(Path::new(&table.file))
                 .map_or(0.0, |table| table.greatest() as f32),
             BodyForce::Wave(wave) => wave.amplitude.length(),
-        };
-        self.gravity.length() + self.body_forces.iter().map(of_force).sum::<f32>()
+        }
     }
 
     /// Shortest period of the forces on the fluid as a whole \[s], infinite if they do not oscillate. A file that

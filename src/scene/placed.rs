@@ -13,6 +13,19 @@ impl FluidBody {
 }
 
 impl BoundaryShape {
+    /// Angles by which it is turned about the x, y and z axes \[°].
+    pub(crate) fn rotation(&self) -> DVec3 {
+        match self {
+            Self::Tank { rotation, .. }
+            | Self::Box { rotation, .. }
+            | Self::Sphere { rotation, .. }
+            | Self::Plane { rotation, .. } => *rotation,
+            Self::Mesh(mesh) => mesh.rotation,
+            Self::Revolution(surface) => surface.rotation,
+            Self::Terrain(terrain) => terrain.rotation,
+        }
+    }
+
     /// Where the boundary is: what is written of it, turned.
     pub(crate) fn frame(&self) -> Frame {
         match *self {

@@ -75,6 +75,17 @@ impl Default for DeltaSph {
 }
 
 impl PressureMethod {
+    /// The method with its default parameters; those without a default stay.
+    pub(crate) fn with_defaults(&self) -> Self {
+        match self {
+            Self::Sesph(_) => *self,
+            Self::DeltaSph(_) => Self::DeltaSph(DeltaSph::default()),
+            Self::Pcisph(_) => Self::Pcisph(Pcisph::default()),
+            Self::Iisph(_) => Self::Iisph(Iisph::default()),
+            Self::Dfsph(_) => Self::Dfsph(Dfsph::default()),
+        }
+    }
+
     /// Whether it reaches its accuracy only with sums over many neighbours, also within walls.
     pub(super) fn wants_full_sums(&self) -> bool {
         matches!(self, Self::DeltaSph(_))

@@ -72,7 +72,7 @@ const CASES: &[Case] = &[
     // Single numbers.
     ("\"spoilt\"", "\"a/b\"", "2:11", &["without slashes"]),
     ("spacing: 0.1", "spacing: -0.1", "3:14", &["`spacing` is -0.1 m; it must be above 0"]),
-    ("spacing: 0.1", "spacing: 1e99", "3:14", &["`spacing` is inf", "finite"]),
+    ("spacing: 0.1", "spacing: 1e99", "3:14", &["`spacing` is 1e99", "at most 3.4e38"]),
     ("spacing: 0.1", "spacing: 0.1, support: 8", "3:28", &["from 1.2", "to 4", "is usual for this kernel"]),
     ("spacing: 0.1", "spacing: 0.1, kernel: WendlandC6", "3:27",
         &["CubicSpline, WendlandC2, WendlandC4, QuinticSpline"]),

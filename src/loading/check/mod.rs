@@ -11,6 +11,7 @@ mod gauges;
 mod motions;
 mod numbers;
 mod periodic;
+mod pressure;
 mod problem;
 mod proper;
 mod sequence;

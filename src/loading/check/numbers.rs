@@ -4,15 +4,8 @@ use super::problem::{Checked, Problem, ensure};
 use super::proper::is_flat;
 use crate::loading::ron_text::options;
 use crate::loading::spans::scan;
-use crate::pressure::{
-    implicit::MAX_RELAXATION_WITH_MOMENTUM,
-    solver::{Iterations, Requirement},
-    stabilisation::Stabilisation,
-    warm_start::WarmStart,
-};
 use crate::scene::{
-    Adaptive, BoundaryHandling, Camera, Cfl, PressureMethod, Scene, SurfaceTension, TimeStep,
-    Viscosity,
+    Adaptive, BoundaryHandling, Camera, Cfl, Scene, SurfaceTension, TimeStep, Viscosity,
 };
 
 /// Least cell edge in support radii: 41 cells across the support.
@@ -81,7 +74,6 @@ pub(super) fn numbers(scene: &Scene) -> Checked {
     })?;
     gravity(scene)?;
     fluid(scene)?;
-    pressure(&scene.pressure)?;
     boundary_handling(scene)?;
     match scene.time_step {
         TimeStep::Fixed(dt) => positive("time_step.0", dt, "s")?,
@@ -154,112 +146,6 @@ fn boundary_handling(scene: &Scene) -> Checked {
     Ok(())
 }
 
-fn pressure(method: &PressureMethod) -> Checked {
-    if let Some(parameters) = method.iterations() {
-        iterates(&parameters)?;
-    }
-    let requirements = method.solver().requirements();
-    requirements
-        .into_iter()
-        .try_for_each(|requirement| match requirement {
-            Requirement::Positive(path, value, unit) => positive(path, value, unit),
-            Requirement::Error(path, limit, what) => error_limit(path, what, limit),
-            Requirement::Iterations(path, min, max) => iterations(path, min, max),
-            Requirement::Relaxation(path, value, momentum) => relaxation(path, value, momentum),
-            Requirement::Stabilisation(share) => stabilisation(share),
-            Requirement::Factor(path, value, most) => factor(path, value, most),
-        })
-}
-
-fn iterates(parameters: &Iterations) -> Checked {
-    let convergence = parameters.convergence;
-    error_limit(
-        "pressure.max_density_error",
-        "largest density error",
-        convergence.max_density_error,
-    )?;
-    iterations(
-        "pressure.max_iterations",
-        convergence.min_iterations,
-        convergence.max_iterations,
-    )?;
-    let share = parameters.recovery;
-    ensure(share > 0.0 && share <= 1.0, "pressure.recovery", || {
-        format!(
-            "a step removes {share} of the compression that it finds; it must be above 0 and at most 1, all of it \
-             (0.3 is usual)"
-        )
-    })?;
-    let WarmStart { share, steps } = parameters.warm_start;
-    ensure((0.0..=1.0).contains(&share), "pressure.warm_start", || {
-        format!(
-            "the iterations start from {share} of the pressures before; it must be from 0 (none) to 1 (all)"
-        )
-    })?;
-    ensure(steps > 0, "pressure.warm_start_steps", || {
-        "is a mean over 0 steps; it must be at least 1 (the last step alone)".to_owned()
-    })?;
-    ensure(
-        steps == 1 || share > 0.0,
-        "pressure.warm_start_steps",
-        || {
-            format!(
-                "the pressures of {steps} steps are averaged, and iterations start from none of them; set \
-                 pressure.warm_start above 0, or pressure.warm_start_steps to 1"
-            )
-        },
-    )
-}
-
-fn relaxation(path: &str, relaxation: f32, momentum: bool) -> Checked {
-    let (with, most, usual) = if momentum {
-        ("with", MAX_RELAXATION_WITH_MOMENTUM, 0.4)
-    } else {
-        ("without", 1.0, 0.5)
-    };
-    let proper = relaxation > 0.0 && relaxation <= most;
-    ensure(proper, path, || {
-        format!(
-            "the relaxation is {relaxation}; {with} momentum it must be above 0 and at most {most} ({usual} is usual)"
-        )
-    })
-}
-
-fn stabilisation(share: f32) -> Checked {
-    let most = Stabilisation::MOST;
-    ensure(
-        (0.0..=most).contains(&share),
-        "pressure.stabilisation",
-        || {
-            format!(
-                "the share of the compact Laplacian is {share}; it must be from 0 (none) to {most} (0.1 is usual)"
-            )
-        },
-    )
-}
-
-fn factor(path: &str, value: f32, most: f32) -> Checked {
-    ensure((0.0..=most).contains(&value), path, || {
-        format!("it is {value}; it must be from 0 (none) to {most}")
-    })
-}
-
-fn error_limit(path: &str, what: &str, limit: f32) -> Checked {
-    ensure(limit > 0.0 && limit < 1.0, path, || {
-        format!(
-            "the {what} is {limit}, as a part of the rest density; it must be above 0 and below 1 (0.01 is 1 %)"
-        )
-    })
-}
-
-fn iterations(path: &str, min: u32, max: u32) -> Checked {
-    ensure(max >= 1 && min <= max, path, || {
-        format!(
-            "at most {max} iterations, at least {min}; the first must be 1 or more and not below the second"
-        )
-    })
-}
-
 fn fluid(scene: &Scene) -> Checked {
     positive("fluid.rest_density", scene.fluid.rest_density, "kg/m³")?;
     match scene.fluid.viscosity {
@@ -289,10 +175,19 @@ fn fluid(scene: &Scene) -> Checked {
     }
 }
 
+pub(super) fn error_limit(path: &str, what: &str, limit: f32) -> Checked {
+    ensure(limit > 0.0 && limit < 1.0, path, || {
+        format!(
+            "the {what} is {limit}, as a part of the rest density; it must be above 0 and below 1 (0.01 is 1 %)"
+        )
+    })
+}
+
 fn follows_the_motion(cfl: Cfl) -> Checked {
     let factor = cfl.factor;
     ensure(factor > 0.0 && factor <= 1.0, "time_step.factor", || {
-        format!("the factor is {factor}; it must be above 0 and at most 1 (0.1 is usual)")
+        let usual = Cfl::default().factor;
+        format!("the factor is {factor}; it must be above 0 and at most 1 ({usual} is usual)")
     })?;
     bounds(cfl.min, cfl.max)
 }
@@ -373,7 +268,7 @@ fn output(scene: &Scene) -> Checked {
     )
 }
 
-fn positive(path: &str, value: f32, unit: &str) -> Checked {
+pub(super) fn positive(path: &str, value: f32, unit: &str) -> Checked {
     ensure(value > 0.0, path, || {
         format!("`{path}` is {}; it must be above 0", with_unit(value, unit))
     })

@@ -70,8 +70,8 @@ pub(super) fn turns_in_plane(path: String, rotation: DVec3, dimension: Dimension
 /// Largest angle of a shape \[degrees].
 const MOST_DEGREES: f64 = 1e6;
 
-/// Largest angle, after which single precision knows it to less than a thousandth \[rad].
-const MOST_TURNS: f32 = 1e4;
+/// Largest angle: 160 turns, which single precision knows to 6e-5 \[rad].
+const MOST_TURNS: f32 = 1e3;
 
 /// An angle is one of the circle: of a larger number its digits say nothing.
 pub(super) fn is_angle(path: String, angle: f32, what: &str) -> Checked {
@@ -79,7 +79,7 @@ pub(super) fn is_angle(path: String, angle: f32, what: &str) -> Checked {
         let apart = angle.abs().next_up() - angle.abs();
         format!(
             "{what} is {angle:e} rad, where numbers in single precision are {apart:.1e} rad apart; it repeats every \
-             2π: write it from 0 to 6.2832"
+             2π: write it from 0 to 6.2832, and at most {MOST_TURNS:e}"
         )
     })
 }

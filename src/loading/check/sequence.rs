@@ -2,7 +2,7 @@
 
 use super::{
     bodies, body_shapes, carried, emitter_places, emitters, forces, gauges, motions, numbers,
-    periodic,
+    periodic, pressure,
     problem::Problem,
     size::{self, Size},
     solids, stability,
@@ -14,6 +14,7 @@ use crate::scene::Scene;
 pub(in crate::loading) fn check(scene: &Scene) -> Result<Size, Problem> {
     numbers::finite(scene)?;
     numbers::numbers(scene)?;
+    pressure::parameters(&scene.pressure)?;
     carried::mass(scene)?;
     body_shapes::shapes(scene)?;
     emitters::fields(scene)?;
