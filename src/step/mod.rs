@@ -32,6 +32,7 @@ mod warnings_of_forces;
 mod warnings_of_gauges;
 mod warnings_of_layers;
 mod warnings_of_pace;
+mod warnings_of_tolerances;
 mod warnings_of_units;
 
 pub use advance::{Advance, advance};

@@ -7,7 +7,8 @@ use glam::{DVec3, Vec3};
 
 use super::{
     limits, numbers::short, warnings_of_cuts, warnings_of_flow, warnings_of_forces,
-    warnings_of_gauges, warnings_of_layers, warnings_of_pace, warnings_of_units,
+    warnings_of_gauges, warnings_of_layers, warnings_of_pace, warnings_of_tolerances,
+    warnings_of_units,
 };
 use crate::{
     loading::Size,
@@ -154,6 +155,7 @@ pub(super) fn of_size(scene: &Scene, size: &Size) -> Vec<String> {
     let walls = scene.boundaries.iter().enumerate();
     warnings.extend(walls.filter_map(|wall| stands(scene, wall, size)));
     warnings.extend(dense_tables(scene));
+    warnings.extend(warnings_of_tolerances::of(scene));
     warnings.extend(warnings_of_flow::of(scene));
     warnings.extend(warnings_of_forces::of(scene));
     warnings.extend(warnings_of_layers::of(scene));
