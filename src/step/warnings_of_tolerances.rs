@@ -2,13 +2,13 @@
 //!
 //! Measured with a block of water, 0.4 m by 0.2 m at a spacing of 20 mm, that meets the floor at 3 m/s: the rise of its
 //! energy over its kinetic one before. Mean errors of 0.3 and 0.5 % leave 6 and 19 % (DFSPH; IISPH 6 and 16), of 1 %
-//! more than the guard allows (70); largest errors of 1, 2 and 5 % leave 7, 30 and more than the guard allows (4, 11 and
-//! 55), and PCISPH 3, 5 and 20. All compression removed at once leaves 113 % (109), nine tenths of it 4 % (2).
+//! more than the guard allows (70); largest errors of 1, 2 and 5 % leave 7, 30 and more than the guard allows (4, 11
+//! and 55), and PCISPH 3, 5 and 20. All compression removed at once leaves 113 % (109), nine tenths of it 4 % (2).
 
 use crate::scene::{Criterion, Scene};
 
-/// Limits up to which less than a tenth of the energy comes back \[-]: on the mean error, on the largest with velocities
-/// that are solved for, and with positions that are predicted.
+/// Limits up to which less than a tenth of the energy comes back \[-]: on the mean error, on the largest with
+/// velocities that are solved for, and with positions that are predicted.
 const MEAN: f32 = 0.003;
 const LARGEST: f32 = 0.01;
 const LARGEST_PREDICTED: f32 = 0.02;
@@ -39,7 +39,8 @@ fn error(scene: &Scene) -> Option<String> {
     };
     (limit > most && !mean_is_limited).then(|| {
         format!(
-            "`pressure.max_density_error` is {limit}, of {what}: fluid that meets a wall or other fluid stays compressed, \
+            "`pressure.max_density_error` is {limit}, of {what}: fluid that meets a wall or other fluid stays \
+             compressed, \
              and springs back with up to all of its energy; at most {most} keeps that below a tenth{other}"
         )
     })
@@ -51,7 +52,8 @@ fn recovery(scene: &Scene) -> Option<String> {
     let share = iterations.recovery;
     (iterations.is_linear && share > RECOVERY).then(|| {
         format!(
-            "`pressure.recovery` is {share}: fluid that meets a wall or other fluid is compressed, and a step that removes \
+            "`pressure.recovery` is {share}: fluid that meets a wall or other fluid is compressed, and a step that \
+             removes \
              all of it throws the fluid back with up to twice its energy; at most {RECOVERY} keeps that below a tenth \
              ({usual} is usual)"
         )
