@@ -79,6 +79,49 @@ impl fmt::Display for Burst {
     }
 }
 
+/// Fluid that starts compressed beyond the scene's limit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct Crowd {
+    /// Density at the start.
+    pub start: StartDensity,
+    /// The limit, `limits.compression` \[-].
+    pub limit: f32,
+    /// Largest amplitude of the scene's jitters \[spacings].
+    pub amplitude: f32,
+}
+
+impl fmt::Display for Crowd {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let Self {
+            start,
+            limit,
+            amplitude,
+        } = self;
+        let place = start.place;
+        write!(
+            f,
+            "the fluid starts {:.1} % above its rest density at ({:.4}, {:.4}, {:.4}) m, more than the {:.1} % of \
+             `limits.compression`: the first step would fail; ",
+            100.0 * start.max_error,
+            place.x,
+            place.y,
+            place.z,
+            100.0 * limit
+        )?;
+        if *amplitude == 0.0 {
+            let fitting = (110.0 * start.max_error).ceil() / 100.0;
+            return write!(f, "{fitting} leaves room");
+        }
+        // Compression grows faster than the amplitude.
+        let fitting = (95.0 * amplitude * limit / start.max_error).floor() / 100.0;
+        write!(
+            f,
+            "its jitter is {amplitude} spacings, and a `jitter.amplitude` of {fitting} would do"
+        )
+    }
+}
+
 /// How much too near something is to the particle that is compressed most.
 fn depth(start: &StartDensity) -> String {
     let nearest = start.nearest;
@@ -124,6 +167,9 @@ pub enum InstallError {
         100.0 * .0.max_error, .0.place.x, .0.place.y, .0.place.z, 100.0 * LARGEST_ERROR, depth(.0)
     )]
     Compressed(StartDensity),
+    /// The fluid is compressed by more than the failure guard allows: the first step would fail.
+    #[error("{0}")]
+    Crowded(Crowd),
     /// The equation of state makes a burst of the density errors at the start.
     #[error("{0}")]
     Bursts(Burst),

@@ -37,7 +37,7 @@ mod warnings_of_units;
 
 pub use advance::{Advance, advance};
 pub use apply::{ApplyError, apply};
-pub use error::{Burst, InstallError, StartDensity};
+pub use error::{Burst, Crowd, InstallError, StartDensity};
 pub use install::{install, install_on_rank};
 pub(crate) use installed::{Installed, NamedFile};
 pub use memory::warnings_beside;

@@ -8,7 +8,7 @@ use super::{
     limits, memory,
     order::{Flow, order_of},
     start_density,
-    start_errors::burst,
+    start_errors::{burst, thrown},
     start_slabs, warnings,
 };
 use crate::{
@@ -145,6 +145,7 @@ pub fn plan_beside(
         (density, None)
     };
     let mut warnings = warnings::of_size(scene, &size);
+    warnings.extend(start_density.and_then(|found| thrown(scene, &found)));
     let burst = start_density.and_then(|found| burst(scene, &found));
     warnings.extend(burst.filter(Burst::is_felt).map(|burst| burst.to_string()));
     let is_exact = sampled.is_some() || size.boundary == 0.0 || size.candidates <= FEW_CANDIDATES;

@@ -98,3 +98,74 @@ fn density_errors_that_an_equation_of_state_turns_into_a_burst_are_refused() {
         }
     }
 }
+
+/// Jitter that compresses single particles beyond the limit of the guard is refused before a step, with an amplitude
+/// that runs; what is not refused runs.
+#[test]
+fn jitter_is_worked_off_or_refused_with_an_amplitude_that_is() {
+    let (mut refused, mut taken) = (0, 0);
+    for (dimension, depth) in [(2, 0.0), (3, 0.3)] {
+        for (amplitude, seed) in [(0.3, 3), (0.35, 4), (0.4, 3), (0.45, 5), (0.49, 6)] {
+            for method in ["Pcisph", "Iisph", "Dfsph", "DeltaSph"] {
+                let run = |amplitude: f32| {
+                    let text = format!(
+                        "(name: \"jitter\", dimension: {dimension}, spacing: 0.05, pressure: {method},
+                        bodies: [(shape: Box(min: (0, 0, 0), max: (0.4, 0.4, {depth})),
+                            jitter: (amplitude: {amplitude}, seed: {seed}))],
+                        boundaries: [Tank(min: (0, 0, 0), max: (0.8, 0.8, {depth}))])"
+                    );
+                    let scene = Scene::parse(&text, "jitter.ron", &[]).expect("a scene");
+                    let refusal = overfall::plan(&scene).err().map(|error| error.to_string());
+                    let mut simulation = match Simulation::with_threads(&scene, 2) {
+                        Ok(simulation) => simulation,
+                        Err(error) => {
+                            assert_eq!(refusal, Some(error.to_string()));
+                            return Err(error.to_string());
+                        }
+                    };
+                    assert_eq!(refusal, None);
+                    for _ in 0..10 {
+                        simulation
+                            .step()
+                            .unwrap_or_else(|error| panic!("{text}: {error}"));
+                    }
+                    Ok(())
+                };
+                let Err(said) = run(amplitude) else {
+                    taken += 1;
+                    continue;
+                };
+                refused += 1;
+                let (_, fitting) = said.split_once("`jitter.amplitude` of ").expect(&said);
+                let fitting = fitting.split(' ').next().unwrap_or_default();
+                let fitting: f32 = fitting.parse().expect("a number");
+                assert!((0.2..amplitude).contains(&fitting), "{said}");
+                run(fitting).unwrap_or_else(|error| panic!("{error}"));
+            }
+        }
+    }
+    assert!(
+        refused > 8 && taken > 12,
+        "{refused} refused, {taken} taken"
+    );
+}
+
+/// A limit of the guard that the lattice itself exceeds is refused with one that it does not.
+#[test]
+fn limits_that_the_start_exceeds_are_refused() {
+    let scene = |limit: f32| {
+        let text = format!(
+            "(name: \"limit\", spacing: 0.1, support: 2, kernel: CubicSpline, limits: (compression: {limit}),
+            bodies: [(shape: Box(min: (0, 0, 0), max: (0.4, 0.4, 0.4)))],
+            boundaries: [Tank(min: (0, 0, 0), max: (0.4, 1, 0.4))])"
+        );
+        let scene = Scene::parse(&text, "limit.ron", &[]).expect("a scene");
+        overfall::plan(&scene)
+            .map(drop)
+            .map_err(|error| error.to_string())
+    };
+    let said = scene(1e-4).expect_err("compressed corners");
+    let (_, rest) = said.split_once("would fail; ").expect(&said);
+    let limit = rest.split(' ').next().unwrap_or_default();
+    scene(limit.parse().expect("a number")).unwrap_or_else(|error| panic!("{error}"));
+}

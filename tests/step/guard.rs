@@ -136,11 +136,18 @@ fn compression_beyond_the_limit_is_refused() {
         pressure: sesph(),
         ..dam()
     };
-    scene.limits.compression = 1e-3;
-    let error = assert_refused(&mut simulation(&scene));
+    scene.limits.compression = 0.2;
+    let mut simulation = simulation(&scene);
+    run(&mut simulation, 2);
+    // A host puts one particle beside another.
+    let entity = some_particle(&mut simulation);
+    let other = common::state(simulation.world_mut())[500].1;
+    let mut particle = simulation.world_mut().entity_mut(entity);
+    particle.get_mut::<Position>().expect("a particle").0 = other + Vec3::splat(2e-3);
+    let error = assert_refused(&mut simulation);
     match error.cause {
         FailureCause::OverCompressed { compression, limit } => {
-            assert!(limit == 1e-3 && compression > limit);
+            assert!(limit == 0.2 && compression > limit);
         }
         other => panic!("{other}"),
     }
