@@ -292,3 +292,33 @@ fn ground_is_where_its_heights_are() {
                 boundaries: [Terrain(size: (1, 1), heights: Generated(cell: 1))])";
     assert!(refusal(flat).contains("a terrain needs `dimension: 3`"));
 }
+
+/// Files whose particles lie in one place, or within a spacing that is another one, are refused before their pairs are
+/// summed; others are not.
+#[test]
+fn files_whose_particles_lie_in_one_place_are_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (apart, count, is_right) in [
+        (0.0_f64, 70_000, false),
+        (1e-6, 1000, false),
+        (0.05, 1000, true),
+        (0.01, 1000, false),
+    ] {
+        let mut text = "x,y,z\n".to_owned();
+        for k in 0..count {
+            let place = [k % 10, k / 10 % 10, k / 100].map(|k| apart * f64::from(k));
+            text += &format!("{},{},{}\n", place[0], place[1], place[2]);
+        }
+        let file = written(folder.path(), "particles.csv", &text);
+        match body(Shape::Particles(file)).check() {
+            Ok(()) => assert!(is_right, "{apart}"),
+            Err(error) => {
+                let said = error.to_string();
+                assert!(
+                    !is_right && said.contains("lie within a spacing"),
+                    "{apart}: {said}"
+                );
+            }
+        }
+    }
+}

@@ -18,7 +18,7 @@ use crate::filling::{self, Obstacle};
 use crate::mesh::{Mesh, TOLERANCE};
 use crate::sampling::layer_depth;
 use crate::scene::shapes::{Lattice, tolerance};
-use crate::scene::{BoundaryShape, Dimension, Frame, Scene};
+use crate::scene::{BoundaryShape, Dimension, Frame, Scene, Shape};
 
 /// The particles of one body: their lattice, and the box around their centres \[m].
 pub(super) struct Particles {
@@ -61,6 +61,9 @@ pub(super) fn places(scene: &Scene, meshes: &[Option<Mesh>]) -> Result<Vec<Parti
             tolerance: spacing * tolerance(min.abs().max(max.abs()).max_element(), spacing),
         };
         in_domain(scene, &body)?;
+        if matches!(scene.bodies[index].shape, Shape::Particles(_)) {
+            not_crowded(scene, &body)?;
+        }
         periodic::meets_itself(scene, &body.path, (body.min, body.max))?;
         bodies.push(body);
     }
@@ -73,6 +76,32 @@ pub(super) fn places(scene: &Scene, meshes: &[Option<Mesh>]) -> Result<Vec<Parti
     }
     all_apart(&bodies, spacing)?;
     Ok(bodies)
+}
+
+/// Particles \[-] in a cube of a spacing from which a file is refused: the pairs of many more take all time and memory
+/// before their density is known.
+const CROWD: u32 = 64;
+
+/// The particles of a file do not lie in one place by the dozen.
+fn not_crowded(scene: &Scene, body: &Particles) -> Checked {
+    let spacing = f64::from(scene.spacing);
+    let mut cells: HashMap<I64Vec3, u32> = HashMap::new();
+    let (mut most, mut at) = (0, DVec3::ZERO);
+    body.lattice.for_each(|x| {
+        let count = cells.entry((x / spacing).floor().as_i64vec3()).or_default();
+        *count += 1;
+        if *count > most {
+            (most, at) = (*count, x);
+        }
+    });
+    ensure(most < CROWD, &body.path, || {
+        format!(
+            "{most} particles of the file lie within a spacing of {} m at {}, where a fluid has one; the spacing, or \
+             the `scale` of the file, is another one",
+            scene.spacing,
+            point(at, scene.dimension)
+        )
+    })
 }
 
 /// Tanks and obstacles of a scene, to be found by their places.
