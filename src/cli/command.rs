@@ -11,7 +11,7 @@ use super::surfaces::write as surfaces;
 use super::{
     advise, check, console,
     exit::{Exit, Failure},
-    fields, interrupt, options, picture, run, study, surface, validate,
+    fields, interrupt, options, picture, run, study, surface, tips, validate,
 };
 
 /// Smoothed particle hydrodynamics as entities and systems, driven by RON scene files.
@@ -53,7 +53,14 @@ enum Command {
 pub(crate) fn main() -> ExitCode {
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
-        Err(refused) => return tell(&refused),
+        Err(mut refused) => {
+            let arguments = std::env::args_os();
+            let arguments: Vec<String> = arguments
+                .map(|argument| argument.to_string_lossy().into_owned())
+                .collect();
+            tips::add(&mut refused, &arguments);
+            return tell(&refused);
+        }
     };
     interrupt::outlive_size_limits();
     let ended = match arguments.command {

@@ -14,7 +14,19 @@ pub(super) fn fields(options: &options::Fields) -> Result<Exit, Failure> {
     if options.json {
         return schema();
     }
-    let text = list(&Scene::json_schema(), &options.words);
+    let schema = Scene::json_schema();
+    let mut text = list(&schema, &options.words);
+    if text.is_empty() {
+        // Paths as `--set` takes them: the fields of `pressure` are those of its variants.
+        let last = |word: &String| word.rsplit('.').next().unwrap_or_default().to_owned();
+        let words: Vec<String> = options.words.iter().map(last).collect();
+        let are_names = words.iter().all(|word| !word.is_empty());
+        text = if are_names {
+            list(&schema, &words)
+        } else {
+            text
+        };
+    }
     if text.is_empty() {
         return Err(Failure::Refused(format!(
             "no field or variant is called like {}; `overfall fields` lists them all",

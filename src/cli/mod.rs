@@ -42,6 +42,7 @@ mod study;
 mod surface;
 #[cfg(feature = "surface")]
 mod surfaces;
+mod tips;
 mod validate;
 mod waiting;
 mod walls;

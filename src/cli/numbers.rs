@@ -22,10 +22,9 @@ pub(super) fn resolution(text: &str) -> Result<u32, String> {
 }
 
 fn within(text: &str, least: u64, most: u64) -> Result<u64, String> {
-    let number = whole_number(text)?;
-    (least..=most)
-        .contains(&number)
-        .then_some(number)
+    let number = text.parse().ok();
+    number
+        .filter(|number| (least..=most).contains(number))
         .ok_or_else(|| format!("it must be a whole number from {least} to {most}"))
 }
 

@@ -4,7 +4,7 @@ use ron::error::{Error, SpannedError};
 use serde::de::DeserializeOwned;
 
 use super::ron_text::deserialize;
-use super::slips::{slip, slip_around, slip_of_key, slip_of_name, slip_within};
+use super::slips::{slip, slip_around, slip_of_key, slip_of_name, slip_of_vector, slip_within};
 use super::spans::{Kind, Node, byte_at, is_name, line_column, scan};
 use crate::input::without_mark;
 use crate::scene::{Place, SceneError, unknown_name};
@@ -87,6 +87,12 @@ pub(super) fn explain_in_file<T: DeserializeOwned>(
         (Error::MissingStructField { .. } | Error::ExpectedDifferentLength { .. }, Some(tree)) => {
             // A name that stands alone lacks the fields that have no default.
             let alone = tree.name_that_ends(end, text).or_else(|| tree.bracket(end));
+            if matches!(error.code, Error::ExpectedDifferentLength { .. })
+                && let Some(node) = alone
+                && let Some(slip) = slip_within::<T>(text, node.span.clone())
+            {
+                message = slip.in_file(&text[node.span.clone()]);
+            }
             alone.map_or(end, |node| node.span.start)
         }
         (code, Some(tree)) => {
@@ -131,6 +137,9 @@ fn within<T: DeserializeOwned>(
     };
     let value = &text[node.span.clone()];
     let around = tree.bracket(end).unwrap_or(node);
+    if let Some((found, start)) = slip_of_vector::<T>(text, around) {
+        return (Some(found), start);
+    }
     let found = if let Some(slip) = slip::<T>(text, node.span.clone()) {
         Some(slip.in_file(value))
     } else if let Some(slip) = slip_within::<T>(text, around.span.clone()) {
@@ -184,7 +193,12 @@ fn foreign_blank(text: &str) -> Option<(usize, char)> {
 fn foreign_sign(code: &Error, before: &str, rest: &str) -> Option<&'static str> {
     let next = rest.trim_start().chars().next()?;
     let last = before.trim_end().chars().next_back();
+    let is_part = |c: char| c.is_alphanumeric() || c == '_';
+    let behind_name = rest.trim_start().trim_start_matches(is_part).trim_start();
     match (last, next) {
+        _ if is_part(next) && behind_name.starts_with('=') => {
+            Some("the value of a field stands behind a colon, `name: value`")
+        }
         (_, '#') => Some("a comment begins with `//`"),
         (_, '*' | '+') => Some("numbers are written out: there is no arithmetic"),
         (_, ';') => Some("fields and values are separated by commas"),

@@ -39,7 +39,13 @@ impl Override {
             })
         };
         let Some((path, value)) = text.split_once('=') else {
-            return refuse("expected PATH=VALUE, such as `spacing=0.01`");
+            let meant = text.split_once(':').or_else(|| text.trim().split_once(' '));
+            return match meant.map(|(path, value)| (path.trim(), value.trim())) {
+                Some((path, value)) if is_path(path) && !value.is_empty() => refuse(&format!(
+                    "expected PATH=VALUE; did you mean `{path}={value}`?"
+                )),
+                _ => refuse("expected PATH=VALUE, such as `spacing=0.01`"),
+            };
         };
         let (path, value) = (path.trim(), value.trim());
         if path.split('.').any(|step| step.trim().is_empty()) {
@@ -89,8 +95,11 @@ impl Override {
                     changed.replace_range(node.span.clone(), &format!("{}\n", self.value));
                     let span = node.span.start..node.span.start + self.value.len();
                     match slip::<Scene>(&changed, span.clone()) {
-                        Some(slip) => slip.in_override(&self.path, &self.value),
-                        None => self.deeper_slip(&changed, span).unwrap_or(message),
+                        // No value may bring in a second field.
+                        Some(slip) if slip.is_of_one_value() => {
+                            slip.in_override(&self.path, &self.value)
+                        }
+                        _ => self.deeper_slip(&changed, span).unwrap_or(message),
                     }
                 })
                 .map_err(refuse),

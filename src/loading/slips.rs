@@ -7,6 +7,7 @@
 mod keys;
 mod place;
 mod spelling;
+mod vectors;
 
 use std::ops::Range;
 
@@ -14,20 +15,23 @@ use ron::error::Error;
 use serde::de::DeserializeOwned;
 
 use super::spans::{Field, Kind, is_name, scan};
+use crate::scene::{elsewhere, unknown_name};
 use place::{Meant, NOBODY, Place, variants_of};
 
 pub(super) use keys::slip_of_key;
 pub(super) use place::Slip;
+pub(super) use vectors::slip_of_vector;
 
 /// The slip in the value at `span` of a text that is no `T`, if it is a known one.
 pub(super) fn slip<T: DeserializeOwned>(text: &str, span: Range<usize>) -> Option<Slip> {
     let place = Place::of::<T>(text, span)?;
     let value = text[place.span.clone()].trim();
     spelling::signs_of_print(&place, value)
+        .or_else(|| spelling::whole_word(&place, value))
         .or_else(|| number(&place, value))
         .or_else(|| spelling::slip(&place, value))
         .or_else(|| quotes(&place, value))
-        .or_else(|| brackets(&place, value))
+        .or_else(|| vectors::brackets(&place, value))
         .or_else(|| variants(&place, value))
         .or_else(|| fields(&place, value))
         .or_else(|| named(&place, value))
@@ -40,11 +44,11 @@ pub(super) fn slip_of_name<T: DeserializeOwned>(text: &str, span: Range<usize>) 
     spelling::text(&place, text[place.span.clone()].trim())
 }
 
-/// The slip in the values of a bracket, of which one has a decimal comma.
+/// The slip in the values of a bracket: one has a decimal comma, or one is missing or too many.
 pub(super) fn slip_within<T: DeserializeOwned>(text: &str, span: Range<usize>) -> Option<Slip> {
     let place = Place::of::<T>(text, span)?;
     let value = text[place.span.clone()].trim();
-    spelling::decimal_comma(&place, value)
+    spelling::decimal_comma(&place, value).or_else(|| vectors::length(&place, value))
 }
 
 /// The slip in the number around a byte of a text that is not even RON, and where it begins: `0,05` and `1 s` are two
@@ -66,7 +70,8 @@ pub(super) fn slip_around<T: DeserializeOwned>(text: &str, byte: usize) -> Optio
         return Some((what.to_owned(), start));
     }
     let place = Place::of::<T>(text, start..start + value.len())?;
-    let found = number(&place, value).or_else(|| variants(&place, value))?;
+    let found = (number(&place, value).or_else(|| variants(&place, value)))
+        .or_else(|| spelling::text(&place, value))?;
     Some((found.in_file(value), start))
 }
 
@@ -219,8 +224,13 @@ fn quotes(place: &Place, value: &str) -> Option<Slip> {
     let meant = if is_right {
         inner.to_owned()
     } else {
+        let known = variants_of(place)?;
         let same = |known: &&str| known.eq_ignore_ascii_case(inner);
-        let known = variants_of(place)?.into_iter().find(same)?;
+        let Some(known) = known.iter().copied().find(same) else {
+            let unknown = unknown_name("variant", inner, None, &known);
+            let what = format!("no quotes belong here, and it is an {unknown}");
+            return is_name(inner).then_some(Slip { what, meant: None });
+        };
         if !place.takes(known) {
             let what = format!(
                 "no quotes belong here, and the values of `{known}` in a bracket behind it"
@@ -232,41 +242,15 @@ fn quotes(place: &Place, value: &str) -> Option<Slip> {
     Some(Slip::value("no quotes belong here", meant))
 }
 
-/// A list in place of a vector, one value in place of either, and three values without a bracket.
-fn brackets(place: &Place, value: &str) -> Option<Slip> {
-    let inner = (value.strip_prefix('[')).and_then(|rest| rest.strip_suffix(']'));
-    let vector = format!("({})", inner.unwrap_or(value));
-    let is_vector = place.takes("(0, 0, 0)") && !place.takes(NOBODY);
-    if is_vector && place.takes(&vector) {
-        return Some(Slip::value("a vector has round brackets", vector));
-    }
-    let expected = |what: &str| Slip {
-        what: format!("expected {what}, found `{value}`"),
-        meant: None,
-    };
-    if is_vector && value.starts_with('(') && value.contains(':') {
-        return Some(expected("a vector of three numbers, `(x, y, z)`"));
-    }
-    let rows = "((0, 0, 0), (0, 0, 0), (0, 0, 0))";
-    if !is_vector && !value.starts_with('(') && place.takes(rows) && !place.takes(NOBODY) {
-        return Some(expected("three rows of three numbers, `((…), (…), (…))`"));
-    }
-    if is_vector && !value.starts_with('(') {
-        let otherwise = || Some(expected("a vector of three numbers, `(x, y, z)`"));
-        return spelling::signs(place, value).or_else(otherwise);
-    }
-    let is_pair = place.takes("(0, 1)") && !place.takes(NOBODY);
-    if is_pair && !value.starts_with('(') {
-        return Some(expected("two numbers, `(from, to)`"));
-    }
-    let list = format!("[{value}]");
-    let is_list = inner.is_none() && place.takes(&list);
-    is_list.then(|| Slip::value("expected a list", list))
-}
-
 /// Something in place of one of some variants.
 fn variants(place: &Place, value: &str) -> Option<Slip> {
     let expected = variants_of(place)?;
+    if let Some(hint) = elsewhere("constant", &expected)
+        && vectors::numbers(value).is_some()
+    {
+        let what = format!("expected one of {}: {hint}", expected.join(", "));
+        return Some(Slip { what, meant: None });
+    }
     let is_name = value.starts_with(|c: char| c.is_alphabetic());
     let mut meant = None;
     // With its unit, or its quotes, a number is none yet.
@@ -308,7 +292,8 @@ fn without_bracket(place: &Place, value: &str, expected: &[&str]) -> Option<Stri
         Kind::Fields(fields) => {
             let is_variant = |field: &&Field| {
                 let node = &field.value;
-                expected.contains(&node.name.unwrap_or(&value[node.span.clone()]))
+                let text = value[node.span.clone()].trim_matches('"');
+                expected.contains(&node.name.unwrap_or(text))
             };
             let inner = fields.iter().find(is_variant)?;
             let others = fields
@@ -319,7 +304,7 @@ fn without_bracket(place: &Place, value: &str, expected: &[&str]) -> Option<Stri
         }
         _ => return None,
     };
-    let alone = &value[inner.span.clone()];
+    let alone = value[inner.span.clone()].trim_matches('"');
     let meant = if beside.is_empty() {
         alone.to_owned()
     } else {
@@ -354,8 +339,15 @@ fn fields(place: &Place, value: &str) -> Option<Slip> {
     );
     let bare = value.trim_matches('"');
     for field in &known {
-        if place.takes(&format!("({field}: {value})")) {
-            let meant = Some(Meant::Field((*field).to_owned()));
+        let meant = match place.refusal(&format!("({field}: {value})")) {
+            None => Some(Meant::Field((*field).to_owned())),
+            // It belongs there, with another one beside it.
+            Some(Error::MissingStructField { field: other, .. }) if known.contains(&other) => {
+                Some(Meant::Value(format!("({field}: {value}, {other}: …)")))
+            }
+            Some(_) => None,
+        };
+        if meant.is_some() {
             return Some(Slip { what, meant });
         }
         let unquoted = format!("({field}: {bare})");

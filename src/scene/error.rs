@@ -75,6 +75,9 @@ pub(crate) fn unknown_name(what: &str, found: &str, of: Option<&str>, known: &[&
              ({what}s: {list})"
         );
     }
+    if let Some(hint) = elsewhere(&found.to_lowercase(), known) {
+        return format!("unknown {what} `{found}`{of}: {hint} ({what}s: {list})");
+    }
     match nearest(found, known) {
         Some(near) => {
             format!("unknown {what} `{found}`{of}; did you mean `{near}`? ({what}s: {list})")
@@ -84,8 +87,25 @@ pub(crate) fn unknown_name(what: &str, found: &str, of: Option<&str>, known: &[&
     }
 }
 
+/// Where what people look for here is instead.
+pub(crate) fn elsewhere(found: &str, known: &[&str]) -> Option<&'static str> {
+    let are = |names: &[&str]| names.iter().all(|name| known.contains(name));
+    let is_count = matches!(
+        found,
+        "threads" | "num_threads" | "n_threads" | "cores" | "cpus"
+    );
+    let is_even = matches!(found, "constant" | "uniform" | "gravity" | "acceleration");
+    if is_count && are(&["executor", "duration"]) {
+        Some("the number of threads is an option of the command, `--threads 4`")
+    } else if is_even && are(&["Central", "Wave"]) {
+        Some("an acceleration that is the same everywhere is added to `gravity`")
+    } else {
+        None
+    }
+}
+
 /// Words of other programs and of formulas, and what they are called here.
-const SYNONYMS: [(&str, &str); 61] = [
+const SYNONYMS: [(&str, &str); 65] = [
     ("density", "rest_density"),
     ("rho", "rest_density"),
     ("rho0", "rest_density"),
@@ -111,6 +131,10 @@ const SYNONYMS: [(&str, &str); 61] = [
     ("velocity", "speed"),
     ("omega", "angular_velocity"),
     ("wcsph", "Sesph"),
+    ("tait", "Sesph"),
+    ("eos", "Sesph"),
+    ("isph", "Iisph"),
+    ("hashing", "CompactHashing"),
     ("disc", "Sphere"),
     ("circle", "Disc"),
     ("circle", "Sphere"),

@@ -37,7 +37,7 @@ pub use body_force::*;
 pub(crate) use boundary_motion::LEAST_WAY;
 pub use emitter::*;
 pub use error::{Place, SceneError};
-pub(crate) use error::{known_as, unknown_name};
+pub(crate) use error::{elsewhere, known_as, unknown_name};
 pub use force_wave::ForceWave;
 pub use gauge::*;
 pub use geometry::*;

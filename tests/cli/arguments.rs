@@ -220,3 +220,54 @@ fn a_file_that_belongs_to_another_command_is_known_as_what_it_is() {
     let errors = overfall(&folder, &["study", "study.ron"]);
     assert!(!stderr(&errors).contains("this is"), "{}", stderr(&errors));
 }
+
+/// Fields of a scene and options of other programs are answered with what does the same here.
+#[test]
+fn arguments_of_others_are_answered_with_what_was_meant() {
+    let folder = folder_with_tiny();
+    for (arguments, part) in [
+        (&["tiny.ron"][..], "`overfall run tiny.ron`"),
+        (
+            &["run", "tiny.ron", "--spacing", "0.1"],
+            "`--set spacing=VALUE`",
+        ),
+        (
+            &["run", "tiny.ron", "--time-step", "0.1"],
+            "`--set time_step=Fixed(S)`",
+        ),
+        (&["run", "tiny.ron", "spacing=0.1"], "`--set spacing=0.1`"),
+        (
+            &["run", "tiny.ron", "--set", "spacing", "0.1"],
+            "`--set spacing=0.1`",
+        ),
+        (
+            &["run", "tiny.ron", "--set", "spacing:0.1"],
+            "`spacing=0.1`",
+        ),
+        (
+            &["run", "tiny.ron", "--fps", "10"],
+            "`--frames-per-second N`",
+        ),
+        (
+            &["run", "tiny.ron", "--dt", "0.01"],
+            "`--set time_step=Fixed(S)`",
+        ),
+        (
+            &["run", "tiny.ron", "--method", "dfsph"],
+            "`--set pressure=METHOD`",
+        ),
+        (&["run", "tiny.ron", "-o", "x"], "`--out DIR`"),
+        (&["run", "tiny.ron", "--dry-run"], "the command `check`"),
+        (&["run", "--scene", "tiny.ron"], "the scene's file alone"),
+        (&["run", "tiny.ron", "--threads", "-2"], "from 1 to 4096"),
+        (&["run", "tiny.ron", "--quite"], "'--quiet'"),
+    ] {
+        let output = overfall(&folder, arguments);
+        assert_exit(&output, 2);
+        let said = stderr(&output);
+        assert!(said.contains(part), "{arguments:?}: {said}");
+    }
+    let fields = overfall(&folder, &["fields", "pressure.recovery"]);
+    assert_exit(&fields, 0);
+    assert!(stdout(&fields).contains("recovery"));
+}

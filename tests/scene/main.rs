@@ -21,6 +21,8 @@ mod periodic;
 mod readers;
 mod schema;
 mod slips;
+mod slips_values;
 mod starts;
 mod thin_cut;
 mod turned;
+mod usual;

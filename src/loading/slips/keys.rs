@@ -4,7 +4,7 @@ use serde::de::DeserializeOwned;
 
 use super::{
     fields_of, named,
-    place::{NOBODY, Place},
+    place::{NOBODY, Place, variants_of},
 };
 use crate::{
     loading::spans::{Field, Kind, Node},
@@ -39,7 +39,10 @@ pub(in crate::loading) fn slip_of_key<T: DeserializeOwned>(
                 }
             };
             let meant = deeper(inner_of, key, value, known)
-                .or_else(|| another(&place, value, beside, known))?;
+                .or_else(|| another(&place, value, beside, known));
+            let Some(meant) = meant else {
+                return in_variants::<T>(text, field, known);
+            };
             Some(format!(
                 "unknown field `{key}` here; did you mean `{meant}`?"
             ))
@@ -92,6 +95,38 @@ fn deeper(
     match &found[..] {
         [only] => Some(only.clone()),
         _ => None,
+    }
+}
+
+/// A field of variants of one of the fields: `Sesph(stiffness: 1000)` for `Sesph(equation: Tait(stiffness: 1000))`.
+fn in_variants<T: DeserializeOwned>(text: &str, field: &Field, known: &[&str]) -> Option<String> {
+    let (key, value) = (field.key, &text[field.value.span.clone()]);
+    let span = field.key_span.start..field.value.span.end;
+    let place = Place::of::<T>(text, span)?;
+    let of_outer = |outer: &&str| {
+        let inner = Place::of::<T>(text, place.span.clone())?.within(outer);
+        let variants = variants_of(&inner).unwrap_or_default().into_iter();
+        let has_it = |variant: &&str| {
+            fields_of(&inner, &format!("{variant}({NOBODY}: 0)"))
+                .is_some_and(|of| of.contains(&key))
+        };
+        let places = variants.filter(has_it);
+        Some(
+            places
+                .map(|variant| format!("`{outer}: {variant}({key}: {value})`"))
+                .collect(),
+        )
+    };
+    let found: Vec<String> = (known.iter().filter_map(of_outer))
+        .flat_map(|places: Vec<String>| places)
+        .collect();
+    match &found[..] {
+        [] => None,
+        [only] => Some(format!("unknown field `{key}` here; did you mean {only}?")),
+        several => Some(format!(
+            "unknown field `{key}` here; it is one of {}",
+            several.join(", ")
+        )),
     }
 }
 

@@ -5,7 +5,10 @@ use std::ops::Range;
 use ron::error::Error;
 use serde::de::DeserializeOwned;
 
-use crate::loading::{ron_text::deserialize, spans::byte_at};
+use crate::loading::{
+    ron_text::deserialize,
+    spans::{byte_at, scan},
+};
 
 /// Longer texts are not read a few dozen times for a hint \[bytes].
 const LONGEST: usize = 1 << 20;
@@ -47,6 +50,14 @@ impl Slip {
         })
     }
 
+    /// Whether what was meant is no more than the value.
+    pub(in crate::loading) fn is_of_one_value(&self) -> bool {
+        match &self.meant {
+            Some(Meant::Value(meant)) => scan(meant).is_some(),
+            Some(Meant::Field(_)) | None => true,
+        }
+    }
+
     fn message(&self, meant: Option<String>) -> String {
         match meant {
             Some(meant) => format!("{}; did you mean `{meant}`?", self.what),
@@ -66,6 +77,8 @@ impl Slip {
 pub(super) struct Place<'a> {
     text: &'a str,
     pub(super) span: Range<usize>,
+    /// What stands before a value that is tried.
+    before: String,
     read: fn(&str) -> Result<(), ron::error::SpannedError>,
 }
 
@@ -73,16 +86,35 @@ impl<'a> Place<'a> {
     pub(super) fn of<T: DeserializeOwned>(text: &'a str, span: Range<usize>) -> Option<Self> {
         let read = |text: &str| deserialize::<T>(text).map(drop);
         let is_worth_it = text.len() <= LONGEST && !span.is_empty();
-        is_worth_it.then_some(Self { text, span, read })
+        is_worth_it.then_some(Self {
+            text,
+            span,
+            before: String::new(),
+            read,
+        })
+    }
+
+    /// The place of the value of a field that stands in this one.
+    pub(super) fn within(self, field: &str) -> Self {
+        let before = format!("{field}: ");
+        Self { before, ..self }
     }
 
     /// The error with another value in the place, unless it is behind the place.
     pub(super) fn refusal(&self, value: &str) -> Option<Error> {
         let mut text = self.text.to_owned();
-        text.replace_range(self.span.clone(), value);
+        let value = format!("{}{value}", self.before);
+        text.replace_range(self.span.clone(), &value);
         let error = (self.read)(&text).err()?;
         let at = byte_at(&text, error.span.end.line, error.span.end.col);
         (at <= self.span.start + value.len()).then_some(error.code)
+    }
+
+    /// Whether the place is behind the name of a field, `name:`.
+    pub(super) fn is_value_of(&self, name: &str) -> bool {
+        let before = self.text[..self.span.start].trim_end();
+        let before = before.strip_suffix(':').map(str::trim_end);
+        before.is_some_and(|before| before.ends_with(name))
     }
 
     pub(super) fn takes(&self, value: &str) -> bool {

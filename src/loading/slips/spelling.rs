@@ -42,6 +42,29 @@ fn truth(place: &Place, value: &str) -> Option<Slip> {
     is_truth.then(|| Slip::value("expected `true` or `false`", meant.to_owned()))
 }
 
+/// Words for whole numbers.
+const WORDS: [(&str, &str); 10] = [
+    ("never", "0"),
+    ("none", "0"),
+    ("off", "0"),
+    ("no", "0"),
+    ("one", "1"),
+    ("two", "2"),
+    ("three", "3"),
+    ("1d", "1"),
+    ("2d", "2"),
+    ("3d", "3"),
+];
+
+/// A word in place of a whole number.
+pub(super) fn whole_word(place: &Place, value: &str) -> Option<Slip> {
+    let word = value.trim_matches(['"', '\'']).to_lowercase();
+    let meant = WORDS.iter().find(|(known, _)| *known == word)?.1;
+    let takes_whole = (place.takes("1") || place.takes("2")) && !place.takes("1.5");
+    let is_right = takes_whole && !place.takes("true") && place.takes(meant);
+    is_right.then(|| Slip::value("expected a whole number", meant.to_owned()))
+}
+
 /// A number with a point or an exponent in place of a whole one.
 fn whole_number(place: &Place, value: &str) -> Option<Slip> {
     let number: f64 = value.parse().ok()?;
