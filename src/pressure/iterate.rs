@@ -143,8 +143,8 @@ const LONGEST_INTERVAL: u32 = 100;
 pub(super) enum End {
     /// The error is below its limit.
     Converged,
-    /// The initial pressures are further from the solution than none. Those of an impact are: the next step has no use
-    /// for them, and a short one would not see in its densities that they throw the fluid back.
+    /// The initial pressures are further from the solution than none. Those of an impact are: the next step does
+    /// not need them, and a short one would not see in its densities that they throw the fluid back.
     Misled,
     /// The maximum number of iterations is reached.
     Exhausted,

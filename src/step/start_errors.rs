@@ -37,8 +37,8 @@ pub(super) fn allowed(scene: &Scene, found: StartDensity) -> Result<StartDensity
 /// more than twice as fast as anything that the scene is about.
 const LARGEST_BURST: f32 = 0.7;
 
-/// Compression \[-] from which PCISPH throws particles apart: blocks with a jitter of 0.3 to 0.4 spacings had 1 to 14 times
-/// their energy from falls then.
+/// Compression \[-] from which PCISPH throws particles apart: blocks with a jitter of 0.3 to 0.4 spacings had 1 to 14
+/// times their energy from falls then.
 const CROWDED: f32 = 0.35;
 
 /// A warning for a start that positions which are predicted throw apart.

@@ -72,8 +72,8 @@ fn blocks(dimension: u32, spacing: f64) -> Vec<Flat> {
     ]
 }
 
-/// Lets a block fall until a tenth of a second after it met its wall. Returns the energy that it gained, of what it had,
-/// and its largest speed over that of free fall through its own depth, too.
+/// Lets a block fall until a tenth of a second after it met its wall. Returns the energy that it gained, of what it
+/// had, and its largest speed over that of free fall through its own depth, too.
 fn fall(block: &Flat, settings: &str) -> (f64, f64) {
     let text = block
         .scene

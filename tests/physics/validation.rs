@@ -247,8 +247,8 @@ fn front_converges(name: &str, method: usize, bound: f64, to_experiment: &[(&str
 /// up to a fifth behind: its gate opens and its floor has friction.
 const CONVERGED: [f64; 8] = [1.106, 1.376, 1.722, 2.118, 2.591, 3.104, 3.670, 4.246];
 
-/// The front at the middle resolution is as near to the converged one as twice the distance at the finest \[-], which is
-/// 1.8 % with DFSPH.
+/// The front at the middle resolution is as near to the converged one as twice the distance at the finest \[-], which
+/// is 1.8 % with DFSPH.
 fn front_is_the_converged_one(method: usize) {
     let case = case("dam_break_koshizuka_oka");
     let bound = [0.05, 0.05, 0.035, 0.035, 0.035, 0.05][method];

@@ -25,7 +25,7 @@ const LINES: [(&str, &str); 40] = [
     ("pressure: (type: \"Dfsph\")", "did you mean `Dfsph`?"),
     ("pressure: Tait", "did you mean `Sesph`?"),
     ("pressure: Sesph(stiffness: 1000)", "`equation: Tait(stiffness: 1000)`, `equation: Gas(stiffness: 1000)`"),
-    ("index: (structure: \"Grid\")", "no quotes belong here, and it is an unknown variant `Grid`; did you mean `UniformGrid`?"),
+    ("index: (structure: \"Grid\")", "it is an unknown variant `Grid`; did you mean `UniformGrid`?"),
     ("time_step: Fixed(dt = 0.001)", "stands behind a colon, `name: value`"),
     ("time_step: \"adaptive\"", "did you mean `Adaptive`?"),
     ("fluid: (kinematic_viscosity: 1e-6)", "did you mean `viscosity: Laminar(kinematic_viscosity: 1e-6)`?"),
