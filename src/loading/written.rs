@@ -24,7 +24,7 @@ pub(super) fn carried(text: &str, path: &str) -> Result<(), Problem> {
     found.map_or(Ok(()), Err)
 }
 
-/// What becomes of a number; nothing of one that is carried, and of what is no number.
+/// How a number is carried wrongly; nothing for one that is carried, and for what is no number.
 fn lost(written: &str) -> Option<&'static str> {
     if !written.contains(|c: char| c.is_ascii_digit()) {
         return None;
