@@ -110,8 +110,14 @@ fn fall(block: &Flat, settings: &str) -> (f64, f64) {
 /// Checks energy and speed of a block.
 fn falls(block: &Flat, settings: &str) {
     let (gained, fastest) = fall(block, settings);
-    // What is compressed while the lowest rows meet their wall springs back; ten rows have the most of it.
-    assert!(gained < 0.05, "{} {settings}: {gained}", block.name);
+    // What is compressed while the lowest rows meet their wall springs back; ten rows have the most of it. PCISPH removes
+    // it by the step and not in a time, since its columns gain energy otherwise: what can spread springs back further.
+    let most = if settings.contains("Pcisph") && !block.fills {
+        0.12
+    } else {
+        0.05
+    };
+    assert!(gained < most, "{} {settings}: {gained}", block.name);
     // Single particles are squeezed out of the rows that meet. A block that can spread squeezes out its lowest row, the
     // faster the nearer it is to the floor.
     assert!(
