@@ -110,8 +110,9 @@ fn fall(block: &Flat, settings: &str) -> (f64, f64) {
 /// Checks energy and speed of a block.
 fn falls(block: &Flat, settings: &str) {
     let (gained, fastest) = fall(block, settings);
-    // What is compressed while the lowest rows meet their wall springs back; ten rows have the most of it. PCISPH removes
-    // it by the step and not in a time, since its columns gain energy otherwise: what can spread springs back further.
+    // What is compressed while the lowest rows meet their wall springs back; ten rows have the most of it. PCISPH
+    // removes it by the step and not in a time, since its columns gain energy otherwise: what can spread springs back
+    // further.
     let most = if settings.contains("Pcisph") && !block.fills {
         0.12
     } else {
