@@ -233,15 +233,15 @@ fn update_pressure(
         Res<PredictedDensities>,
         Res<InverseDiagonals>,
         Res<DensityRates>,
-        Res<PressureAccelerations>,
     ),
+    forces: Res<PressureAccelerations>,
     stabilisation: Res<Stabilisation>,
     correction: Res<PressureCorrection>,
     material: Res<Material>,
     clock: Res<Clock>,
     execution: Res<Execution>,
 ) {
-    let (densities, predicted, diagonals, rates, forces) = columns;
+    let (densities, predicted, diagonals, rates) = columns;
     // Else the rates are those of the initial solve.
     let rates = is_stabilised(stabilisation).then_some(&rates.0);
     let rest_density = material.rest_density;
