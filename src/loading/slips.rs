@@ -16,7 +16,7 @@ use serde::de::DeserializeOwned;
 
 use super::spans::{Field, Kind, is_name, scan};
 use crate::scene::{elsewhere, unknown_name};
-use place::{Meant, NOBODY, Place, variants_of};
+use place::{Meant, NOBODY, Place, fields_of, variants_of};
 
 pub(super) use keys::slip_of_key;
 pub(super) use place::Slip;
@@ -377,14 +377,4 @@ fn named(place: &Place, value: &str) -> Option<Slip> {
     let mut named = known.iter().map(|field| format!("{field}: {value}"));
     let meant = named.find(|named| place.takes(named)).map(Meant::Value);
     Some(Slip { what, meant })
-}
-
-/// The fields that ron says there are where it meets an unknown one.
-fn fields_of(place: &Place, unknown: &str) -> Option<Vec<&'static str>> {
-    match place.refusal(unknown)? {
-        Error::NoSuchStructField {
-            expected, found, ..
-        } if found == NOBODY => Some(expected.to_vec()),
-        _ => None,
-    }
 }

@@ -6,7 +6,7 @@ use super::errors::{SCENE, refusal};
 
 /// Lines of a file, and a part of the answer. Lines stand in place of those of the same field.
 #[rustfmt::skip]
-const LINES: [(&str, &str); 40] = [
+const LINES: [(&str, &str); 38] = [
     ("gravity: -9.81", "did you mean `(0, -9.81, 0)`?"),
     ("gravity: 9.81", "did you mean `(0, -9.81, 0)`?"),
     ("gravity: 0", "did you mean `(0, 0, 0)`?"),
@@ -30,7 +30,6 @@ const LINES: [(&str, &str); 40] = [
     ("time_step: \"adaptive\"", "did you mean `Adaptive`?"),
     ("fluid: (kinematic_viscosity: 1e-6)", "did you mean `viscosity: Laminar(kinematic_viscosity: 1e-6)`?"),
     ("fluid: (kappa: 0.1)", "did you mean `surface_tension: BeckerTeschner(kappa: 0.1)`?"),
-    ("output: (camera: (1, 1, 1))", "did you mean `position: (1, 1, 1)`?"),
     ("gauges: [(name: \"a\", kind: Height(0.5, 0, 0.5))]", "did you mean `at: (0.5, 0, 0.5)`?"),
     ("gauges: [Height(at: (0.5, 0, 0.5))]", "did you mean `(kind: Height(at: (0.5, 0, 0.5)), name: …)`?"),
     ("emitters: [Disc(center: (1, 1, 0.5), normal: (0, -1, 0), radius: 0.1)]", "radius: 0.1), speed: …)`?"),
@@ -40,7 +39,6 @@ const LINES: [(&str, &str); 40] = [
     ("body_forces: [(0, -1, 0)]", "is added to `gravity`"),
     ("body_forces: [Constant((0, -1, 0))]", "is added to `gravity`"),
     ("body_forces: [Uniform(acceleration: (0, -1, 0))]", "is added to `gravity`"),
-    ("order: default.ron", "did you mean `\"default.ron\"`?"),
     ("threads: 4", "an option of the command, `--threads 4`"),
     ("num_threads: 4", "an option of the command, `--threads 4`"),
     ("limits: (energy: 1e300)", "`limits.energy` is 1e300, which is beyond single precision"),

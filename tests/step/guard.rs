@@ -136,7 +136,7 @@ fn compression_beyond_the_limit_is_refused() {
         pressure: sesph(),
         ..dam()
     };
-    scene.limits.compression = 0.2;
+    scene.limits.compression = 0.1;
     let mut simulation = simulation(&scene);
     run(&mut simulation, 2);
     // A host puts one particle beside another.
@@ -147,7 +147,7 @@ fn compression_beyond_the_limit_is_refused() {
     let error = assert_refused(&mut simulation);
     match error.cause {
         FailureCause::OverCompressed { compression, limit } => {
-            assert!(limit == 0.2 && compression > limit);
+            assert!(limit == 0.1 && compression > limit);
         }
         other => panic!("{other}"),
     }

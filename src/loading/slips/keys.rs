@@ -3,8 +3,8 @@
 use serde::de::DeserializeOwned;
 
 use super::{
-    fields_of, named,
-    place::{NOBODY, Place, variants_of},
+    named,
+    place::{NOBODY, Place, fields_of, variants_of},
 };
 use crate::{
     loading::spans::{Field, Kind, Node},

@@ -129,3 +129,13 @@ pub(super) fn variants_of(place: &Place) -> Option<Vec<&'static str>> {
         _ => None,
     }
 }
+
+/// The fields that ron says there are where it meets an unknown one.
+pub(super) fn fields_of(place: &Place, unknown: &str) -> Option<Vec<&'static str>> {
+    match place.refusal(unknown)? {
+        Error::NoSuchStructField {
+            expected, found, ..
+        } if found == NOBODY => Some(expected.to_vec()),
+        _ => None,
+    }
+}

@@ -4,8 +4,7 @@
 use serde::de::DeserializeOwned;
 
 use super::{
-    fields_of,
-    place::{Meant, NOBODY, Place, Slip},
+    place::{Meant, NOBODY, Place, Slip, fields_of},
     spelling,
 };
 use crate::loading::spans::{Kind, Node};
