@@ -61,13 +61,12 @@ pub enum SurfaceTension {
 }
 
 /// How walls keep the fluid off.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub enum BoundaryHandling {
     /// By pressure alone, with volumes that follow the sampling (Akinci et al. 2012).
-    #[default]
     Akinci,
     /// By pressure of frozen particles, and by putting back what comes nearer than a distance (Becker, Tessendorf &
     /// Teschner 2009; Ihmsen et al. 2010): what the paper's glass and river scenes use.
