@@ -39,6 +39,8 @@ pub struct LastCorrection;
 /// `Cfl`, a step that turns out too long is halved and solved again before anything has moved: if the error has stopped
 /// falling with the smallest relaxation, too, or if a particle would move more than the paper's h/2. With `Adaptive`,
 /// the iterations stop under the same conditions, and the step is rolled back.
+///
+/// Initial pressures that are further from the solution than none are halved (see [`nearness`](super::implicit)).
 pub fn solve_pressure(world: &mut World) {
     let convergence = *world.resource::<Convergence>();
     let mut share = world.resource::<WarmStart>().share;
